@@ -1,0 +1,32 @@
+/// Distance queries of two meshes at fixed poses.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+
+namespace bullet_ccd
+{
+/// A pair of triangles and its closest points, in the frame of B.
+struct TrianglePair
+{
+    std::int32_t triangleA = kNone;
+    std::int32_t triangleB = kNone;
+    double distance = 0.0;  ///< [m]
+    Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
+    Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
+};
+
+/// Distance of two meshes if it is below `upperBound`, else `upperBound` with triangles kNone.
+/// @param X_BA pose of A's frame in B's
+[[nodiscard]] TrianglePair treeDistance(const SsvTree& treeA, const SsvTree& treeB,
+                                        const Eigen::Isometry3d& X_BA, double upperBound);
+
+/// All pairs of triangles at a distance <= `threshold`, ordered by (triangleA, triangleB), appended
+/// to `pairs` (frame of B).
+void trianglePairsWithin(const SsvTree& treeA, const SsvTree& treeB, const Eigen::Isometry3d& X_BA,
+                         double threshold, std::vector<TrianglePair>& pairs);
+}  // namespace bullet_ccd

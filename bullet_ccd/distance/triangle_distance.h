@@ -1,0 +1,22 @@
+/// Exact distance of two triangles with witnesses; degenerate triangles count as the segments or
+/// points that they are.
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+namespace bullet_ccd
+{
+using TriangleCorners = std::array<Eigen::Vector3d, 3>;
+
+struct TriangleDistance
+{
+    double distance = 0.0;    ///< 0 if they touch or intersect
+    Eigen::Vector3d pointA;   ///< a closest point of A (an intersection point if distance == 0)
+    Eigen::Vector3d pointB;   ///< of B
+};
+
+/// Distance of two triangles given in one common frame. Never throws, allocates nothing.
+[[nodiscard]] TriangleDistance triangleDistance(const TriangleCorners& a, const TriangleCorners& b);
+}  // namespace bullet_ccd

@@ -1,0 +1,85 @@
+/// Links and joints of an articulated body, in URDF's convention: the frame of a link is the frame of
+/// the joint above it, moved by that joint.
+///
+/// Links are stored parents first; link 0 is the root. Joints have no index of their own: joint i is
+/// the one above link i, and joint positions are vectors with one entry a link (the root's and fixed
+/// joints' entries are ignored).
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+namespace bullet_ccd
+{
+enum class JointType : std::uint8_t
+{
+    Fixed,
+    Revolute,   ///< also URDF's continuous: then without limits
+    Prismatic,
+};
+
+/// The joint above a link. Position [rad] or [m].
+struct Joint
+{
+    std::string name;
+    JointType type = JointType::Fixed;
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the link's frame
+    double lower = -std::numeric_limits<double>::infinity();
+    double upper = std::numeric_limits<double>::infinity();
+    double maxEffort = std::numeric_limits<double>::infinity();    ///< [N m] or [N]
+    double maxVelocity = std::numeric_limits<double>::infinity();  ///< [rad/s] or [m/s]
+    /// position = mimicMultiplier * position[mimicOf] + mimicOffset, if mimicOf != kNone; mimicOf is
+    /// itself not a mimic joint.
+    std::int32_t mimicOf = kNone;
+    double mimicMultiplier = 1.0;
+    double mimicOffset = 0.0;
+
+    [[nodiscard]] bool isMovable() const { return type != JointType::Fixed; }
+};
+
+/// A link, its place under its parent, and its inertia.
+struct Link
+{
+    std::string name;
+    std::int32_t parent = kNone;  ///< smaller than the link's own index
+    Eigen::Isometry3d X_PL0 = Eigen::Isometry3d::Identity();  ///< pose in the parent at position 0
+    Joint joint;
+    double mass = 0.0;                                        ///< [kg]
+    Eigen::Vector3d centerOfMass = Eigen::Vector3d::Zero();   ///< link frame [m]
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();        ///< about it, link axes [kg m^2]
+};
+
+struct KinematicTree
+{
+    std::vector<Link> links;
+
+    [[nodiscard]] std::size_t size() const { return links.size(); }
+    /// Index of the link of that name, or kNone.
+    [[nodiscard]] std::int32_t findLink(const std::string& name) const;
+    /// Index of the link below the joint of that name, or kNone.
+    [[nodiscard]] std::int32_t findJoint(const std::string& name) const;
+};
+
+/// Pose of the link in its parent at joint position `q`.
+[[nodiscard]] Eigen::Isometry3d linkInParent(const Link& link, double q);
+
+/// Poses of all links in the frame that `X_WR` places the root in.
+/// @param positions one entry a link; mimic joints' entries are used as they are (see applyMimics)
+[[nodiscard]] std::vector<Eigen::Isometry3d> linkPoses(const KinematicTree& tree,
+                                                       const Eigen::Isometry3d& X_WR,
+                                                       std::span<const double> positions);
+
+/// Sets the position of every mimic joint from the joint it follows.
+void applyMimics(const KinematicTree& tree, std::span<double> positions);
+
+/// True if `ancestor` is `link` or on its way to the root.
+[[nodiscard]] bool isAncestorOrSelf(const KinematicTree& tree, std::int32_t ancestor,
+                                    std::int32_t link);
+}  // namespace bullet_ccd

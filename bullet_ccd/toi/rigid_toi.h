@@ -1,0 +1,23 @@
+/// Time of impact of two rigid bodies.
+#pragma once
+
+#include "bullet_ccd/toi/first_contact.h"
+
+namespace bullet_ccd
+{
+/// A hierarchy in the body frame and the body's motion X_W(t), t in [0, 1].
+struct RigidBody
+{
+    const SsvTree* tree = nullptr;
+    RigidMotion motion;
+};
+
+/// First time at which two rigidly moving meshes come within `options.tolerance`.
+///
+/// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome still promises.
+/// @param options tolerance [m], iteration limit
+/// @param work scratch, reusable; one per thread
+/// Throws std::invalid_argument for motions that are not finite or a tolerance that is not positive.
+[[nodiscard]] ToiResult rigidToi(const RigidBody& bodyA, const RigidBody& bodyB,
+                                 const ToiOptions& options, ToiWorkspace& work);
+}  // namespace bullet_ccd

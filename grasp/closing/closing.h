@@ -1,0 +1,34 @@
+/// What a closing engine is asked and what it answers.
+#pragma once
+
+#include <functional>
+
+#include "bullet_ccd/toi/toi.h"
+#include "grasp/grasp.h"
+#include "grasp/hand/hand_model.h"
+
+namespace bullet_ccd::grasp
+{
+struct ClosingOptions
+{
+    double tolerance = 2e-5;         ///< links stop at this distance from the object [m]
+    double contactThreshold = 1e-4;  ///< features of stopped links this close are contacts [m]
+};
+
+struct ClosingResult
+{
+    ToiStatus status = ToiStatus::Separated;  ///< Overlapping or IterationLimit: the closing failed
+    std::vector<double> positions;            ///< one entry a link
+    std::vector<StopEvent> stops;             ///< in the order of time
+    std::int64_t steps = 0;                   ///< simulation steps taken
+};
+
+/// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its first
+/// contact (with the object or another link), together with the joints between it and the palm; the
+/// rest goes on until everything is stopped or at its limit. Motion between contacts is continuous:
+/// nothing is jumped over.
+using CloseHand = std::function<ClosingResult(const HandModel& hand, const GraspObject& object,
+                                              const Eigen::Isometry3d& X_WH,
+                                              const std::vector<double>& positions,
+                                              const ClosingOptions& options)>;
+}  // namespace bullet_ccd::grasp

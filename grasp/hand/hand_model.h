@@ -1,0 +1,52 @@
+/// A hand: a robot whose joints are sorted into fingers that close.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/io/urdf_file.h"
+
+namespace bullet_ccd::grasp
+{
+/// A chain of links from the palm (exclusive) to a tip.
+struct Finger
+{
+    std::string name;
+    std::vector<std::int32_t> links;  ///< proximal first; fixed links included
+};
+
+/// Joint positions before closing, one entry a link.
+struct Preshape
+{
+    std::string name;
+    std::vector<double> positions;
+};
+
+struct HandModel
+{
+    RobotModel robot;
+    std::vector<SsvTree> trees;  ///< of links that have geometry
+    /// One entry a link: its hierarchy in `trees`, or null.
+    std::vector<const SsvTree*> linkTrees;
+    std::int32_t palm = 0;  ///< link that all fingers hang from
+    std::vector<Finger> fingers;
+    /// One entry a link: +1 or -1 for a joint that closes towards its upper or lower limit, 0 for a
+    /// joint that keeps its preshape (wrist, spread, fixed). Mimic joints follow the joint they mimic.
+    std::vector<int> closingDirections;
+    std::vector<Preshape> preshapes;  ///< at least one; the first is the default
+    /// Pairs of links that can touch during closing: all pairs with geometry less the disabled ones
+    /// (smaller link index first).
+    std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
+    /// Grasp frame in the root link: origin where the fingers meet, +z the direction in which the hand
+    /// approaches an object, +x the direction across which the fingers oppose each other.
+    Eigen::Isometry3d X_RG = Eigen::Isometry3d::Identity();
+    std::vector<std::string> notes;  ///< what was inferred, one line each
+};
+
+/// Target of a closing joint: its limit in the closing direction (a joint without limits: a full
+/// turn from `from`). One entry a link; joints that do not close keep `from`; mimics applied.
+[[nodiscard]] std::vector<double> closedPositions(const HandModel& hand,
+                                                  const std::vector<double>& from);
+}  // namespace bullet_ccd::grasp

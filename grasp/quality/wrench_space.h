@@ -1,0 +1,34 @@
+/// Grasp wrench space of point contacts with friction, and its two classical qualities.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "grasp/grasp.h"
+
+namespace bullet_ccd::grasp
+{
+using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment / torqueScale)
+
+struct WrenchSpaceOptions
+{
+    double friction = 0.5;   ///< Coulomb coefficient mu, hard finger
+    int coneEdges = 8;       ///< edges of the inscribed friction pyramid
+    double torqueScale = 1;  ///< lambda [m]: moments are divided by it
+    double forceClosureThreshold = 0.005;
+};
+
+/// Edges of the friction pyramids: n + mu (cos phi t1 + sin phi t2), as wrenches about `reference`.
+/// Unit normal force each; coneEdges wrenches a contact, contact by contact.
+[[nodiscard]] std::vector<Wrench> contactWrenches(std::span<const GraspContact> contacts,
+                                                  const Eigen::Vector3d& reference,
+                                                  const WrenchSpaceOptions& options);
+
+/// Epsilon and volume of the convex hull of the wrenches (L1: normal forces sum to at most 1), by
+/// qhull. A hull that does not contain the origin, or is flat, has epsilon 0 (a flat one volume 0 as
+/// well): an answer, not a failure. Deterministic.
+[[nodiscard]] GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches,
+                                              double forceClosureThreshold);
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,41 @@
+# Helpers that every room uses, so that warnings and numerics are set in one place.
+
+# Options of our own targets only; never global, so that a parent project keeps its own.
+function(bullet_ccd_target_options target)
+    target_compile_features(${target} PUBLIC cxx_std_20)
+    # -ffp-contract=off: the same bits with and without FMA, so that results can be compared.
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+                                             -ffp-contract=off)
+    target_include_directories(
+        ${target} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>"
+                         "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd>")
+    if(BULLET_CCD_ASSERTIONS)
+        target_compile_definitions(${target} PRIVATE BULLET_CCD_ASSERTIONS)
+        target_compile_options(${target} PRIVATE -UNDEBUG)
+    endif()
+endfunction()
+
+# A library with its alias; sources and headers are listed explicitly.
+# bullet_ccd_library(name ALIAS ns::name SOURCES ... HEADERS ... LINK ...)
+function(bullet_ccd_library name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "ALIAS" "SOURCES;HEADERS;LINK;LINK_PRIVATE")
+    add_library(${name} ${arg_SOURCES})
+    add_library(${arg_ALIAS} ALIAS ${name})
+    target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
+                                  FILES ${arg_HEADERS})
+    target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE ${arg_LINK_PRIVATE})
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
+                                             VERIFY_INTERFACE_HEADER_SETS ON)
+    bullet_ccd_target_options(${name})
+endfunction()
+
+# One GoogleTest program; every test becomes a ctest test.
+# bullet_ccd_test(name SOURCES ... LINK ...)
+function(bullet_ccd_test name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINK;LABELS")
+    add_executable(${name} ${arg_SOURCES})
+    target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gmock GTest::gtest_main)
+    bullet_ccd_target_options(${name})
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${arg_LABELS}"
+                         TIMEOUT 900)
+endfunction()
