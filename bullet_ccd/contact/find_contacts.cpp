@@ -1,0 +1,1 @@
+#include "bullet_ccd/contact/find_contacts.h"

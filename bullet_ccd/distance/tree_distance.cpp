@@ -1,0 +1,1 @@
+#include "bullet_ccd/distance/tree_distance.h"

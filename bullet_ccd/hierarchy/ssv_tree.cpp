@@ -1,0 +1,1 @@
+#include "bullet_ccd/hierarchy/ssv_tree.h"

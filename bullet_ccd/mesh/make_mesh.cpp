@@ -1,0 +1,1 @@
+#include "bullet_ccd/mesh/make_mesh.h"

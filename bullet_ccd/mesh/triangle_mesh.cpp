@@ -1,0 +1,1 @@
+#include "bullet_ccd/mesh/triangle_mesh.h"

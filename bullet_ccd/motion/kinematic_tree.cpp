@@ -1,0 +1,1 @@
+#include "bullet_ccd/motion/kinematic_tree.h"

@@ -1,0 +1,1 @@
+#include "bullet_ccd/motion/rigid_motion.h"

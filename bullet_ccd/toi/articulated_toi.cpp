@@ -1,0 +1,1 @@
+#include "bullet_ccd/toi/articulated_toi.h"

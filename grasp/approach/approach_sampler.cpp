@@ -1,0 +1,1 @@
+#include "grasp/approach/approach_sampler.h"

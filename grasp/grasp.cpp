@@ -1,0 +1,1 @@
+#include "grasp/grasp.h"

@@ -1,0 +1,1 @@
+#include "grasp/hand/hand_file.h"

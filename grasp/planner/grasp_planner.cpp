@@ -1,0 +1,1 @@
+#include "grasp/planner/grasp_planner.h"

@@ -1,0 +1,1 @@
+#include "grasp/planner/penetration_check.h"

@@ -1,0 +1,1 @@
+#include "grasp/quality/wrench_space.h"

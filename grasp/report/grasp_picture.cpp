@@ -1,0 +1,1 @@
+#include "grasp/report/grasp_picture.h"

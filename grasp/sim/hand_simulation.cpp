@@ -1,0 +1,1 @@
+#include "grasp/sim/hand_simulation.h"
