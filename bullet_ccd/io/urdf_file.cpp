@@ -166,15 +166,10 @@ void tinyInertial(Link& link)
     link.inertia = 1e-7 * Eigen::Matrix3d::Identity();
 }
 
-void addName(std::string& list, const std::string& name)
-{
-    list += (list.empty() ? "" : ", ") + name;
-}
-
 void setInertials(const urdf::ModelInterface& source, RobotModel& robot)
 {
-    std::string fromMesh;
-    std::string tiny;
+    std::vector<std::string> fromMesh;
+    std::vector<std::string> tiny;
     for (std::size_t i = 0; i < robot.tree.size(); ++i)
     {
         Link& link = robot.tree.links[i];
@@ -187,22 +182,23 @@ void setInertials(const urdf::ModelInterface& source, RobotModel& robot)
             inertialFromMesh(robot.linkMeshes[i], link);
             if (isPhysical(link.mass, link.inertia))
             {
-                addName(fromMesh, link.name);
+                fromMesh.push_back(link.name);
                 continue;
             }
         }
         tinyInertial(link);
-        addName(tiny, link.name);
+        tiny.push_back(link.name);
     }
     if (!fromMesh.empty())
     {
         robot.notes.push_back(
             "inertial missing or not physical, computed from the collision mesh at 1000 kg/m^3: " +
-            fromMesh);
+            listNames(fromMesh));
     }
     if (!tiny.empty())
     {
-        robot.notes.push_back("no usable inertial and no solid geometry, mass set to 1 g: " + tiny);
+        robot.notes.push_back("no usable inertial and no solid geometry, mass set to 1 g: " +
+                              listNames(tiny));
     }
 }
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/io/urdf_geometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -105,22 +106,6 @@ Joint buildJoint(const urdf::Joint& source, const std::string& where)
     return joint;
 }
 
-/// "a, b, c and 12 more"
-std::string listed(const std::vector<std::string>& names)
-{
-    constexpr std::size_t kMaxNames = 8;
-    std::string text;
-    for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i)
-    {
-        text += (i == 0 ? "" : ", ") + names[i];
-    }
-    if (names.size() > kMaxNames)
-    {
-        text += " and " + std::to_string(names.size() - kMaxNames) + " more";
-    }
-    return text;
-}
-
 /// Two joints with one child, or a loop away from the root, leave joints or links that no walk from
 /// the root meets.
 void requireTree(const urdf::ModelInterface& model, const std::string& file)
@@ -217,14 +202,29 @@ void noteUnlimited(const KinematicTree& tree, std::vector<std::string>& notes)
     }
     if (!effort.empty())
     {
-        notes.push_back("effort limit 0 or missing, taken as unlimited: " + listed(effort));
+        notes.push_back("effort limit 0 or missing, taken as unlimited: " + listNames(effort));
     }
     if (!velocity.empty())
     {
-        notes.push_back("velocity limit 0 or missing, taken as unlimited: " + listed(velocity));
+        notes.push_back("velocity limit 0 or missing, taken as unlimited: " + listNames(velocity));
     }
 }
 }  // namespace
+
+std::string listNames(const std::vector<std::string>& names)
+{
+    constexpr std::size_t kMaxNames = 8;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i)
+    {
+        text += (i == 0 ? "" : ", ") + names[i];
+    }
+    if (names.size() > kMaxNames)
+    {
+        text += " and " + std::to_string(names.size() - kMaxNames) + " more";
+    }
+    return text;
+}
 
 KinematicTree buildTree(const urdf::ModelInterface& model,
                         const std::string& file,
@@ -271,7 +271,7 @@ KinematicTree buildTree(const urdf::ModelInterface& model,
             }
         }
         throw std::runtime_error(
-            file + ": links " + listed(lost) +
+            file + ": links " + listNames(lost) +
             " form a loop that does not "
             "hang from the root: a URDF is a tree, remove a joint of the loop");
     }
