@@ -206,7 +206,7 @@ PolygonSoup readWithAssimp(const std::filesystem::path& path, const std::string&
         throw std::runtime_error(name + ": cannot be read: check its permissions");
     }
     requirePlausible(content, extension, name);
-    const std::string answer = runInChild([&] { return readInChild(name); }, name);
+    const std::string answer = runInChild([&] { return readInChild(name); }, content.size(), name);
     return unpack(answer);
 }
 }  // namespace bullet_ccd

@@ -14,7 +14,7 @@ namespace bullet_ccd
 {
 /// All meshes of all nodes, node transforms applied.
 /// @param extension lower case, with dot
-/// Throws std::runtime_error: "<path>: <what>: <remedy>"; after a minute in any case.
+/// Throws std::runtime_error: "<path>: <what>: <remedy>".
 [[nodiscard]] PolygonSoup readWithAssimp(const std::filesystem::path& path,
                                          const std::string& extension);
 }  // namespace bullet_ccd

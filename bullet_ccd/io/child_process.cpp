@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <poll.h>
 #include <stdexcept>
 #include <sys/resource.h>
@@ -13,14 +14,35 @@ namespace bullet_ccd
 {
 namespace
 {
-constexpr std::chrono::seconds kTimeLimit{60};
+/// Of waiting; a child that works is stopped by its processor time long before.
+constexpr std::chrono::seconds kTimeLimit{3};
+
+void setLimit(decltype(RLIMIT_CPU) resource, rlim_t value)
+{
+    const rlimit limit{value, value};
+    static_cast<void>(::setrlimit(resource, &limit));
+}
+
+/// A crash is expected: no core file. Endless loops and allocations end as crashes.
+void limitSelf(std::size_t inputBytes)
+{
+    constexpr rlim_t kMiB = 1U << 20U;
+    const rlim_t input = inputBytes / kMiB;
+    setLimit(RLIMIT_CORE, 0);
+    setLimit(RLIMIT_CPU, 2 + 2 * input);
+    // What the parent has mapped already counts too.
+    rlim_t pages = 0;
+    if (std::ifstream("/proc/self/statm") >> pages)
+    {
+        const auto pageSize = static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+        setLimit(RLIMIT_AS, pages * pageSize + (2048 + 64 * input) * kMiB);
+    }
+}
 
 /// In the child: sends the result and ends without running anything of the parent's.
-[[noreturn]] void work(const std::function<std::string()>& task, int pipe)
+[[noreturn]] void work(const std::function<std::string()>& task, std::size_t inputBytes, int pipe)
 {
-    // A crash is expected here: no core file, no handler of the parent's.
-    const rlimit noCore{0, 0};
-    static_cast<void>(::setrlimit(RLIMIT_CORE, &noCore));
+    limitSelf(inputBytes);
     for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL})
     {
         static_cast<void>(std::signal(signal, SIG_DFL));
@@ -64,7 +86,9 @@ bool readAll(int pipe, std::string& bytes)
 }
 }  // namespace
 
-std::string runInChild(const std::function<std::string()>& task, const std::string& name)
+std::string runInChild(const std::function<std::string()>& task,
+                       std::size_t inputBytes,
+                       const std::string& name)
 {
     int pipe[2];
     if (::pipe(pipe) != 0)
@@ -75,7 +99,7 @@ std::string runInChild(const std::function<std::string()>& task, const std::stri
     if (child == 0)
     {
         ::close(pipe[0]);
-        work(task, pipe[1]);
+        work(task, inputBytes, pipe[1]);
     }
     ::close(pipe[1]);
     std::string result;
@@ -96,7 +120,7 @@ std::string runInChild(const std::function<std::string()>& task, const std::stri
     if (!isComplete)
     {
         throw std::runtime_error(name +
-                                 ": reading takes more than a minute, broken or too large: "
+                                 ": reading does not end: "
                                  "export the mesh again, as OBJ if possible");
     }
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || result.empty())
