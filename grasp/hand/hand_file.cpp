@@ -479,7 +479,9 @@ HandModel loadHand(const std::filesystem::path& urdf,
         }
     }
     hand.notes.push_back("no SRDF found, everything about the hand is inferred");
-    SrdfToHand(Srdf{.file = urdf}, hand).apply();
+    Srdf empty;
+    empty.file = urdf;
+    SrdfToHand(empty, hand).apply();
     return hand;
 }
 }  // namespace bullet_ccd::grasp

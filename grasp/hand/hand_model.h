@@ -25,8 +25,13 @@ struct Preshape
     std::vector<double> positions;
 };
 
+/// Moves but does not copy: `linkTrees` points into `trees`.
 struct HandModel
 {
+    HandModel() = default;
+    HandModel(HandModel&&) = default;
+    HandModel& operator=(HandModel&&) = default;
+
     RobotModel robot;
     std::vector<SsvTree> trees;  ///< of links that have geometry
     /// One entry a link: its hierarchy in `trees`, or null.
