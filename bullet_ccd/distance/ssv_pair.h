@@ -55,8 +55,8 @@ inline PlacedSsv place(const SsvNode& node, const Eigen::Matrix3d& R, const Eige
 /// projection(x_A, x_B) is n.x for a vector x given in the axes of both (x_A = axesA^T x, x_B =
 /// axesB^T x). Stops early when visit returns true; returns whether it did.
 ///
-/// The formulas take the axes for orthonormal; they are so to 2e-7, and 1e-6 of the sizes involved is
-/// subtracted from every gap for it.
+/// The formulas take the axes for orthonormal; they are so to 2e-7, divided by |n| >= 0.1 for a cross
+/// product before it is normalised, and 4e-6 of the sizes involved is subtracted from every gap for it.
 template <class Visit>
 inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&& visit)
 {
@@ -65,7 +65,7 @@ inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&
     const Eigen::Vector3d S = b.axes.transpose() * D;
     const Eigen::Matrix3d C = a.axes.transpose() * b.axes;
     const Eigen::Matrix3d absC = C.cwiseAbs();
-    const double slack = a.radius + b.radius + 1e-6 * (a.size() + b.size() + D.norm());
+    const double slack = a.radius + b.radius + 4e-6 * (a.size() + b.size() + D.norm());
 
     for (int i = 0; i < 3; ++i)
     {
@@ -95,7 +95,7 @@ inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&
         {
             // n = a_i x b_j; |n|^2 = 1 - C_ij^2. Almost parallel edges give no new direction.
             const double lengthSquared = 1.0 - C(i, j) * C(i, j);
-            if (lengthSquared < 1e-4)
+            if (lengthSquared < 1e-2)
             {
                 continue;
             }
@@ -106,7 +106,7 @@ inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&
             const double sign = along < 0.0 ? -inverse : inverse;
             const double extent = a.half[i1] * absC(i2, j) + a.half[i2] * absC(i1, j) +
                                   b.half[j1] * absC(i, j2) + b.half[j2] * absC(i, j1);
-            const double gap = sign * along - inverse * (extent) * (1.0 + 1e-5) - slack;
+            const double gap = sign * along - inverse * extent - slack;
             if (visit(gap,
                       [&](const Eigen::Vector3d& xA, const Eigen::Vector3d&)
                       { return sign * (xA[i2] * C(i1, j) - xA[i1] * C(i2, j)); }))
