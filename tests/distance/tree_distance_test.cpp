@@ -1,6 +1,6 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
-#include "bullet_ccd/distance/triangle_distance.h"
+#include "bullet_ccd/distance/ssv_pair.h"
 #include "tests/oracles/brute_force_distance.h"
 #include "tests/support/shapes.h"
 
@@ -93,6 +93,83 @@ TEST(TreeDistance, ReturnsTheUpperBoundWhereNothingIsNearer)
     const TrianglePair near = treeDistance(tree, tree, X, 3.5);
     EXPECT_DOUBLE_EQ(near.distance, 3.0);
     EXPECT_NE(near.triangleA, kNone);
+}
+
+/// Triangles of the leaves below a node.
+void collectTriangles(const SsvTree& tree, std::int32_t index, std::vector<std::int32_t>& below)
+{
+    const SsvNode& node = tree.nodes()[static_cast<std::size_t>(index)];
+    if (node.isLeaf())
+    {
+        below.push_back(node.triangle);
+        return;
+    }
+    collectTriangles(tree, node.child, below);
+    collectTriangles(tree, node.child + 1, below);
+}
+
+double distanceBelow(const SsvTree& a,
+                     std::int32_t nodeA,
+                     const SsvTree& b,
+                     std::int32_t nodeB,
+                     const Eigen::Isometry3d& X)
+{
+    std::vector<std::int32_t> listA;
+    std::vector<std::int32_t> listB;
+    collectTriangles(a, nodeA, listA);
+    collectTriangles(b, nodeB, listB);
+    double distance = kInfinity;
+    for (const std::int32_t i : listA)
+    {
+        Corners corners = a.corners(i);
+        for (Eigen::Vector3d& corner : corners)
+        {
+            corner = X * corner;
+        }
+        for (const std::int32_t j : listB)
+        {
+            distance =
+                std::min(distance, bruteForceTriangleDistance(corners, b.corners(j)).distance);
+        }
+    }
+    return distance;
+}
+
+TEST(Separation, NeverExceedsTheDistanceOfTheTrianglesBelow)
+{
+    Random random(32);
+    int positive = 0;
+    int tight = 0;
+    constexpr int kPairs = 4000;
+    for (int i = 0; i < kPairs; ++i)
+    {
+        // Flat, long and tiny ones too: the volumes' axes are only as good as single precision.
+        const double size = random.logUniform(1e-4, 1.0);
+        const SsvTree a =
+            buildSsvTree(soup(random, random.integer(1, 6), random.uniform(0, 1), size));
+        const SsvTree b =
+            buildSsvTree(soup(random, random.integer(1, 6), random.uniform(0, 1), size));
+        Eigen::Isometry3d X = random.chance(0.3) ? Eigen::Isometry3d::Identity() : random.pose(2.0);
+        X.translation() = random.logUniform(1e-6, 3.0) * random.direction();
+        const auto nodeA = random.integer(0, static_cast<int>(a.nodes().size()) - 1);
+        const auto nodeB = random.integer(0, static_cast<int>(b.nodes().size()) - 1);
+        const PlacedSsv volumeA =
+            place(a.nodes()[static_cast<std::size_t>(nodeA)], X.linear(), X.translation());
+        const PlacedSsv volumeB = place(b.nodes()[static_cast<std::size_t>(nodeB)]);
+        const double distance = distanceBelow(a, nodeA, b, nodeB, X);
+        forEachSeparatingAxis(volumeA,
+                              volumeB,
+                              [&](double gap, const auto&)
+                              {
+                                  EXPECT_LE(gap, distance) << i;
+                                  return false;
+                              });
+        const double bound = separation(volumeA, volumeB);
+        positive += bound > 0.0 ? 1 : 0;
+        tight += bound > 0.8 * distance ? 1 : 0;
+    }
+    EXPECT_GT(positive, kPairs * 3 / 10);
+    EXPECT_GT(tight, kPairs / 10);
 }
 
 TEST(TrianglePairsWithin, FindsExactlyThePairsWithinTheThreshold)

@@ -55,17 +55,18 @@ struct TreeCheck
     int depth = 0;
     std::vector<int> leavesOfTriangle;
     double worstEscape = -std::numeric_limits<double>::infinity();  ///< relative to the node's size
-    double worstOriginRadius = -std::numeric_limits<double>::infinity();
+    double worstCoreRadius = -std::numeric_limits<double>::infinity();
     std::size_t visited = 0;
 };
 
+/// Largest distance of a corner of the core from its centre.
 double coreRadius(const SsvNode& node)
 {
     const Eigen::Matrix3d axes = axesOf(node);
     double radius = 0.0;
     for (int bits = 0; bits < 8; ++bits)
     {
-        Vector3d corner = toVector(node.center);
+        Vector3d corner = Vector3d::Zero();
         for (int k = 0; k < 3; ++k)
         {
             const double sign = ((bits >> k) & 1) != 0 ? 1.0 : -1.0;
@@ -83,8 +84,9 @@ std::vector<std::int32_t> visit(
     const SsvNode& node = tree.nodes()[static_cast<std::size_t>(index)];
     ++check.visited;
     check.depth = std::max(check.depth, depth);
-    check.worstOriginRadius = std::max(check.worstOriginRadius,
-                                       coreRadius(node) - static_cast<double>(node.originRadius));
+    check.worstCoreRadius =
+        std::max(check.worstCoreRadius,
+                 coreRadius(node) - (1.0 + 3e-7) * static_cast<double>(node.coreRadius));
     std::vector<std::int32_t> below;
     if (node.isLeaf())
     {
@@ -132,14 +134,25 @@ void expectSound(const SsvTree& tree, const std::string& what)
     const TreeCheck check = checkTree(tree);
     const std::size_t count = tree.mesh().triangles.size();
     EXPECT_LE(check.worstEscape, 0.0) << what;
-    EXPECT_LE(check.worstOriginRadius, 0.0) << what;
+    EXPECT_LE(check.worstCoreRadius, 0.0) << what;
     EXPECT_EQ(check.visited, tree.nodes().size()) << what;
     EXPECT_EQ(tree.nodes().size(), 2 * count - 1) << what;
     EXPECT_TRUE(std::all_of(check.leavesOfTriangle.begin(),
                             check.leavesOfTriangle.end(),
                             [](int leaves) { return leaves == 1; }))
         << what;
-    EXPECT_DOUBLE_EQ(tree.originRadius(), radiusOf(tree.mesh())) << what;
+    double radius = 0.0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto index = static_cast<std::size_t>(tree.mesh().triangles[i][k]);
+            const Vector3d expected = tree.mesh().vertices[index] - tree.origin();
+            EXPECT_EQ(tree.corners(static_cast<std::int32_t>(i))[k], expected) << what;
+            radius = std::max(radius, expected.norm());
+        }
+    }
+    EXPECT_DOUBLE_EQ(tree.radius(), radius) << what;
 }
 
 double logOf(const SsvTree& tree)
