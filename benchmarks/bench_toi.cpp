@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-6;
 
-/// A tube of radius 0.03 along a (2, 3) torus knot of radius about 0.1 m, open ended: a soup that
-/// interlocks and has no convex parts to speak of.
+/// A tube of radius 0.012 along a (2, 3) torus knot of radius 0.1 m: interlocking, no convex parts to
+/// speak of.
 TriangleMesh makeKnot(int along, int around)
 {
     TriangleMesh mesh;
@@ -74,7 +74,7 @@ std::vector<RigidMotion> makeMotions()
         motion.X_W0.linear() =
             Eigen::AngleAxisd(3.0 * uniform(random), direction()).toRotationMatrix();
         motion.X_W0.translation() = 0.35 * from;
-        motion.v_W = -0.5 * from + 0.15 * direction();
+        motion.v_W = -0.5 * from + 0.4 * direction();
         motion.w_W = 2.0 * uniform(random) * direction();
         motions.push_back(motion);
     }
@@ -83,13 +83,13 @@ std::vector<RigidMotion> makeMotions()
 
 void checkAnswer(const RigidBody& a, const RigidBody& b, const ToiResult& result)
 {
-    constexpr int kSamples = 400;
+    constexpr int kSamples = 30;
     const double end = result.status == ToiStatus::Hit ? result.time : 1.0;
     for (int i = 0; i <= kSamples; ++i)
     {
         const double t = end * i / kSamples;
         const double d =
-            treeDistance(*a.tree, *b.tree, b.motion.X_W0.inverse() * a.motion.at(t).X_W, 1.0)
+            treeDistance(*a.tree, *b.tree, b.motion.X_W0.inverse() * a.motion.at(t).X_W, 1e-4)
                 .distance;
         if (d <= 0.0 || (i == kSamples && result.status == ToiStatus::Hit && d > kTolerance))
         {
