@@ -1,1 +1,146 @@
 #include "bullet_ccd/distance/tree_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+#include "bullet_ccd/distance/ssv_pair.h"
+#include "bullet_ccd/distance/triangle_distance.h"
+
+namespace bullet_ccd
+{
+namespace
+{
+/// Depth-first descent over pairs of nodes that may be closer than `bound`; `leaf` gets the pair of
+/// triangles and may lower the bound.
+template <class Leaf>
+struct Descent
+{
+    const SsvTree& treeA;
+    const SsvTree& treeB;
+    Eigen::Matrix3d R;  // tree frame of A in tree frame of B
+    Eigen::Vector3d p;
+    double bound;
+    Leaf& leaf;
+
+    [[nodiscard]] const SsvNode& nodeA(std::int32_t i) const
+    {
+        return treeA.nodes()[static_cast<std::size_t>(i)];
+    }
+    [[nodiscard]] const SsvNode& nodeB(std::int32_t i) const
+    {
+        return treeB.nodes()[static_cast<std::size_t>(i)];
+    }
+    [[nodiscard]] double separationOf(std::int32_t a, std::int32_t b) const
+    {
+        return separation(place(nodeA(a), R, p), place(nodeB(b)));
+    }
+
+    void run(std::int32_t a, std::int32_t b)
+    {
+        const SsvNode& nodeOfA = nodeA(a);
+        const SsvNode& nodeOfB = nodeB(b);
+        if (nodeOfA.isLeaf() && nodeOfB.isLeaf())
+        {
+            leaf(*this, nodeOfA.triangle, nodeOfB.triangle);
+            return;
+        }
+        const bool openA =
+            nodeOfB.isLeaf() || (!nodeOfA.isLeaf() && nodeOfA.coreRadius + nodeOfA.radius >=
+                                                          nodeOfB.coreRadius + nodeOfB.radius);
+        std::array<std::tuple<double, std::int32_t, std::int32_t>, 2> children;
+        for (int k = 0; k < 2; ++k)
+        {
+            const std::int32_t childA = openA ? nodeOfA.child + k : a;
+            const std::int32_t childB = openA ? b : nodeOfB.child + k;
+            children[static_cast<std::size_t>(k)] = {separationOf(childA, childB), childA, childB};
+        }
+        std::sort(children.begin(), children.end());
+        for (const auto& [lowerBound, childA, childB] : children)
+        {
+            if (lowerBound <= bound)
+            {
+                run(childA, childB);
+            }
+        }
+    }
+
+    /// Exact distance of two triangles, in the mesh frame of B.
+    [[nodiscard]] TrianglePair measure(std::int32_t a, std::int32_t b) const
+    {
+        TriangleCorners corners = treeA.corners(a);
+        for (Eigen::Vector3d& corner : corners)
+        {
+            corner = R * corner + p;
+        }
+        const TriangleDistance d = triangleDistance(corners, treeB.corners(b));
+        return {.triangleA = a,
+                .triangleB = b,
+                .distance = d.distance,
+                .pointA = d.pointA + treeB.origin(),
+                .pointB = d.pointB + treeB.origin()};
+    }
+};
+
+template <class Leaf>
+void descend(const SsvTree& treeA, const SsvTree& treeB, const Eigen::Isometry3d& X_BA,
+             double bound, Leaf leaf)
+{
+    Descent<Leaf> descent{.treeA = treeA,
+                          .treeB = treeB,
+                          .R = X_BA.linear(),
+                          .p = X_BA * treeA.origin() - treeB.origin(),
+                          .bound = bound,
+                          .leaf = leaf};
+    if (descent.separationOf(0, 0) <= bound)
+    {
+        descent.run(0, 0);
+    }
+}
+}  // namespace
+
+TrianglePair treeDistance(const SsvTree& treeA, const SsvTree& treeB,
+                          const Eigen::Isometry3d& X_BA, double upperBound)
+{
+    TrianglePair best{.distance = upperBound};
+    descend(treeA,
+            treeB,
+            X_BA,
+            upperBound,
+            [&](auto& descent, std::int32_t a, std::int32_t b)
+            {
+                const TrianglePair pair = descent.measure(a, b);
+                if (pair.distance < best.distance)
+                {
+                    best = pair;
+                    descent.bound = pair.distance;
+                }
+            });
+    return best;
+}
+
+void trianglePairsWithin(const SsvTree& treeA, const SsvTree& treeB,
+                         const Eigen::Isometry3d& X_BA, double threshold,
+                         std::vector<TrianglePair>& pairs)
+{
+    const auto first = static_cast<std::ptrdiff_t>(pairs.size());
+    descend(treeA,
+            treeB,
+            X_BA,
+            threshold,
+            [&](auto& descent, std::int32_t a, std::int32_t b)
+            {
+                const TrianglePair pair = descent.measure(a, b);
+                if (pair.distance <= threshold)
+                {
+                    pairs.push_back(pair);
+                }
+            });
+    std::sort(pairs.begin() + first,
+              pairs.end(),
+              [](const TrianglePair& x, const TrianglePair& y)
+              {
+                  return std::pair(x.triangleA, x.triangleB) < std::pair(y.triangleA, y.triangleB);
+              });
+}
+}  // namespace bullet_ccd

@@ -1,1 +1,270 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <oneapi/tbb/parallel_invoke.h>
+
+#include "bullet_ccd/math/check.h"
+
+namespace bullet_ccd
+{
+namespace
+{
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+/// Smallest float that is not below `x`.
+float roundUp(double x)
+{
+    const float f = static_cast<float>(x);
+    return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity())
+                                      : f;
+}
+
+/// Single-precision axes as the queries see them: two stored columns, the third their cross product.
+struct Axes
+{
+    Eigen::Vector3f axis0;
+    Eigen::Vector3f axis1;
+
+    [[nodiscard]] Eigen::Matrix3d matrix() const
+    {
+        Eigen::Matrix3d m;
+        m.col(0) = axis0.cast<double>();
+        m.col(1) = axis1.cast<double>();
+        m.col(2) = m.col(0).cross(m.col(1));
+        return m;
+    }
+};
+
+struct Builder
+{
+    std::span<const Corners> corners;
+    std::vector<Eigen::Vector3d> centroids;
+    std::vector<std::int32_t> order;
+    std::vector<SsvNode>* nodes = nullptr;
+
+    void build(std::size_t node, std::size_t firstFree, std::size_t begin, std::size_t end);
+    [[nodiscard]] std::size_t split(const Axes& axes, std::size_t begin, std::size_t end);
+    [[nodiscard]] Axes principalAxes(std::size_t begin, std::size_t end) const;
+    [[nodiscard]] SsvNode fit(const Axes& axes, std::size_t begin, std::size_t end) const;
+    [[nodiscard]] std::size_t triangle(std::size_t i) const
+    {
+        return static_cast<std::size_t>(order[i]);
+    }
+};
+
+/// Orthonormal axes from the columns of largest and middle extent.
+Axes toAxes(const Eigen::Vector3d& first, const Eigen::Vector3d& second)
+{
+    return {.axis0 = first.cast<float>(), .axis1 = second.cast<float>()};
+}
+
+/// Axes of a single triangle: its longest edge and the normal of that edge in its plane; any axes
+/// that fit what is left of a degenerate one.
+Axes triangleAxes(const Corners& c)
+{
+    Eigen::Vector3d edge = c[1] - c[0];
+    Eigen::Vector3d other = c[2] - c[0];
+    for (int k = 1; k < 3; ++k)
+    {
+        const auto i = static_cast<std::size_t>(k);
+        const Eigen::Vector3d candidate = c[(i + 1) % 3] - c[i];
+        if (candidate.squaredNorm() > edge.squaredNorm())
+        {
+            edge = candidate;
+            other = c[(i + 2) % 3] - c[i];
+        }
+    }
+    const double length = edge.norm();
+    if (!(length > 0.0))
+    {
+        return toAxes(Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
+    }
+    const Eigen::Vector3d first = edge / length;
+    Eigen::Vector3d second = other - first.dot(other) * first;
+    const double height = second.norm();
+    second = height > 1e-9 * length ? Eigen::Vector3d(second / height) : first.unitOrthogonal();
+    // Once more: what was left along the first axis grew with the division.
+    second = (second - first.dot(second) * first).normalized();
+    return toAxes(first, second);
+}
+
+Axes Builder::principalAxes(std::size_t begin, std::size_t end) const
+{
+    if (end - begin == 1)
+    {
+        return triangleAxes(corners[triangle(begin)]);
+    }
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        mean += centroids[triangle(i)];
+    }
+    mean /= static_cast<double>(end - begin);
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        for (const Eigen::Vector3d& corner : corners[triangle(i)])
+        {
+            const Eigen::Vector3d d = corner - mean;
+            covariance.noalias() += d * d.transpose();
+        }
+    }
+    const double scale = covariance.cwiseAbs().maxCoeff();
+    if (!(scale > 0.0))
+    {
+        return toAxes(Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY());
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / scale);
+    return toAxes(solver.eigenvectors().col(2), solver.eigenvectors().col(1));
+}
+
+SsvNode Builder::fit(const Axes& axes, std::size_t begin, std::size_t end) const
+{
+    const Eigen::Matrix3d e = axes.matrix();
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d high = -low;
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        for (const Eigen::Vector3d& corner : corners[triangle(i)])
+        {
+            const Eigen::Vector3d s = e.transpose() * corner;
+            low = low.cwiseMin(s);
+            high = high.cwiseMax(s);
+        }
+    }
+    const Eigen::Vector3f center = (e * (0.5 * (low + high))).cast<float>();
+
+    // Half-extents about the center as stored. The projections on axes that are orthonormal to 1e-7
+    // only differ from the coordinates s_k by that fraction of the distance: 1e-6 covers it.
+    Eigen::Vector3d half = Eigen::Vector3d::Zero();
+    double farthest = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        for (const Eigen::Vector3d& corner : corners[triangle(i)])
+        {
+            const Eigen::Vector3d d = corner - center.cast<double>();
+            half = half.cwiseMax((e.transpose() * d).cwiseAbs());
+            farthest = std::max(farthest, d.norm());
+        }
+    }
+    half.array() += 1e-6 * farthest;
+
+    SsvNode node{};
+    for (int k = 0; k < 3; ++k)
+    {
+        node.center[k] = center[k];
+        node.axis0[k] = axes.axis0[k];
+        node.axis1[k] = axes.axis1[k];
+        node.half[k] = roundUp(half[k]);
+    }
+    node.radius = 0.0F;
+    node.coreRadius = roundUp(half.norm() * (1.0 + 1e-6));
+    node.child = kNone;
+    node.triangle = kNone;
+    return node;
+}
+
+/// Orders [begin, end) so that the two halves are [begin, middle) and [middle, end): across the
+/// widest axis at the mean of the centroids, or at the median where the mean would unbalance the
+/// tree, so that its depth stays logarithmic whatever the mesh.
+std::size_t Builder::split(const Axes& axes, std::size_t begin, std::size_t end)
+{
+    const Eigen::Vector3d direction = axes.axis0.cast<double>();
+    double mean = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        mean += direction.dot(centroids[triangle(i)]);
+    }
+    mean /= static_cast<double>(end - begin);
+    const auto first = order.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto last = order.begin() + static_cast<std::ptrdiff_t>(end);
+    const auto place = [&](std::int32_t t)
+    { return direction.dot(centroids[static_cast<std::size_t>(t)]); };
+    const auto cut = std::partition(first, last, [&](std::int32_t t) { return place(t) < mean; });
+
+    const std::size_t count = end - begin;
+    const auto left = static_cast<std::size_t>(cut - first);
+    if (std::min(left, count - left) * 8 >= count)
+    {
+        return begin + left;
+    }
+    const auto middle = first + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(first,
+                     middle,
+                     last,
+                     [&](std::int32_t a, std::int32_t b)
+                     { return std::pair(place(a), a) < std::pair(place(b), b); });
+    return begin + count / 2;
+}
+
+/// A subtree over n triangles has 2n - 1 nodes, so every subtree knows its block of the array in
+/// advance and both halves can be built at the same time with the same result.
+void Builder::build(std::size_t node, std::size_t firstFree, std::size_t begin, std::size_t end)
+{
+    const Axes axes = principalAxes(begin, end);
+    SsvNode& here = (*nodes)[node];
+    here = fit(axes, begin, end);
+    if (end - begin == 1)
+    {
+        here.triangle = order[begin];
+        return;
+    }
+    here.child = static_cast<std::int32_t>(firstFree);
+    const std::size_t middle = split(axes, begin, end);
+    const std::size_t leftFree = firstFree + 2;
+    const std::size_t rightFree = leftFree + 2 * (middle - begin) - 2;
+    const auto left = [&] { build(firstFree, leftFree, begin, middle); };
+    const auto right = [&] { build(firstFree + 1, rightFree, middle, end); };
+    constexpr std::size_t kParallel = 4096;
+    if (end - begin >= kParallel)
+    {
+        tbb::parallel_invoke(left, right);
+    }
+    else
+    {
+        left();
+        right();
+    }
+}
+}  // namespace
+
+SsvTree buildSsvTree(TriangleMesh mesh)
+{
+    checkMesh(mesh, "buildSsvTree");
+    SsvTree tree;
+    tree.m_mesh = std::move(mesh);
+    tree.m_origin = bounds(tree.m_mesh).center();
+    const std::size_t count = tree.m_mesh.triangles.size();
+    tree.m_corners.reserve(count);
+    for (const Triangle& t : tree.m_mesh.triangles)
+    {
+        Corners c;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            c[k] = tree.m_mesh.vertices[static_cast<std::size_t>(t[k])] - tree.m_origin;
+            tree.m_radius = std::max(tree.m_radius, c[k].norm());
+        }
+        tree.m_corners.push_back(c);
+    }
+
+    Builder builder{.corners = tree.m_corners,
+                    .centroids = std::vector<Eigen::Vector3d>(count),
+                    .order = std::vector<std::int32_t>(count),
+                    .nodes = &tree.m_nodes};
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const Corners& c = tree.m_corners[i];
+        builder.centroids[i] = (c[0] + c[1] + c[2]) / 3.0;
+    }
+    std::iota(builder.order.begin(), builder.order.end(), 0);
+    tree.m_nodes.resize(2 * count - 1);
+    builder.build(0, 1, 0, count);
+    return tree;
+}
+}  // namespace bullet_ccd

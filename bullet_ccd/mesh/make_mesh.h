@@ -1,13 +1,14 @@
 /// Meshes made by formula: the inputs of tests, benchmarks, URDF primitives and generated robots.
-/// All are closed, wound outwards, centred as stated, in metres.
+/// All (but makeTriangle) are closed, wound outwards, centred as stated, in metres. Sizes that make
+/// no solid (not positive, too few segments) throw std::invalid_argument.
 #pragma once
 
-#include <functional>
-#include <vector>
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 
-#include "bullet_ccd/mesh/triangle_mesh.h"
+#include <functional>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -24,20 +25,26 @@ namespace bullet_ccd
 [[nodiscard]] TriangleMesh makeCapsule(double radius, double height, int segments);
 
 /// Torus about z.
-[[nodiscard]] TriangleMesh makeTorus(double majorRadius, double minorRadius, int majorSegments,
+[[nodiscard]] TriangleMesh makeTorus(double majorRadius,
+                                     double minorRadius,
+                                     int majorSegments,
                                      int minorSegments);
 
 /// Solid of revolution about z from a closed profile of (radius, z) points with radius >= 0, listed
-/// counter-clockwise in the half plane (r to the right, z up), so that the surface is wound outwards.
-/// Points on the axis become poles. `segments` >= 3.
+/// counter-clockwise in the half plane (r to the right, z up), so that the surface is wound
+/// outwards. Points on the axis become poles; an edge along the axis closes the profile and makes
+/// no surface. `segments` >= 3.
 [[nodiscard]] TriangleMesh makeRevolved(const std::vector<Eigen::Vector2d>& profile, int segments);
 
 /// Closed tube: cross-section `section(u)` is a ring of points (same count for all u, counter-
-/// clockwise seen from its end), stacked over `rings` stations and capped flat at both ends.
+/// clockwise seen from its end), stacked over `stations` >= 2 stations and capped flat at both
+/// ends. Caps are fans about the mean of their ring; a ring whose points all coincide becomes a
+/// pole.
 [[nodiscard]] TriangleMesh makeLofted(
     const std::function<std::vector<Eigen::Vector3d>(int station)>& section, int stations);
 
 /// A single triangle: the smallest polygon soup.
-[[nodiscard]] TriangleMesh makeTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+[[nodiscard]] TriangleMesh makeTriangle(const Eigen::Vector3d& a,
+                                        const Eigen::Vector3d& b,
                                         const Eigen::Vector3d& c);
 }  // namespace bullet_ccd

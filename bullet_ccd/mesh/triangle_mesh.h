@@ -1,14 +1,14 @@
-/// Triangle meshes as polygon soups: no manifoldness, no orientation and no closedness is assumed by
-/// any query. What can be known about a mesh (closed, mass, bounds) is computed here.
+/// Triangle meshes as polygon soups: no manifoldness, no orientation and no closedness is assumed
+/// by any query. What can be known about a mesh (closed, mass, bounds) is computed here.
 #pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 
 namespace bullet_ccd
 {
@@ -33,17 +33,17 @@ struct MeshRepair
     std::int64_t mergedVertices = 0;        ///< vertices that were exactly equal to an earlier one
     std::int64_t unreferencedVertices = 0;  ///< removed
 
-    /// One line such as "merged 12 equal vertices, removed 2 degenerate triangles"; empty if nothing
-    /// was done.
+    /// One line such as "merged 12 equal vertices, removed 2 degenerate triangles"; empty if
+    /// nothing was done.
     [[nodiscard]] std::string summary() const;
 };
 
 /// Volume, centre of mass and inertia of the solid that a closed mesh bounds, at density 1.
 struct MassProperties
 {
-    double volume = 0.0;                                   ///< [m^3]
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< centre of mass, mesh frame [m]
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();     ///< about `center`, mesh axes [m^5]
+    double volume = 0.0;                                ///< [m^3]
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< centre of mass, mesh frame [m]
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about `center`, mesh axes [m^5]
 };
 
 /// Checks what no query can survive: coordinates that are NaN or infinite, indices out of range, no
@@ -52,11 +52,14 @@ struct MassProperties
 void checkMesh(const TriangleMesh& mesh, const std::string& name);
 
 /// Merges exactly equal vertices, removes degenerate and duplicate triangles and unreferenced
-/// vertices. The surface as a point set is unchanged except for zero-area parts.
+/// vertices. The surface as a point set is unchanged except for zero-area parts. Collinear
+/// triangles with three different corners stay where they hold a watertight mesh closed: without
+/// them it would lose its volume.
 /// @pre checkMesh() passed
 MeshRepair repairMesh(TriangleMesh& mesh);
 
 /// True if every edge belongs to exactly two triangles that run through it in opposite directions.
+/// Edges are compared by vertex index: repairMesh() a triangle soup first. False without triangles.
 [[nodiscard]] bool isWatertight(const TriangleMesh& mesh);
 
 /// Mass properties by signed tetrahedra; a mesh that is not closed, or encloses no positive volume,

@@ -1,1 +1,129 @@
 #include "bullet_ccd/motion/joint_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+
+namespace bullet_ccd
+{
+namespace
+{
+const Link& linkOf(const KinematicTree& tree, std::int32_t index)
+{
+    return tree.links[static_cast<std::size_t>(index)];
+}
+
+double rateOf(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
+{
+    return linkOf(tree, link).joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)] : 0.0;
+}
+}  // namespace
+
+MotionState linkStateAt(const KinematicTree& tree, const JointMotion& motion, std::int32_t base,
+                        std::int32_t link, double t)
+{
+    if (link == base)
+    {
+        return {};
+    }
+    const Link& here = linkOf(tree, link);
+    if (here.parent == kNone)
+    {
+        return motion.root.at(t);
+    }
+    const MotionState parent = linkStateAt(tree, motion, base, here.parent, t);
+    const double rate = rateOf(tree, motion, link);
+    const double q = motion.positions[static_cast<std::size_t>(link)] + t * rate;
+
+    MotionState state;
+    state.X_W = parent.X_W * linkInParent(here, q);
+    state.w_W = parent.w_W;
+    state.v_W = parent.v_W +
+                parent.w_W.cross(state.X_W.translation() - parent.X_W.translation());
+    if (rate != 0.0)
+    {
+        const Eigen::Vector3d axisRate = rate * (state.X_W.linear() * here.joint.axis);
+        (here.joint.type == JointType::Revolute ? state.w_W : state.v_W) += axisRate;
+    }
+    return state;
+}
+
+AccelerationBound linkAccelerationBound(const KinematicTree& tree, const JointMotion& motion,
+                                        std::int32_t base, std::int32_t link)
+{
+    // Second derivative of a point P of the last link, o_k the joints' origins, from
+    // d2P/dq_j dq_k = a_j x (a_k x (P - o_k)) for j <= k, both revolute, and a_j x a_k for a
+    // prismatic k; a prismatic j before k contributes nothing.
+    double total = 0.0;  // sum of the angular speeds between base and link
+    for (std::int32_t k = link; k != base && k != kNone; k = linkOf(tree, k).parent)
+    {
+        const Link& here = linkOf(tree, k);
+        if (here.parent == kNone)
+        {
+            total += motion.root.w_W.norm();
+        }
+        else if (here.joint.type == JointType::Revolute)
+        {
+            total += std::abs(rateOf(tree, motion, k));
+        }
+    }
+
+    AccelerationBound bound{.constant = 0.0, .perRadius = total * total};
+    double above = total;  // angular speed of the joints above k
+    double reach = 0.0;    // bound of |o_link - o_k|
+    for (std::int32_t k = link; k != base && k != kNone; k = linkOf(tree, k).parent)
+    {
+        const Link& here = linkOf(tree, k);
+        const double rate = std::abs(rateOf(tree, motion, k));
+        if (here.parent == kNone)
+        {
+            const double spin = motion.root.w_W.norm();
+            bound.constant += spin * reach * spin;
+            break;
+        }
+        double travel = 0.0;
+        if (here.joint.type == JointType::Revolute)
+        {
+            above -= rate;
+            bound.constant += rate * reach * (rate + 2.0 * std::max(above, 0.0));
+        }
+        else if (here.joint.type == JointType::Prismatic)
+        {
+            const double q0 = motion.positions[static_cast<std::size_t>(k)];
+            travel = std::max(std::abs(q0), std::abs(q0 + rateOf(tree, motion, k)));
+            bound.constant += 2.0 * rate * std::max(above, 0.0);
+        }
+        reach += here.X_PL0.translation().norm() + travel;
+    }
+    bound.constant *= 1.0 + 1e-12;
+    bound.perRadius *= 1.0 + 1e-12;
+    return bound;
+}
+
+std::int32_t commonAncestor(const KinematicTree& tree, std::int32_t linkA, std::int32_t linkB)
+{
+    while (linkA != linkB)
+    {
+        std::int32_t& deeper = linkA > linkB ? linkA : linkB;
+        deeper = linkOf(tree, deeper).parent;
+    }
+    return linkA;
+}
+
+bool moves(const KinematicTree& tree, const JointMotion& motion, std::int32_t base,
+           std::int32_t link)
+{
+    for (std::int32_t k = link; k != base; k = linkOf(tree, k).parent)
+    {
+        if (linkOf(tree, k).parent == kNone)
+        {
+            return !motion.root.v_W.isZero(0.0) || !motion.root.w_W.isZero(0.0);
+        }
+        if (rateOf(tree, motion, k) != 0.0)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+}  // namespace bullet_ccd

@@ -1,1 +1,66 @@
 #include "bullet_ccd/motion/rigid_motion.h"
+
+#include <cmath>
+
+namespace bullet_ccd
+{
+MotionState RigidMotion::at(double t) const
+{
+    MotionState state{.X_W = X_W0, .v_W = v_W, .w_W = w_W};
+    state.X_W.translation() += t * v_W;
+    const double rate = w_W.norm();
+    if (rate > 0.0)
+    {
+        const Eigen::AngleAxisd turn(t * rate, w_W / rate);
+        state.X_W.linear() = turn.toRotationMatrix() * X_W0.linear();
+    }
+    return state;
+}
+
+AccelerationBound RigidMotion::accelerationBound() const
+{
+    // Centripetal: |w x (w x r)| <= |w|^2 |r|.
+    return {.constant = 0.0, .perRadius = w_W.squaredNorm() * (1.0 + 1e-12)};
+}
+
+RigidMotion restAt(const Eigen::Isometry3d& X_W)
+{
+    return {.X_W0 = X_W};
+}
+
+namespace
+{
+/// Flips the axis of a half turn, whose sign the poses leave open, to a fixed choice.
+Eigen::Vector3d canonicalHalfTurn(const Eigen::Vector3d& axis)
+{
+    for (int k = 0; k < 3; ++k)
+    {
+        if (std::abs(axis[k]) > 1e-9)
+        {
+            return axis[k] > 0.0 ? axis : Eigen::Vector3d(-axis);
+        }
+    }
+    return axis;
+}
+}  // namespace
+
+RigidMotion motionBetween(const Eigen::Isometry3d& X_W0, const Eigen::Isometry3d& X_W1)
+{
+    // q = cos(angle/2) + sin(angle/2) axis. atan2 keeps all digits at both ends, acos would not.
+    Eigen::Quaterniond q(X_W1.linear() * X_W0.linear().transpose());
+    if (q.w() < 0.0)
+    {
+        q.coeffs() = -q.coeffs();
+    }
+    const double sine = q.vec().norm();
+    const double angle = 2.0 * std::atan2(sine, q.w());
+    RigidMotion motion{.X_W0 = X_W0, .v_W = X_W1.translation() - X_W0.translation()};
+    if (sine > 0.0)
+    {
+        const Eigen::Vector3d axis = q.vec() / sine;
+        const bool isHalfTurn = q.w() < 1e-12;
+        motion.w_W = angle * (isHalfTurn ? canonicalHalfTurn(axis) : axis);
+    }
+    return motion;
+}
+}  // namespace bullet_ccd

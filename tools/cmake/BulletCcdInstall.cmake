@@ -1,1 +1,44 @@
-# Installation and package configuration.
+# Installation: libraries, headers, the package configuration and its components.
+#
+# Every component has its own export set, so that who asks for `core` needs no Bullet.
+include(CMakePackageConfigHelpers)
+
+set(_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/bullet_ccd")
+set(_components core io bullet bullet_float64 grasp grasp_sim)
+set(_target_core bullet_ccd_core)
+set(_target_io bullet_ccd_io)
+set(_target_bullet bullet_ccd_bullet)
+set(_target_bullet_float64 bullet_ccd_bullet_float64)
+set(_target_grasp grasp)
+set(_target_grasp_sim grasp_sim)
+# Names behind the namespace: bullet_ccd::core, grasp::grasp, grasp::sim.
+foreach(_component core io bullet bullet_float64)
+    set(_namespace_${_component} bullet_ccd::)
+    set(_export_name_${_component} ${_component})
+endforeach()
+set(_namespace_grasp grasp::)
+set(_export_name_grasp grasp)
+set(_namespace_grasp_sim grasp::)
+set(_export_name_grasp_sim sim)
+
+foreach(_component IN LISTS _components)
+    set(_target ${_target_${_component}})
+    if(NOT TARGET ${_target})
+        continue()
+    endif()
+    set_target_properties(${_target} PROPERTIES EXPORT_NAME ${_export_name_${_component}})
+    install(TARGETS ${_target} EXPORT bullet_ccd_${_component}
+            FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd")
+    install(EXPORT bullet_ccd_${_component} NAMESPACE ${_namespace_${_component}}
+            FILE bullet_ccd_${_component}Targets.cmake DESTINATION "${_config_dir}")
+endforeach()
+
+configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.in"
+                              "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
+                              INSTALL_DESTINATION "${_config_dir}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
+              "${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
+              "${CMAKE_CURRENT_LIST_DIR}/FindBulletPrecision.cmake"
+        DESTINATION "${_config_dir}")

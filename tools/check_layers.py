@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Checks that includes point one way: a room includes only itself and rooms to its left.
+
+Usage: check_layers.py [ROOT]. Prints file:line for every include that points the wrong way (or names
+no known room) and exits with 1 if there is one.
+"""
+import pathlib
+import re
+import sys
+
+ORDER = [
+    "bullet_ccd/math",
+    "bullet_ccd/mesh",
+    "bullet_ccd/hierarchy",
+    "bullet_ccd/distance",
+    "bullet_ccd/motion",
+    "bullet_ccd/toi",
+    "bullet_ccd/contact",
+    "bullet_ccd/io",
+    "bullet_ccd/bullet",
+    "grasp/hand",
+    "grasp",  # grasp.h: the value types of the pipeline
+    "grasp/approach",
+    "grasp/closing",
+    "grasp/quality",
+    "grasp/planner",
+    "grasp/report",
+    "grasp/sim",
+]
+SEES_THE_ADAPTER = {"bullet_ccd/bullet", "bullet_ccd/examples", "grasp/sim"}
+LEAVES = {"bullet_ccd/examples", "grasp/examples"}  # may include everything, nobody includes them
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]((?:bullet_ccd|grasp)/[^">]+)[">]')
+
+
+def check(root):
+    """Returns one message for every include that points the wrong way."""
+    problems = []
+    for folder in ("bullet_ccd", "grasp"):
+        for path in sorted((root / folder).rglob("*")):
+            if path.suffix not in (".h", ".cpp"):
+                continue
+            room = str(path.parent.relative_to(root))
+            if room in LEAVES:
+                continue
+            for number, line in enumerate(path.read_text().splitlines(), 1):
+                match = INCLUDE.match(line)
+                if not match:
+                    continue
+                target = str(pathlib.PurePosixPath(match.group(1)).parent)
+                where = f"{path.relative_to(root)}:{number}"
+                if room not in ORDER or target not in ORDER:
+                    problems.append(f"{where}: {room} or {target} is not a known room")
+                elif ORDER.index(target) > ORDER.index(room):
+                    problems.append(f"{where}: {room} must not include {target}")
+                elif target == "bullet_ccd/bullet" and room not in SEES_THE_ADAPTER:
+                    problems.append(f"{where}: only the simulation may see the Bullet adapter")
+    return problems
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    problems = check(root)
+    for problem in problems:
+        print(problem)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
