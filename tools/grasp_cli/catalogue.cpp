@@ -2,11 +2,11 @@
 
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/hand/hand_file.h"
+#include "tools/grasp_cli/text_table.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <stdexcept>
 
 namespace bullet_ccd::tools
@@ -23,7 +23,7 @@ std::string knownNames(const std::vector<std::string>& names, const fs::path& sh
                "robots/ and objects/";
     }
     return names.empty() ? fmt::format("none ship in {}", share.string())
-                         : fmt::format("shipped are: {}", fmt::join(names, ", "));
+                         : fmt::format("shipped are: {}", joined(names, ", "));
 }
 
 fs::path existingFile(const fs::path& path, const char* kind)

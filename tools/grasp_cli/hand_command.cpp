@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace bullet_ccd::tools
 {
@@ -121,7 +120,7 @@ void printFingers(const HandModel& hand)
         {
             names.push_back(linkName(hand, link));
         }
-        fmt::print("  {}: {}\n", finger.name, fmt::join(names, " > "));
+        fmt::print("  {}: {}\n", finger.name, joined(names, " > "));
     }
 }
 

@@ -2,11 +2,11 @@
 
 #include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/progress.h"
+#include "tools/grasp_cli/text_table.h"
 
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <map>
 #include <memory>
 #include <set>
@@ -98,6 +98,6 @@ std::string rejectionCounts(const std::vector<grasp::Grasp>& grasps)
     {
         texts.push_back(fmt::format("{} {}", count, grasp::toString(reason)));
     }
-    return fmt::format("{}", fmt::join(texts, ", "));
+    return joined(texts, ", ");
 }
 }  // namespace bullet_ccd::tools

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <iterator>
 
 namespace bullet_ccd::tools
@@ -39,6 +38,16 @@ std::string line(const std::vector<std::string>& cells,
 }
 }  // namespace
 
+std::string joined(const std::vector<std::string>& texts, const std::string& separator)
+{
+    std::string text;
+    for (const std::string& part : texts)
+    {
+        text += (&part == texts.data() ? "" : separator) + part;
+    }
+    return text;
+}
+
 std::string alignedText(const TextTable& table)
 {
     std::vector<std::size_t> widths;
@@ -63,7 +72,7 @@ std::string alignedText(const TextTable& table)
 
 std::string markdownText(const TextTable& table)
 {
-    std::string text = fmt::format("| {} |\n|", fmt::join(table.header, " | "));
+    std::string text = fmt::format("| {} |\n|", joined(table.header, " | "));
     for (std::size_t k = 0; k < table.header.size(); ++k)
     {
         text += isNumeric(table, k) ? "---:|" : "---|";
@@ -71,7 +80,7 @@ std::string markdownText(const TextTable& table)
     text += '\n';
     for (const auto& row : table.rows)
     {
-        text += fmt::format("| {} |\n", fmt::join(row, " | "));
+        text += fmt::format("| {} |\n", joined(row, " | "));
     }
     return text;
 }
@@ -96,12 +105,12 @@ std::string csvText(const TextTable& table)
     {
         std::replace(name.begin(), name.end(), ' ', '_');
     }
-    std::string text = fmt::format("{}\n", fmt::join(header, ","));
+    std::string text = fmt::format("{}\n", joined(header, ","));
     for (const auto& row : table.rows)
     {
         std::vector<std::string> cells;
         std::transform(row.begin(), row.end(), std::back_inserter(cells), quoted);
-        text += fmt::format("{}\n", fmt::join(cells, ","));
+        text += fmt::format("{}\n", joined(cells, ","));
     }
     return text;
 }

@@ -12,6 +12,10 @@ struct TextTable
     std::vector<std::vector<std::string>> rows;  ///< as many cells as the header
 };
 
+/// The texts with `separator` between them.
+[[nodiscard]] std::string joined(const std::vector<std::string>& texts,
+                                 const std::string& separator);
+
 /// Columns aligned by spaces; columns of numbers to the right. Ends with a newline.
 [[nodiscard]] std::string alignedText(const TextTable& table);
 [[nodiscard]] std::string markdownText(const TextTable& table);
