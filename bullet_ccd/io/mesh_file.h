@@ -1,11 +1,11 @@
 /// Mesh files (OBJ, STL, PLY, OFF, DAE, glTF/GLB) to TriangleMesh, by assimp.
 #pragma once
 
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include "bullet_ccd/mesh/triangle_mesh.h"
 
 namespace bullet_ccd
 {

@@ -17,7 +17,8 @@ struct PenetrationReport
 
 /// Intersects every triangle of every link with every triangle of the object (a uniform grid finds
 /// the candidates) by segment-triangle tests, and casts rays from the links' vertices.
-[[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand, const GraspObject& object,
+[[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand,
+                                                 const GraspObject& object,
                                                  const Eigen::Isometry3d& X_WH,
                                                  const std::vector<double>& positions);
 }  // namespace bullet_ccd::grasp
