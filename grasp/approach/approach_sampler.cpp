@@ -20,6 +20,10 @@ constexpr double kLongOffset = 0.3;    // of the longest extent of a long object
 constexpr double kShortOffset = 0.1;   // of the longest extent of other objects
 constexpr double kOpeningUsed = 0.9;   // part of the hand's opening that an object may fill
 constexpr double kRayGrid = 0.006;     // [m] spacing of the rays that measure the local width
+constexpr double kThinShare =
+    0.7;                       // of the tries oppose along the thinnest axis, others the middle
+constexpr double kFlat = 0.8;  // thinnest over longest extent below which the axes mean much
+constexpr double kKeepDirection = 0.3;  // cost of turning the direction of approach by a radian
 constexpr int kTries = 8;
 constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
 
@@ -154,16 +158,17 @@ Eigen::Matrix3d proposeOrientation(int attempt,
 {
     const Eigen::Vector3d thin = shape.axes.col(2);
     const Eigen::Vector3d middle = shape.axes.col(1);
-    const Eigen::Vector3d& opposition = draws.unit() < 0.7 ? thin : middle;
+    const Eigen::Vector3d& opposition = draws.unit() < kThinShare ? thin : middle;
+    const bool isFlat = shape.extents()[2] < kFlat * shape.extents()[0];
     Eigen::Vector3d z = direction;
-    if (attempt % 2 == 1)
+    if (attempt % 2 == 1 && isFlat)
     {
         z = direction - direction.dot(opposition) * opposition;
         z = z.norm() > 0.1 ? z.normalized() : opposition.unitOrthogonal();
     }
     else if (attempt > 0)
     {
-        z = jittered(direction, cell * static_cast<double>(attempt) / 2.0, draws);
+        z = jittered(direction, cell * static_cast<double>(attempt) / kTries, draws);
     }
     const double sign = draws.coin() ? 1.0 : -1.0;
     return frameFrom(z, sign * opposition);
@@ -225,7 +230,9 @@ ApproachCandidate sampleApproach(const HandModel& hand,
         Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
         X_WG.linear() = proposeOrientation(attempt, direction, cell, shape, draws);
         X_WG.translation() = targetPoint(object, shape, draws);
-        const double itsCost = cost(localWidth(object, X_WG, kRayGrid), open);
+        const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
+        const double itsCost =
+            cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;
         if (itsCost < bestCost)
         {
             best = X_WG;
