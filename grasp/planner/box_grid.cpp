@@ -20,7 +20,7 @@ BoxGrid::BoxGrid(std::vector<Eigen::AlignedBox3d> boxes)
         m_bounds.extend(box);
     }
     // Edge of a cell: the extents that count share out as many cells as there are boxes.
-    const Eigen::Vector3d extent = m_boxes.empty() ? Eigen::Vector3d::Zero() : m_bounds.sizes();
+    const Eigen::Vector3d extent = (m_bounds.max() - m_bounds.min()).cwiseMax(0.0);
     double product = 1.0;
     int axes = 0;
     for (int k = 0; k < 3; ++k)

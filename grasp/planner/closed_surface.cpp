@@ -26,28 +26,29 @@ Corners cornersOf(const std::vector<Eigen::Vector3d>& vertices, const Triangle& 
             vertices[static_cast<std::size_t>(triangle[2])]};
 }
 
-/// What the ray from `point` along +z adds to the winding number: +1 where it leaves, -1 where it
-/// enters; nothing if that is not certain.
-std::optional<int> rayCrossing(const Eigen::Vector3d& point, const Corners& triangle)
+/// What a ray adds to the winding number: +1 where it leaves, -1 where it enters; nothing if that
+/// is not certain. `turnedPoint` and `turnedTriangle` are seen along the ray, and consistent for
+/// triangles that share an edge; which side the point is on is decided on the given coordinates,
+/// that have not been rounded by turning.
+std::optional<int> rayCrossing(const Eigen::Vector3d& turnedPoint,
+                               const Corners& turnedTriangle,
+                               const Eigen::Vector3d& point,
+                               const Corners& triangle)
 {
-    const auto& [a, b, c] = triangle;
+    const auto& [a, b, c] = turnedTriangle;
     const std::array<int, 3> turns = {
-        orient2d(a, b, point), orient2d(b, c, point), orient2d(c, a, point)};
+        orient2d(a, b, turnedPoint), orient2d(b, c, turnedPoint), orient2d(c, a, turnedPoint)};
     const auto [low, high] = std::minmax({turns[0], turns[1], turns[2]});
     if (low < 0 && high > 0)
     {
         return 0;
     }
-    const int side = orient3d(a, b, c, point);
-    if (low == high && low != 0 && side == -low)
-    {
-        return 0;  // certainly behind the start of the ray
-    }
+    const int side = orient3d(triangle[0], triangle[1], triangle[2], point);
     if (low != high || low == 0 || side == 0)
     {
         return std::nullopt;
     }
-    return low;
+    return side == low ? low : 0;  // else the triangle is behind the start of the ray
 }
 }  // namespace
 
@@ -92,7 +93,10 @@ bool ClosedSurface::contains(const Eigen::Vector3d& point)
         for (std::size_t i = 0; i < m_found.size() && winding; ++i)
         {
             const Triangle& triangle = m_mesh->triangles[static_cast<std::size_t>(m_found[i])];
-            const std::optional<int> step = rayCrossing(start, cornersOf(mesh.vertices, triangle));
+            const std::optional<int> step = rayCrossing(start,
+                                                        cornersOf(mesh.vertices, triangle),
+                                                        point,
+                                                        cornersOf(m_mesh->vertices, triangle));
             winding = step ? std::optional(*winding + *step) : std::nullopt;
         }
         if (winding)

@@ -11,9 +11,10 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-/// Where touching triangles are looked at again: a link that intersects the object when moved by
-/// this, and also when moved the opposite way, does not merely touch it [m].
-const Eigen::Vector3d kShift = 1e-9 * Eigen::Vector3d(0.6101, -0.4937, 0.6197);
+/// Intersections and depths up to this are contact, not penetration: the rounding of poses is far
+/// below, the gap that closing leaves far above [m].
+constexpr double kTouching = 1e-9;
+const Eigen::Vector3d kShift = kTouching * Eigen::Vector3d(0.6101, -0.4937, 0.6197);
 
 struct PlacedMesh
 {
@@ -70,35 +71,39 @@ Corners shifted(Corners corners, const Eigen::Vector3d& shift)
     return corners;
 }
 
-/// Pairs of triangles that intersect.
-std::int64_t countIntersections(const PlacedMesh& link, const PlacedMesh& object, BoxGrid& grid)
+/// Pairs of triangles whose crossing is at least `kind`, with the link moved by `shift`.
+std::int64_t countCrossings(const PlacedMesh& link,
+                            const PlacedMesh& object,
+                            BoxGrid& grid,
+                            const Eigen::Vector3d& shift,
+                            Crossing kind)
 {
-    std::int64_t proper = 0;
-    std::vector<std::pair<Corners, Corners>> touching;
+    std::int64_t count = 0;
     std::vector<std::int32_t> found;
     for (std::size_t i = 0; i < link.triangles->size(); ++i)
     {
-        const Corners linkCorners = link.corners(i);
-        grid.query(boxOf(linkCorners), found);
-        for (const std::int32_t j : found)
-        {
-            const Corners objectCorners = object.corners(static_cast<std::size_t>(j));
-            const Crossing kind = crossing(linkCorners, objectCorners);
-            proper += kind == Crossing::Proper ? 1 : 0;
-            if (kind == Crossing::Touching)
-            {
-                touching.emplace_back(linkCorners, objectCorners);
-            }
-        }
+        const Corners corners = shifted(link.corners(i), shift);
+        grid.query(boxOf(corners), found);
+        count += std::count_if(
+            found.begin(),
+            found.end(),
+            [&](std::int32_t j)
+            { return crossing(corners, object.corners(static_cast<std::size_t>(j))) >= kind; });
     }
-    std::int64_t forth = 0;
-    std::int64_t back = 0;
-    for (const auto& [linkCorners, objectCorners] : touching)
+    return count;
+}
+
+/// Pairs of triangles that intersect. If none even touch, that is all; else the link must intersect
+/// when moved by kShift and also when moved back by it: what only touches comes free one way.
+std::int64_t countIntersections(const PlacedMesh& link, const PlacedMesh& object, BoxGrid& grid)
+{
+    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+    if (countCrossings(link, object, grid, zero, Crossing::Touching) == 0)
     {
-        forth += crossing(shifted(linkCorners, kShift), objectCorners) == Crossing::Proper ? 1 : 0;
-        back += crossing(shifted(linkCorners, -kShift), objectCorners) == Crossing::Proper ? 1 : 0;
+        return 0;
     }
-    return proper + std::min(forth, back);
+    return std::min(countCrossings(link, object, grid, kShift, Crossing::Proper),
+                    countCrossings(link, object, grid, -kShift, Crossing::Proper));
 }
 
 /// Adds the points (mapped by `toSurface`) that the surface winds around; true if there are any.
@@ -112,10 +117,15 @@ bool addInside(const std::vector<Eigen::Vector3d>& points,
     for (const Eigen::Vector3d& point : points)
     {
         const Eigen::Vector3d place = toSurface * point;
-        if (region.contains(point) && surface.contains(place))
+        if (!region.contains(point) || !surface.contains(place))
+        {
+            continue;
+        }
+        const double depth = surface.distance(place);
+        if (depth > kTouching)
         {
             ++report.verticesInside;
-            report.deepest = std::max(report.deepest, surface.distance(place));
+            report.deepest = std::max(report.deepest, depth);
         }
     }
     return report.verticesInside > before;

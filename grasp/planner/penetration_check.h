@@ -1,12 +1,11 @@
 /// Independent check of a final pose: shares no code with the queries that produced it.
 ///
-/// Surfaces intersect where an edge of one passes through a triangle of the other. Signs of
-/// determinants decide, each with a bound of its own rounding error; a sign that is not certain is
-/// "touching". Touching alone is no intersection, unless the link still intersects when it is
-/// shifted by a nanometre, both one way and the opposite way: so that an edge that runs exactly
-/// through the seam of two triangles is found, and surfaces that lie on each other are not. A body
-/// inside another is found by the winding number of a closed surface about the vertices of the
-/// other.
+/// Surfaces intersect where an edge of one passes through a triangle of the other: signs of
+/// determinants decide, each with a bound of its own rounding error. A body inside another is found
+/// by the winding number of a closed surface about the vertices of the other. The resolution is a
+/// nanometre: a link counts as intersecting if it does so when moved by that much, and also when
+/// moved back by it. So surfaces that lie on each other, up to the rounding of poses, are clean,
+/// and edges that run exactly through the seam of two triangles are found.
 #pragma once
 
 #include "grasp/grasp.h"
