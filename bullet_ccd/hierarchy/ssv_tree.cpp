@@ -1,15 +1,15 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
+#include "bullet_ccd/math/check.h"
+
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
-
-#include <Eigen/Eigenvalues>
 #include <oneapi/tbb/parallel_invoke.h>
-
-#include "bullet_ccd/math/check.h"
+#include <utility>
 
 namespace bullet_ccd
 {
@@ -25,7 +25,8 @@ float roundUp(double x)
                                       : f;
 }
 
-/// Single-precision axes as the queries see them: two stored columns, the third their cross product.
+/// Single-precision axes as the queries see them: two stored columns, the third their cross
+/// product.
 struct Axes
 {
     Eigen::Vector3f axis0;

@@ -475,7 +475,8 @@ HandModel loadHand(const std::filesystem::path& urdf,
         catch (const std::runtime_error& reason)
         {
             hand = emptyHand(std::move(hand.robot));
-            hand.notes.push_back("does not fit this robot: " + std::string(reason.what()));
+            hand.notes.push_back("SRDF of the project put aside, it does not fit this robot: " +
+                                 std::string(reason.what()));
         }
     }
     hand.notes.push_back("no SRDF found, everything about the hand is inferred");

@@ -1,11 +1,11 @@
 /// Grasps as JSON Lines: one self-contained record a line, schema versioned.
 #pragma once
 
+#include "grasp/planner/grasp_planner.h"
+
 #include <filesystem>
 #include <iosfwd>
 #include <span>
-
-#include "grasp/planner/grasp_planner.h"
 
 namespace bullet_ccd::grasp
 {
@@ -22,8 +22,11 @@ struct GraspRun
     PlannerOptions options;
 };
 
-void writeGrasps(std::ostream& out, const GraspRun& run, const HandModel& hand,
-                 const GraspObject& object, std::span<const Grasp> grasps);
+void writeGrasps(std::ostream& out,
+                 const GraspRun& run,
+                 const HandModel& hand,
+                 const GraspObject& object,
+                 std::span<const Grasp> grasps);
 
 struct GraspRecord
 {

@@ -1,12 +1,12 @@
 /// Sample, approach, close, score, rank.
 #pragma once
 
-#include <atomic>
-#include <functional>
-
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
 #include "grasp/quality/wrench_space.h"
+
+#include <atomic>
+#include <functional>
 
 namespace bullet_ccd::grasp
 {
@@ -29,7 +29,8 @@ using MakeCloseHand = std::function<CloseHand()>;
 
 /// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
 /// grasps, then the rejected ones by candidate number.
-[[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand, const GraspObject& object,
+[[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand,
+                                            const GraspObject& object,
                                             const PlannerOptions& options,
                                             const MakeCloseHand& makeCloseHand,
                                             const PlanProgress& progress = {});
