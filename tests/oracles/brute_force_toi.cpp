@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <queue>
 #include <vector>
 
 namespace bullet_ccd::tests
@@ -48,6 +49,9 @@ struct Pair
     double safeUntil = 0.0;  ///< no contact of this pair before, or not looked at before (floor)
     double lastApart = 0.0;
     double floorStep = kFloorStep;
+
+    /// The queue serves the earliest.
+    bool operator<(const Pair& other) const { return safeUntil > other.safeUntil; }
 };
 
 class March
@@ -60,27 +64,20 @@ public:
         {
             for (std::size_t j = 0; j < m_piecesB.size(); ++j)
             {
-                m_pairs.push_back({.a = i, .b = j});
+                m_pairs.push({.a = i, .b = j});
             }
         }
     }
 
     OracleToi run()
     {
-        double t = 0.0;
-        while (t <= 1.0 && !m_result.contact)
+        while (!m_pairs.empty() && m_pairs.top().safeUntil <= 1.0 && !m_result.contact)
         {
-            const Eigen::Isometry3d X = relativePose(t);
-            double next = std::numeric_limits<double>::infinity();
-            for (Pair& pair : m_pairs)
-            {
-                if (pair.safeUntil <= t)
-                {
-                    advance(pair, t, X);
-                }
-                next = std::min(next, pair.safeUntil);
-            }
-            t = next;
+            Pair pair = m_pairs.top();
+            m_pairs.pop();
+            const double t = pair.safeUntil;
+            advance(pair, t, relativePose(t));
+            m_pairs.push(pair);
         }
         if (m_result.contact)
         {
@@ -162,7 +159,7 @@ private:
     const OracleBody& m_b;
     std::vector<Piece> m_piecesA;
     std::vector<Piece> m_piecesB;
-    std::vector<Pair> m_pairs;
+    std::priority_queue<Pair> m_pairs;
     OracleToi m_result{.low = 1.0,
                        .contact = std::nullopt,
                        .minDistance = std::numeric_limits<double>::infinity()};
