@@ -5,19 +5,12 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "tests/oracles/brute_force_toi.h"
 #include "tests/support/random.h"
+#include "tests/support/rigid_scene.h"
 
 #include <string>
 
 namespace bullet_ccd::tests
 {
-struct RigidScene
-{
-    TriangleMesh meshA = {};
-    TriangleMesh meshB = {};
-    RigidMotion motionA = {};
-    RigidMotion motionB = {};
-};
-
 /// Soups, boxes and spheres of unit size that fly roughly at each other, turning up to a few times.
 [[nodiscard]] RigidScene randomRigidScene(Random& random);
 

@@ -16,20 +16,6 @@ namespace
 constexpr double kTolerance = 1e-6;
 constexpr int kScenes = 250;
 
-RigidScene swapped(const RigidScene& scene)
-{
-    return {.meshA = scene.meshB,
-            .meshB = scene.meshA,
-            .motionA = scene.motionB,
-            .motionB = scene.motionA};
-}
-
-RigidMotion moved(const RigidMotion& motion, const Eigen::Isometry3d& X)
-{
-    return {
-        .X_W0 = X * motion.X_W0, .v_W = X.linear() * motion.v_W, .w_W = X.linear() * motion.w_W};
-}
-
 double distanceAt(const RigidScene& scene, double t)
 {
     return oracleDistanceAt(
@@ -87,9 +73,7 @@ TEST(RigidToi, MovingTheWholeSceneKeepsTheTime)
         const RigidScene scene = randomRigidScene(random);
         const ToiResult first = queryToi(scene, kTolerance);
         const Eigen::Isometry3d X = random.pose(random.chance(0.5) ? 5.0 : 1e4);
-        RigidScene other = scene;
-        other.motionA = moved(scene.motionA, X);
-        other.motionB = moved(scene.motionB, X);
+        const RigidScene other = moved(scene, X);
         const ToiResult second = queryToi(other, kTolerance);
         expectSameContact(other, first, second, std::to_string(i));
         expectHonest(other, second, kTolerance, std::to_string(i));
