@@ -104,7 +104,9 @@ void expectAnswer(const ArticulatedCase& tested, double tolerance)
     for (const LinkContact& contact : result.contacts)
     {
         EXPECT_LE(contact.gap, tolerance + rounding);
-        EXPECT_NEAR(distanceOf(tested, contact, result.time), contact.gap, rounding);
+        const double distance = distanceOf(tested, contact, result.time);
+        EXPECT_GT(distance, 0.0);
+        EXPECT_LE(distance, contact.gap + rounding);
         EXPECT_NEAR((contact.pointLink - contact.pointOther).norm(), contact.gap, 2.0 * rounding);
         EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-12);
     }

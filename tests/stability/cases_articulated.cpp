@@ -103,7 +103,9 @@ ArticulatedCase pendulums(const std::string& id,
         const double z = 3.0 * static_cast<double>(k);
         result.tree.links.push_back(planarChain({1.0}, {0, 0, z}).links[1]);
         result.motion.rates.push_back(rates[k]);
-        result.obstacles.push_back(shifted(wallAtY(heights[k], 1.4), {0, 0, z}));
+        const double y = heights[k];
+        result.obstacles.push_back(
+            quad({-2, y, z - 1}, {-2, y, z + 1}, {2, y, z + 1}, {2, y, z - 1}));
         times.push_back(std::asin(heights[k] / lengths[k]) / rates[k]);
     }
     const double first = *std::min_element(times.begin(), times.end());
