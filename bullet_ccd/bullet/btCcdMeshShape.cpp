@@ -53,8 +53,9 @@ void btCcdMeshShape::processAllTriangles(btTriangleCallback* callback,
                                          const btVector3& aabbMin,
                                          const btVector3& aabbMax) const
 {
-    const Eigen::Vector3d low = btCcdToEigen(aabbMin);
-    const Eigen::Vector3d high = btCcdToEigen(aabbMax);
+    const Eigen::Vector3d low = btCcdToEigen(aabbMin) - m_scaledTree->origin();
+    const Eigen::Vector3d high = btCcdToEigen(aabbMax) - m_scaledTree->origin();
+    const bullet_ccd::TriangleMesh& mesh = m_scaledTree->mesh();
     const std::span<const SsvNode> nodes = m_scaledTree->nodes();
     std::vector<std::int32_t> open{0};
     while (!open.empty())
@@ -71,10 +72,13 @@ void btCcdMeshShape::processAllTriangles(btTriangleCallback* callback,
             open.push_back(node.child + 1);
             continue;
         }
-        const auto corners = m_scaledTree->corners(node.triangle);
-        btVector3 triangle[3] = {
-            btCcdToBullet(corners[0]), btCcdToBullet(corners[1]), btCcdToBullet(corners[2])};
-        callback->processTriangle(triangle, 0, node.triangle);
+        btVector3 corners[3];
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const std::int32_t vertex = mesh.triangles[std::size_t(node.triangle)][k];
+            corners[k] = btCcdToBullet(mesh.vertices[std::size_t(vertex)]);
+        }
+        callback->processTriangle(corners, 0, node.triangle);
     }
 }
 

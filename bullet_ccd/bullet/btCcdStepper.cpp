@@ -59,7 +59,8 @@ Eigen::AlignedBox3d sweptBox(const MovingBody& body, bool moves)
     const Eigen::Vector3d axis0(root.axis0[0], root.axis0[1], root.axis0[2]);
     const Eigen::Vector3d axis1(root.axis1[0], root.axis1[1], root.axis1[2]);
     const Eigen::Vector3d half(root.half[0], root.half[1], root.half[2]);
-    const Eigen::Vector3d center(root.center[0], root.center[1], root.center[2]);
+    const Eigen::Vector3d center =
+        body.tree->origin() + Eigen::Vector3d(root.center[0], root.center[1], root.center[2]);
     const MotionState state = stateAt(body, 0.0);
     const Eigen::Isometry3d X_WG = state.X_W * body.X_BG;
     const Eigen::Vector3d center_W = X_WG * center;
@@ -73,14 +74,15 @@ Eigen::AlignedBox3d sweptBox(const MovingBody& body, bool moves)
             double(root.radius);
         return {center_W - reach, center_W + reach};
     }
-    // The centre of the bounding sphere: c(t) = c + v t + a(s) t^2 / 2 for some s in [0, 1].
+    // The centre of a bounding sphere: c(t) = c + v t + a(s) t^2 / 2 for some s in [0, 1].
+    const Eigen::Vector3d origin_W = X_WG * body.tree->origin();
     const AccelerationBound acceleration = accelerationBound(body);
-    const double lever = (center_W - state.X_W.translation()).norm();
+    const double lever = (origin_W - state.X_W.translation()).norm();
     const double bend = 0.5 * (acceleration.constant + acceleration.perRadius * lever);
-    const double reach = half.norm() + double(root.radius) + bend;
-    const Eigen::Vector3d end_W = center_W + velocityAt(state, center_W);
-    return {(center_W.cwiseMin(end_W).array() - reach).matrix(),
-            (center_W.cwiseMax(end_W).array() + reach).matrix()};
+    const double reach = body.tree->radius() + bend;
+    const Eigen::Vector3d end_W = origin_W + velocityAt(state, origin_W);
+    return {(origin_W.cwiseMin(end_W).array() - reach).matrix(),
+            (origin_W.cwiseMax(end_W).array() + reach).matrix()};
 }
 
 bool isFinite(const bullet_ccd::JointMotion& motion)
