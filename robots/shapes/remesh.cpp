@@ -109,8 +109,9 @@ private:
         double value = m_solid(p);
         for (int i = 0; i < kProjectionSteps && (i == 0 || std::abs(value) > kOnSurface); ++i)
         {
-            normal = normalAt(m_solid, p);
-            p -= value * normal;
+            const Eigen::Vector3d gradient = gradientAt(m_solid, p);
+            p -= value / gradient.squaredNorm() * gradient;
+            normal = gradient.normalized();
             value = m_solid(p);
         }
     }

@@ -191,6 +191,13 @@ Solid stretched(const Solid& solid, const Eigen::Vector3d& factors)
     return [=](const Eigen::Vector3d& p) { return least * solid(p.cwiseQuotient(factors)); };
 }
 
+Solid warped(const Solid& solid,
+             const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& warp,
+             double steepness)
+{
+    return [=](const Eigen::Vector3d& p) { return solid(warp(p)) / steepness; };
+}
+
 Profile smoothCurve(const Profile& points, int steps)
 {
     Profile curve;
@@ -220,7 +227,7 @@ std::vector<TubePoint> smoothCurve(const std::vector<TubePoint>& points, int ste
     return curve;
 }
 
-Eigen::Vector3d normalAt(const Solid& solid, const Eigen::Vector3d& point)
+Eigen::Vector3d gradientAt(const Solid& solid, const Eigen::Vector3d& point)
 {
     // The corners of a tetrahedron: four evaluations give what six along the axes would.
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -231,6 +238,6 @@ Eigen::Vector3d normalAt(const Solid& solid, const Eigen::Vector3d& point)
     {
         gradient += solid(point + kDifference * corner) * corner;
     }
-    return gradient.normalized();
+    return gradient / (4.0 * kDifference);
 }
 }  // namespace bullet_ccd::shapes

@@ -59,10 +59,16 @@ struct TubePoint
 /// The solid stretched along the axes.
 [[nodiscard]] Solid stretched(const Solid& solid, const Eigen::Vector3d& factors);
 
+/// The solid whose surface is at p where `solid` has it at warp(p); `steepness` bounds how much the
+/// warp stretches distances.
+[[nodiscard]] Solid warped(const Solid& solid,
+                           const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& warp,
+                           double steepness);
+
 /// Smooth curve (Catmull-Rom) through the given points, `steps` pieces between two of them.
 [[nodiscard]] Profile smoothCurve(const Profile& points, int steps);
 [[nodiscard]] std::vector<TubePoint> smoothCurve(const std::vector<TubePoint>& points, int steps);
 
-/// Unit outward normal by differences.
-[[nodiscard]] Eigen::Vector3d normalAt(const Solid& solid, const Eigen::Vector3d& point);
+/// Gradient of the solid's function by differences; points outwards.
+[[nodiscard]] Eigen::Vector3d gradientAt(const Solid& solid, const Eigen::Vector3d& point);
 }  // namespace bullet_ccd::shapes
