@@ -32,8 +32,8 @@ struct PairState
     double time = -1.0;
     Eigen::Matrix3d R{};  ///< A's tree in B's
     Eigen::Vector3d p{};
-    Eigen::Vector3d vA{}, wA{}, vB{},
-        wB{};  ///< velocities of the trees' origins, angular velocities
+    Eigen::Vector3d vA{}, wA{};  ///< velocity of A's tree origin, angular velocity
+    Eigen::Vector3d vB{}, wB{};  ///< of B's
     double spinA = 0.0, spinB = 0.0;
     double rounding = 0.0;
 };
