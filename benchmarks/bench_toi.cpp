@@ -83,7 +83,7 @@ std::vector<RigidMotion> makeMotions()
 
 void checkAnswer(const RigidBody& a, const RigidBody& b, const ToiResult& result)
 {
-    constexpr int kSamples = 400;
+    constexpr int kSamples = 30;
     const double end = result.status == ToiStatus::Hit ? result.time : 1.0;
     for (int i = 0; i <= kSamples; ++i)
     {

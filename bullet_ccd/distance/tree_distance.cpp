@@ -58,7 +58,7 @@ struct Descent
         std::sort(children.begin(), children.end());
         for (const auto& [lowerBound, childA, childB] : children)
         {
-            if (lowerBound <= bound)
+            if (lowerBound <= bound && bound >= 0.0)
             {
                 run(childA, childB);
             }
@@ -118,7 +118,8 @@ TrianglePair treeDistance(const SsvTree& treeA,
                 if (pair.distance < best.distance)
                 {
                     best = pair;
-                    descent.bound = pair.distance;
+                    // Nothing is closer than touching: a negative bound ends the descent.
+                    descent.bound = pair.distance > 0.0 ? pair.distance : -1.0;
                 }
             });
     return best;

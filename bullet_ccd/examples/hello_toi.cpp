@@ -11,7 +11,7 @@ int main()
     const SsvTree plate = buildSsvTree(makeBox({1.0, 1.0, 0.0005}));
 
     RigidBody falling{.tree = &cube};  // the motion covers t in [0, 1]
-    falling.motion.X_W0.translation() = {0.0, 0.0, 1.0};
+    falling.motion.X_W0.translation().z() = 1.0;
     falling.motion.v_W = {0.5, 0.0, -30.0};  // metres a step: far beyond the plate
     falling.motion.w_W = {0.0, 12.0, 3.0};   // radians a step: two turns
     const RigidBody resting{.tree = &plate};
