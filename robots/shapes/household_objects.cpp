@@ -153,7 +153,7 @@ Recipe box(Sizes& sizes)
     const Eigen::Vector3d half(sizes.between(0.018, 0.026, 0.035),
                                sizes.between(0.030, 0.045, 0.065),
                                sizes.between(0.035, 0.060, 0.100));
-    return {roundedBox(half, 0.004), {.chordError = 1.0e-4, .longestEdge = 8e-3}};
+    return {roundedBox(half, 0.004), {.longestEdge = 1.0e-2}};
 }
 
 Recipe plate(Sizes& sizes)
