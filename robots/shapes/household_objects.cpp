@@ -80,7 +80,9 @@ Solid handleRing(double x, double z, double depth, double half, double radius)
 /// What a vessel of the given wall can hold; cutting it off keeps handles out of the vessel.
 Solid hollowOf(Profile wallCurve, double wall)
 {
-    wallCurve.emplace_back(0.0, wallCurve.back().y());
+    const Eigen::Vector2d above = wallCurve.back() + Eigen::Vector2d(0.0, 0.05);
+    wallCurve.push_back(above);  // out of the vessel, so that its rim gets no ledge
+    wallCurve.emplace_back(0.0, above.y());
     return lathe(wallCurve, -0.5 * wall);
 }
 
