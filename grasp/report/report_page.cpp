@@ -191,7 +191,8 @@ void writeFigures(std::ostream& out,
     {
         const Grasp& grasp = grasps[i];
         // The page and its pictures can be moved together.
-        const std::filesystem::path relative = pictures[i].lexically_proximate(folder);
+        const std::filesystem::path relative =
+            std::filesystem::absolute(pictures[i]).lexically_proximate(folder);
         out << "<figure><img src=\"" << address(relative) << "\" alt=\"Grasp of candidate "
             << grasp.candidate << " from two sides\">\n<figcaption><strong>Candidate "
             << grasp.candidate << "</strong> <div><span>epsilon</span> "
@@ -300,7 +301,7 @@ void writeReport(const GraspRun& run,
          << escaped(title) << "</h1>\n<p class=\"sub\">" << grasps.size() << " candidates, seed "
          << run.options.seed << ", friction " << number(run.options.friction, 4) << "</p>\n";
     writeTiles(page, grasps);
-    writeFigures(page, grasps, pictures, file.parent_path());
+    writeFigures(page, grasps, pictures, std::filesystem::absolute(file).parent_path());
     writeTable(page, grasps);
     writeFacts(page, run, hand, object);
     page << "<script>" << kScript << "</script>\n</body></html>\n";
