@@ -17,8 +17,18 @@ namespace
 {
 using Corners = std::array<Eigen::Vector3d, 3>;
 
+// The two conversions are not inlined: GCC 12 (-O2, vectorised) drops a conversion to float and
+// back to double within one function and goes on with the unrounded value, so that extents would be
+// measured about a center that is not the stored one.
+
+/// Nearest floats.
+[[gnu::noinline]] Eigen::Vector3f toFloats(const Eigen::Vector3d& x)
+{
+    return x.cast<float>();
+}
+
 /// Smallest float that is not below `x`.
-float roundUp(double x)
+[[gnu::noinline]] float roundUp(double x)
 {
     const float f = static_cast<float>(x);
     return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity())
@@ -62,7 +72,7 @@ struct Builder
 /// Orthonormal axes from the columns of largest and middle extent.
 Axes toAxes(const Eigen::Vector3d& first, const Eigen::Vector3d& second)
 {
-    return {.axis0 = first.cast<float>(), .axis1 = second.cast<float>()};
+    return {.axis0 = toFloats(first), .axis1 = toFloats(second)};
 }
 
 /// Axes of a single triangle: its longest edge and the normal of that edge in its plane; any axes
@@ -139,7 +149,7 @@ SsvNode Builder::fit(const Axes& axes, std::size_t begin, std::size_t end) const
             high = high.cwiseMax(s);
         }
     }
-    const Eigen::Vector3f center = (e * (0.5 * (low + high))).cast<float>();
+    const Eigen::Vector3f center = toFloats(e * (0.5 * (low + high)));
 
     // Half-extents about the center as stored. The projections on axes that are orthonormal to 1e-7
     // only differ from the coordinates s_k by that fraction of the distance: 1e-6 covers it.

@@ -185,6 +185,38 @@ void resolveMimics(const urdf::ModelInterface& model, const std::string& file, K
     }
 }
 
+/// Mimics that leave their own limits while the joint they follow stays within its own: usually a
+/// wrong sign.
+void noteMimicLimits(const KinematicTree& tree, std::vector<std::string>& notes)
+{
+    // Multipliers and limits are printed with a few digits.
+    constexpr double kTolerance = 0.01;
+    std::vector<std::string> names;
+    for (const Link& link : tree.links)
+    {
+        const Joint& joint = link.joint;
+        if (joint.mimicOf == kNone)
+        {
+            continue;
+        }
+        const Joint& driver = tree.links[static_cast<std::size_t>(joint.mimicOf)].joint;
+        for (const double q : {driver.lower, driver.upper})
+        {
+            const double mimicked = joint.mimicMultiplier * q + joint.mimicOffset;
+            if (mimicked < joint.lower - kTolerance || mimicked > joint.upper + kTolerance)
+            {
+                names.push_back(joint.name);
+                break;
+            }
+        }
+    }
+    if (!names.empty())
+    {
+        notes.push_back("mimic joints leave their own limits, which are ignored: " +
+                        listNames(names));
+    }
+}
+
 void noteUnlimited(const KinematicTree& tree, std::vector<std::string>& notes)
 {
     std::vector<std::string> effort;
@@ -276,6 +308,7 @@ KinematicTree buildTree(const urdf::ModelInterface& model,
             "hang from the root: a URDF is a tree, remove a joint of the loop");
     }
     resolveMimics(model, file, tree);
+    noteMimicLimits(tree, notes);
     noteUnlimited(tree, notes);
     return tree;
 }
