@@ -61,8 +61,9 @@ document.querySelectorAll('#grasps th button').forEach((button) => button.addEve
   const head = button.parentNode;
   const column = head.cellIndex;
   const body = document.querySelector('#grasps tbody');
+  const sorted = head.getAttribute('aria-sort');
   const numeric = !head.classList.contains('text');
-  const down = head.ariaSort ? head.ariaSort === 'ascending' : numeric && column > 1;
+  const down = sorted ? sorted === 'ascending' : numeric && column > 1;
   document.querySelectorAll('#grasps th').forEach((other) => other.removeAttribute('aria-sort'));
   head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
   const key = (row) => row.cells[column].dataset.value ?? row.cells[column].textContent;
