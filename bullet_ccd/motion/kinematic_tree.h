@@ -50,7 +50,7 @@ struct Link
     std::string name;
     std::int32_t parent = kNone;                              ///< smaller than the link's own index
     Eigen::Isometry3d X_PL0 = Eigen::Isometry3d::Identity();  ///< pose in the parent at position 0
-    Joint joint;
+    Joint joint{};
     double mass = 0.0;                                       ///< [kg]
     Eigen::Vector3d centerOfMass = Eigen::Vector3d::Zero();  ///< link frame [m]
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about it, link axes [kg m^2]
