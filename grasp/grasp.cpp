@@ -1,1 +1,51 @@
 #include "grasp/grasp.h"
+
+#include "bullet_ccd/math/check.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace bullet_ccd::grasp
+{
+GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
+{
+    checkMesh(mesh, name);
+    const Eigen::Vector3d center = massProperties(mesh).center;
+    const bool watertight = isWatertight(mesh);
+    double radius = 0.0;
+    for (const Eigen::Vector3d& vertex : mesh.vertices)
+    {
+        radius = std::max(radius, (vertex - center).norm());
+    }
+    return {.name = std::move(name),
+            .tree = buildSsvTree(std::move(mesh)),
+            .centerOfMass = center,
+            .radius = radius,
+            .watertight = watertight};
+}
+
+const char* toString(RejectReason reason)
+{
+    switch (reason)
+    {
+        case RejectReason::None:
+            return "none";
+        case RejectReason::OverlapAtStart:
+            return "overlap at start";
+        case RejectReason::SelfOverlap:
+            return "self overlap";
+        case RejectReason::NoApproachHit:
+            return "no approach hit";
+        case RejectReason::TooFewContacts:
+            return "too few contacts";
+        case RejectReason::NoForceClosure:
+            return "no force closure";
+        case RejectReason::Penetration:
+            return "penetration";
+        case RejectReason::IterationLimit:
+            return "iteration limit";
+    }
+    BULLET_CCD_ASSERT(false);
+    return "unknown";
+}
+}  // namespace bullet_ccd::grasp

@@ -1,14 +1,14 @@
 /// Value types of the grasp pipeline.
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/mesh/triangle_mesh.h"
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -27,30 +27,31 @@ struct GraspObject
 /// A link's point contact on the object.
 struct GraspContact
 {
-    std::int32_t link = kNone;                          ///< of the hand
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on the object, W [m]
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();   ///< unit, into the object, W
-    double gap = 0.0;                                   ///< distance of the two surfaces [m]
+    std::int32_t link = kNone;                         ///< of the hand
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< on the object, W [m]
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, into the object, W
+    double gap = 0.0;                                  ///< distance of the two surfaces [m]
 };
 
 /// Why a candidate is no grasp. None: it is one.
 enum class RejectReason : std::uint8_t
 {
     None,
-    OverlapAtStart,   ///< the open hand intersects the object where the approach begins
-    SelfOverlap,      ///< two links that must not touch intersect in the preshape
-    NoApproachHit,    ///< the approach ends without any contact
-    TooFewContacts,   ///< fewer than two contacts after closing
-    NoForceClosure,   ///< epsilon below the threshold
-    Penetration,      ///< the independent check found an intersection: never expected
-    IterationLimit,   ///< a time-of-impact query gave up
+    OverlapAtStart,  ///< the open hand intersects the object where the approach begins
+    SelfOverlap,     ///< two links that must not touch intersect in the preshape
+    NoApproachHit,   ///< the approach ends without any contact
+    TooFewContacts,  ///< fewer than two contacts after closing
+    NoForceClosure,  ///< epsilon below the threshold
+    Penetration,     ///< the independent check found an intersection: never expected
+    IterationLimit,  ///< a time-of-impact query gave up
 };
 [[nodiscard]] const char* toString(RejectReason reason);
 
 struct GraspQuality
 {
-    double epsilon = 0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
-    double volume = 0.0;   ///< of that space (6-D)
+    double epsilon =
+        0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
+    double volume = 0.0;        ///< of that space (6-D)
     bool forceClosure = false;  ///< epsilon >= the threshold asked for
 };
 
@@ -58,21 +59,22 @@ struct GraspQuality
 struct StopEvent
 {
     std::int32_t link = kNone;
-    double time = 0.0;  ///< simulated time since closing began [s]
+    double time = 0.0;     ///< simulated time since closing began [s]
     bool byObject = true;  ///< false: stopped by another link
 };
 
 /// Outcome of one candidate.
 struct Grasp
 {
-    std::int64_t candidate = 0;      ///< its number in the sampling sequence
+    std::int64_t candidate = 0;  ///< its number in the sampling sequence
     RejectReason reject = RejectReason::None;
     std::string preshape;
-    Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();  ///< root link where approach begins
-    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();        ///< unit
-    double approachDistance = 0.0;                               ///< travelled until contact [m]
-    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();      ///< root link of the final grasp
-    std::vector<double> positions;                               ///< one entry a link
+    Eigen::Isometry3d X_WStart =
+        Eigen::Isometry3d::Identity();                       ///< root link where approach begins
+    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();    ///< unit
+    double approachDistance = 0.0;                           ///< travelled until contact [m]
+    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< root link of the final grasp
+    std::vector<double> positions;                           ///< one entry a link
     std::vector<GraspContact> contacts;
     std::vector<StopEvent> stops;
     GraspQuality quality;

@@ -1,12 +1,12 @@
 #include "bullet_ccd/contact/find_contacts.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <tuple>
-
-#include "bullet_ccd/distance/tree_distance.h"
 
 namespace bullet_ccd
 {
@@ -22,8 +22,10 @@ Vector3d triangleNormal(const SsvTree& tree, std::int32_t triangle)
 }
 
 /// Contacts of all pairs of triangles, in W.
-std::vector<Contact> rawContacts(const SsvTree& treeA, const Eigen::Isometry3d& X_WA,
-                                 const SsvTree& treeB, const Eigen::Isometry3d& X_WB,
+std::vector<Contact> rawContacts(const SsvTree& treeA,
+                                 const Eigen::Isometry3d& X_WA,
+                                 const SsvTree& treeB,
+                                 const Eigen::Isometry3d& X_WB,
                                  double threshold)
 {
     std::vector<TrianglePair> pairs;
@@ -55,8 +57,8 @@ Cell cellOf(const Vector3d& point, double size)
             std::llround(point.z() / size)};
 }
 
-/// Keeps, of all contacts that share a witness on one side, the closest. A corner that hovers over a
-/// face is also near the faces beside it, at an oblique angle: those are no contacts, because the
+/// Keeps, of all contacts that share a witness on one side, the closest. A corner that hovers over
+/// a face is also near the faces beside it, at an oblique angle: those are no contacts, because the
 /// corner has a nearer point. What remains is nearest seen from both sides.
 template <class PointOf>
 void keepNearest(std::vector<Contact>& contacts, double cell, PointOf pointOf)
@@ -69,9 +71,10 @@ void keepNearest(std::vector<Contact>& contacts, double cell, PointOf pointOf)
                   return std::tuple(key(x), x.gap, x.triangleA, x.triangleB) <
                          std::tuple(key(y), y.gap, y.triangleA, y.triangleB);
               });
-    const auto last = std::unique(contacts.begin(),
-                                  contacts.end(),
-                                  [&](const Contact& x, const Contact& y) { return key(x) == key(y); });
+    const auto last =
+        std::unique(contacts.begin(),
+                    contacts.end(),
+                    [&](const Contact& x, const Contact& y) { return key(x) == key(y); });
     contacts.erase(last, contacts.end());
 }
 
@@ -82,11 +85,10 @@ std::vector<std::vector<Contact>> patchesOf(const std::vector<Contact>& contacts
     std::vector<std::vector<Contact>> patches;
     for (const Contact& contact : contacts)
     {
-        const auto patch =
-            std::find_if(patches.begin(),
-                         patches.end(),
-                         [&](const std::vector<Contact>& p)
-                         { return p.front().normal.dot(contact.normal) >= cosine; });
+        const auto patch = std::find_if(patches.begin(),
+                                        patches.end(),
+                                        [&](const std::vector<Contact>& p)
+                                        { return p.front().normal.dot(contact.normal) >= cosine; });
         if (patch != patches.end())
         {
             patch->push_back(contact);
@@ -136,8 +138,8 @@ std::vector<Contact> spanningContacts(const std::vector<Contact>& patch, int cou
     const double extent = 1e-3 * (second->pointB - a).norm();
     for (const double sign : {1.0, -1.0})
     {
-        const Contact* other = farthest(
-            patch, extent, [&](const Vector3d& p) { return sign * side.dot(p - a); });
+        const Contact* other =
+            farthest(patch, extent, [&](const Vector3d& p) { return sign * side.dot(p - a); });
         if (other != nullptr && chosen.size() < wanted)
         {
             chosen.push_back(*other);
@@ -165,8 +167,10 @@ std::vector<Contact> spanningContacts(const std::vector<Contact>& patch, int cou
 }
 }  // namespace
 
-std::vector<Contact> findContacts(const SsvTree& treeA, const Eigen::Isometry3d& X_WA,
-                                  const SsvTree& treeB, const Eigen::Isometry3d& X_WB,
+std::vector<Contact> findContacts(const SsvTree& treeA,
+                                  const Eigen::Isometry3d& X_WA,
+                                  const SsvTree& treeB,
+                                  const Eigen::Isometry3d& X_WB,
                                   const ContactOptions& options)
 {
     std::vector<Contact> contacts = rawContacts(treeA, X_WA, treeB, X_WB, options.threshold);
@@ -175,8 +179,7 @@ std::vector<Contact> findContacts(const SsvTree& treeA, const Eigen::Isometry3d&
     keepNearest(contacts, cell, [](const Contact& c) { return c.pointB; });
     std::sort(contacts.begin(),
               contacts.end(),
-              [](const Contact& x, const Contact& y)
-              {
+              [](const Contact& x, const Contact& y) {
                   return std::tie(x.gap, x.triangleA, x.triangleB) <
                          std::tie(y.gap, y.triangleA, y.triangleB);
               });

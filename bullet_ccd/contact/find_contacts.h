@@ -1,11 +1,11 @@
 /// Contacts between two bodies at fixed poses, as point contacts with a normal.
 #pragma once
 
-#include <vector>
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -28,11 +28,13 @@ struct ContactOptions
 };
 
 /// Contacts of two meshes: all pairs of triangles within the threshold, clustered into patches of
-/// like normals, each patch reduced to the few points that span it (the deepest first). Deterministic
-/// order. Empty if the meshes are farther apart; pairs that intersect are reported with gap 0 and the
-/// normal of B's triangle.
+/// like normals, each patch reduced to the few points that span it (the deepest first).
+/// Deterministic order. Empty if the meshes are farther apart; pairs that intersect are reported
+/// with gap 0 and the normal of B's triangle.
 /// @param X_WA, X_WB poses; the result is in W
-[[nodiscard]] std::vector<Contact> findContacts(const SsvTree& treeA, const Eigen::Isometry3d& X_WA,
-                                                const SsvTree& treeB, const Eigen::Isometry3d& X_WB,
+[[nodiscard]] std::vector<Contact> findContacts(const SsvTree& treeA,
+                                                const Eigen::Isometry3d& X_WA,
+                                                const SsvTree& treeB,
+                                                const Eigen::Isometry3d& X_WB,
                                                 const ContactOptions& options);
 }  // namespace bullet_ccd

@@ -1,17 +1,17 @@
 /// Two volumes of two hierarchies at one relative pose, and the directions that may separate them.
 ///
 /// For boxes these are the 15 classical axes: the face normals of both and the cross products of
-/// their edges. Along any direction n, |n| = 1, the gap n.D - extent(A) - extent(B) is a lower bound
-/// of the distance of the volumes; so is its maximum over the axes.
+/// their edges. Along any direction n, |n| = 1, the gap n.D - extent(A) - extent(B) is a lower
+/// bound of the distance of the volumes; so is its maximum over the axes.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include <algorithm>
+#include <cmath>
 
 namespace bullet_ccd
 {
@@ -55,8 +55,9 @@ inline PlacedSsv place(const SsvNode& node, const Eigen::Matrix3d& R, const Eige
 /// projection(x_A, x_B) is n.x for a vector x given in the axes of both (x_A = axesA^T x, x_B =
 /// axesB^T x). Stops early when visit returns true; returns whether it did.
 ///
-/// The formulas take the axes for orthonormal; they are so to 2e-7, divided by |n| >= 0.1 for a cross
-/// product before it is normalised, and 4e-6 of the sizes involved is subtracted from every gap for it.
+/// The formulas take the axes for orthonormal; they are so to 2e-7, divided by |n| >= 0.1 for a
+/// cross product before it is normalised, and 4e-6 of the sizes involved is subtracted from every
+/// gap for it.
 template <class Visit>
 inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&& visit)
 {

@@ -1,11 +1,11 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
+#include "bullet_ccd/distance/ssv_pair.h"
+#include "bullet_ccd/distance/triangle_distance.h"
+
 #include <algorithm>
 #include <array>
 #include <tuple>
-
-#include "bullet_ccd/distance/ssv_pair.h"
-#include "bullet_ccd/distance/triangle_distance.h"
 
 namespace bullet_ccd
 {
@@ -58,7 +58,7 @@ struct Descent
         std::sort(children.begin(), children.end());
         for (const auto& [lowerBound, childA, childB] : children)
         {
-            if (lowerBound <= bound)
+            if (lowerBound <= bound && bound >= 0.0)
             {
                 run(childA, childB);
             }
@@ -83,8 +83,11 @@ struct Descent
 };
 
 template <class Leaf>
-void descend(const SsvTree& treeA, const SsvTree& treeB, const Eigen::Isometry3d& X_BA,
-             double bound, Leaf leaf)
+void descend(const SsvTree& treeA,
+             const SsvTree& treeB,
+             const Eigen::Isometry3d& X_BA,
+             double bound,
+             Leaf leaf)
 {
     Descent<Leaf> descent{.treeA = treeA,
                           .treeB = treeB,
@@ -99,8 +102,10 @@ void descend(const SsvTree& treeA, const SsvTree& treeB, const Eigen::Isometry3d
 }
 }  // namespace
 
-TrianglePair treeDistance(const SsvTree& treeA, const SsvTree& treeB,
-                          const Eigen::Isometry3d& X_BA, double upperBound)
+TrianglePair treeDistance(const SsvTree& treeA,
+                          const SsvTree& treeB,
+                          const Eigen::Isometry3d& X_BA,
+                          double upperBound)
 {
     TrianglePair best{.distance = upperBound};
     descend(treeA,
@@ -113,14 +118,17 @@ TrianglePair treeDistance(const SsvTree& treeA, const SsvTree& treeB,
                 if (pair.distance < best.distance)
                 {
                     best = pair;
-                    descent.bound = pair.distance;
+                    // Nothing is closer than touching: a negative bound ends the descent.
+                    descent.bound = pair.distance > 0.0 ? pair.distance : -1.0;
                 }
             });
     return best;
 }
 
-void trianglePairsWithin(const SsvTree& treeA, const SsvTree& treeB,
-                         const Eigen::Isometry3d& X_BA, double threshold,
+void trianglePairsWithin(const SsvTree& treeA,
+                         const SsvTree& treeB,
+                         const Eigen::Isometry3d& X_BA,
+                         double threshold,
                          std::vector<TrianglePair>& pairs)
 {
     const auto first = static_cast<std::ptrdiff_t>(pairs.size());
@@ -138,8 +146,7 @@ void trianglePairsWithin(const SsvTree& treeA, const SsvTree& treeB,
             });
     std::sort(pairs.begin() + first,
               pairs.end(),
-              [](const TrianglePair& x, const TrianglePair& y)
-              {
+              [](const TrianglePair& x, const TrianglePair& y) {
                   return std::pair(x.triangleA, x.triangleB) < std::pair(y.triangleA, y.triangleB);
               });
 }

@@ -1,12 +1,12 @@
 /// Distance queries of two meshes at fixed poses.
 #pragma once
 
-#include <cstdint>
-#include <vector>
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include <cstdint>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -22,11 +22,16 @@ struct TrianglePair
 
 /// Distance of two meshes if it is below `upperBound`, else `upperBound` with triangles kNone.
 /// @param X_BA pose of A's frame in B's
-[[nodiscard]] TrianglePair treeDistance(const SsvTree& treeA, const SsvTree& treeB,
-                                        const Eigen::Isometry3d& X_BA, double upperBound);
+[[nodiscard]] TrianglePair treeDistance(const SsvTree& treeA,
+                                        const SsvTree& treeB,
+                                        const Eigen::Isometry3d& X_BA,
+                                        double upperBound);
 
 /// All pairs of triangles at a distance <= `threshold`, ordered by (triangleA, triangleB), appended
 /// to `pairs` (frame of B).
-void trianglePairsWithin(const SsvTree& treeA, const SsvTree& treeB, const Eigen::Isometry3d& X_BA,
-                         double threshold, std::vector<TrianglePair>& pairs);
+void trianglePairsWithin(const SsvTree& treeA,
+                         const SsvTree& treeB,
+                         const Eigen::Isometry3d& X_BA,
+                         double threshold,
+                         std::vector<TrianglePair>& pairs);
 }  // namespace bullet_ccd

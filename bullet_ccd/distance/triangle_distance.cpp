@@ -1,11 +1,11 @@
 #include "bullet_ccd/distance/triangle_distance.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
-
-#include <Eigen/Geometry>
 
 namespace bullet_ccd
 {
@@ -49,9 +49,10 @@ double closestParameter(const Vector3d& p, const Vector3d& q, const Vector3d& x)
 
 /// Closest points of two segments. The crossing of the two lines is found with their cross product,
 /// whose relative error is that of the angle and not of its square: almost parallel edges lose
-/// nothing. Alternating projections then clamp it, and the four ends decide where it does not apply.
-void considerEdges(const Vector3d& p0, const Vector3d& p1, const Vector3d& q0, const Vector3d& q1,
-                   Closest& best)
+/// nothing. Alternating projections then clamp it, and the four ends decide where it does not
+/// apply.
+void considerEdges(
+    const Vector3d& p0, const Vector3d& p1, const Vector3d& q0, const Vector3d& q1, Closest& best)
 {
     const Vector3d u = p1 - p0;
     const Vector3d v = q1 - q0;
@@ -68,8 +69,8 @@ void considerEdges(const Vector3d& p0, const Vector3d& p1, const Vector3d& q0, c
     best.consider(onP, pointOn(q0, q1, closestParameter(q0, q1, onP)));
 }
 
-/// Distance of every corner of one triangle from the inside of the other, and of an edge that pierces
-/// it. `swap` says which of the two is A.
+/// Distance of every corner of one triangle from the inside of the other, and of an edge that
+/// pierces it. `swap` says which of the two is A.
 struct Face
 {
     const TriangleCorners& c;
@@ -83,7 +84,8 @@ struct Face
     {
     }
 
-    /// A normal worth projecting along: a triangle with height below 1e-13 of its length is an edge.
+    /// A normal worth projecting along: a triangle with height below 1e-13 of its length is an
+    /// edge.
     [[nodiscard]] bool hasArea() const
     {
         const double longest = std::max({(c[1] - c[0]).squaredNorm(),

@@ -2,9 +2,9 @@
 /// points that they are.
 #pragma once
 
-#include <array>
-
 #include <Eigen/Core>
+
+#include <array>
 
 namespace bullet_ccd
 {
@@ -12,9 +12,9 @@ using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
 struct TriangleDistance
 {
-    double distance = 0.0;    ///< 0 if they touch or intersect
-    Eigen::Vector3d pointA;   ///< a closest point of A (an intersection point if distance == 0)
-    Eigen::Vector3d pointB;   ///< of B
+    double distance = 0.0;   ///< 0 if they touch or intersect
+    Eigen::Vector3d pointA;  ///< a closest point of A (an intersection point if distance == 0)
+    Eigen::Vector3d pointB;  ///< of B
 };
 
 /// Distance of two triangles given in one common frame. Never throws, allocates nothing.

@@ -1,23 +1,24 @@
 /// Bounding-volume hierarchy of a triangle mesh, built once and shared by all queries.
 ///
-/// Every node holds a swept-sphere volume: a core (point, line segment, rectangle or box, by how many
-/// of its half-extents are zero) swept by a ball. Nodes are flat, siblings adjacent, 64 bytes, single
-/// precision rounded outwards; triangles keep their double-precision vertices.
+/// Every node holds a swept-sphere volume: a core (point, line segment, rectangle or box, by how
+/// many of its half-extents are zero) swept by a ball. Nodes are flat, siblings adjacent, 64 bytes,
+/// single precision rounded outwards; triangles keep their double-precision vertices.
 #pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <Eigen/Core>
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "bullet_ccd/mesh/triangle_mesh.h"
-
 namespace bullet_ccd
 {
-/// Volume {center + sum_k s_k axis_k + b : |s_k| <= half_k, |b| <= radius}, in the tree's own frame:
-/// the mesh's, moved so that SsvTree::origin() is its origin. axis_2 = axis_0 x axis_1. The axes are
-/// unit and orthogonal to single precision only; what that costs is part of the half-extents.
+/// Volume {center + sum_k s_k axis_k + b : |s_k| <= half_k, |b| <= radius}, in the tree's own
+/// frame: the mesh's, moved so that SsvTree::origin() is its origin. axis_2 = axis_0 x axis_1. The
+/// axes are unit and orthogonal to single precision only; what that costs is part of the
+/// half-extents.
 struct SsvNode
 {
     float center[3];        // 12 bytes

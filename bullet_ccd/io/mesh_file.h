@@ -1,17 +1,26 @@
-/// Mesh files (OBJ, STL, PLY, OFF, DAE, glTF/GLB) to TriangleMesh, by assimp.
+/// Mesh files to TriangleMesh: OBJ by a reader of our own, STL (text and binary), PLY, OFF, DAE,
+/// glTF and GLB by assimp.
+///
+/// Coordinates. OBJ numbers become the nearest double. Assimp stores single precision: coordinates
+/// of the other formats are rounded to 24 bits when they are read (6e-8 of their size), which is
+/// all that binary STL, glTF and most PLY files hold anyway.
+///
+/// Units and axes. Numbers are metres after `MeshFileOptions::scale`. DAE is read as RViz and
+/// MoveIt do: <unit meter=".."/> is applied, <up_axis> is ignored. glTF keeps its axes too (y up):
+/// nothing is turned. Node transforms are applied.
 #pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "bullet_ccd/mesh/triangle_mesh.h"
-
 namespace bullet_ccd
 {
 struct MeshFileOptions
 {
-    double scale = 1.0;  ///< file units to metres
+    double scale = 1.0;  ///< file units to metres; finite and > 0
 };
 
 struct MeshFile
@@ -21,12 +30,16 @@ struct MeshFile
     std::vector<std::string> notes;  ///< one line for everything a user should know; often empty
 };
 
-/// Reads all triangles of all meshes of a file, node transforms applied; polygons are triangulated,
-/// lines and points dropped with a note. Then checkMesh() and repairMesh().
+/// Extent above which a note asks whether the file is in millimetres [m].
+inline constexpr double kSuspiciousExtent = 10.0;
+
+/// Reads all triangles of all meshes of a file; polygons are triangulated, lines and points dropped
+/// with a note. Then checkMesh() and repairMesh().
 /// Throws std::runtime_error: "<path>: <what, where, value>: <remedy>".
 [[nodiscard]] MeshFile loadMeshFile(const std::filesystem::path& path,
                                     const MeshFileOptions& options = {});
 
-/// Writes OBJ (text, 17 digits: a round trip is exact). Throws std::runtime_error.
+/// Writes OBJ (text, shortest digits that give the same doubles back: loadMeshFile() of the file is
+/// exact up to repairs). Throws std::runtime_error.
 void writeObj(const TriangleMesh& mesh, const std::filesystem::path& path);
 }  // namespace bullet_ccd

@@ -32,14 +32,14 @@ inline void require(bool condition, const char* message)
 }  // namespace bullet_ccd
 
 #if defined(BULLET_CCD_ASSERTIONS) || !defined(NDEBUG)
-#define BULLET_CCD_ASSERT(condition)                                                         \
-    do                                                                                       \
-    {                                                                                        \
-        if (!(condition))                                                                    \
-        {                                                                                    \
+#define BULLET_CCD_ASSERT(condition)                                                               \
+    do                                                                                             \
+    {                                                                                              \
+        if (!(condition))                                                                          \
+        {                                                                                          \
             std::fprintf(stderr, "%s:%d: assertion failed: %s\n", __FILE__, __LINE__, #condition); \
-            std::abort();                                                                    \
-        }                                                                                    \
+            std::abort();                                                                          \
+        }                                                                                          \
     } while (false)
 #else
 #define BULLET_CCD_ASSERT(condition) static_cast<void>(0)

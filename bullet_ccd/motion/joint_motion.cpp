@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace bullet_ccd
 {
 namespace
@@ -15,12 +14,16 @@ const Link& linkOf(const KinematicTree& tree, std::int32_t index)
 
 double rateOf(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
 {
-    return linkOf(tree, link).joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)] : 0.0;
+    return linkOf(tree, link).joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)]
+                                                : 0.0;
 }
 }  // namespace
 
-MotionState linkStateAt(const KinematicTree& tree, const JointMotion& motion, std::int32_t base,
-                        std::int32_t link, double t)
+MotionState linkStateAt(const KinematicTree& tree,
+                        const JointMotion& motion,
+                        std::int32_t base,
+                        std::int32_t link,
+                        double t)
 {
     if (link == base)
     {
@@ -38,8 +41,7 @@ MotionState linkStateAt(const KinematicTree& tree, const JointMotion& motion, st
     MotionState state;
     state.X_W = parent.X_W * linkInParent(here, q);
     state.w_W = parent.w_W;
-    state.v_W = parent.v_W +
-                parent.w_W.cross(state.X_W.translation() - parent.X_W.translation());
+    state.v_W = parent.v_W + parent.w_W.cross(state.X_W.translation() - parent.X_W.translation());
     if (rate != 0.0)
     {
         const Eigen::Vector3d axisRate = rate * (state.X_W.linear() * here.joint.axis);
@@ -48,8 +50,10 @@ MotionState linkStateAt(const KinematicTree& tree, const JointMotion& motion, st
     return state;
 }
 
-AccelerationBound linkAccelerationBound(const KinematicTree& tree, const JointMotion& motion,
-                                        std::int32_t base, std::int32_t link)
+AccelerationBound linkAccelerationBound(const KinematicTree& tree,
+                                        const JointMotion& motion,
+                                        std::int32_t base,
+                                        std::int32_t link)
 {
     // Second derivative of a point P of the last link, o_k the joints' origins, from
     // d2P/dq_j dq_k = a_j x (a_k x (P - o_k)) for j <= k, both revolute, and a_j x a_k for a
@@ -110,7 +114,9 @@ std::int32_t commonAncestor(const KinematicTree& tree, std::int32_t linkA, std::
     return linkA;
 }
 
-bool moves(const KinematicTree& tree, const JointMotion& motion, std::int32_t base,
+bool moves(const KinematicTree& tree,
+           const JointMotion& motion,
+           std::int32_t base,
            std::int32_t link)
 {
     for (std::int32_t k = link; k != base; k = linkOf(tree, k).parent)

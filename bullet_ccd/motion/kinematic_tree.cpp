@@ -42,7 +42,8 @@ Eigen::Isometry3d linkInParent(const Link& link, double q)
     return X_PL;
 }
 
-std::vector<Eigen::Isometry3d> linkPoses(const KinematicTree& tree, const Eigen::Isometry3d& X_WR,
+std::vector<Eigen::Isometry3d> linkPoses(const KinematicTree& tree,
+                                         const Eigen::Isometry3d& X_WR,
                                          std::span<const double> positions)
 {
     require(positions.size() == tree.size(),
@@ -67,8 +68,9 @@ void applyMimics(const KinematicTree& tree, std::span<double> positions)
         const Joint& joint = tree.links[i].joint;
         if (joint.mimicOf != kNone)
         {
-            positions[i] = joint.mimicMultiplier * positions[static_cast<std::size_t>(joint.mimicOf)] +
-                           joint.mimicOffset;
+            positions[i] =
+                joint.mimicMultiplier * positions[static_cast<std::size_t>(joint.mimicOf)] +
+                joint.mimicOffset;
         }
     }
 }

@@ -1,10 +1,14 @@
-/// Links and joints of an articulated body, in URDF's convention: the frame of a link is the frame of
-/// the joint above it, moved by that joint.
+/// Links and joints of an articulated body, in URDF's convention: the frame of a link is the frame
+/// of the joint above it, moved by that joint.
 ///
-/// Links are stored parents first; link 0 is the root. Joints have no index of their own: joint i is
-/// the one above link i, and joint positions are vectors with one entry a link (the root's and fixed
-/// joints' entries are ignored).
+/// Links are stored parents first; link 0 is the root. Joints have no index of their own: joint i
+/// is the one above link i, and joint positions are vectors with one entry a link (the root's and
+/// fixed joints' entries are ignored).
 #pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <Eigen/Geometry>
 
 #include <cstdint>
 #include <limits>
@@ -12,16 +16,12 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
-
-#include "bullet_ccd/mesh/triangle_mesh.h"
-
 namespace bullet_ccd
 {
 enum class JointType : std::uint8_t
 {
     Fixed,
-    Revolute,   ///< also URDF's continuous: then without limits
+    Revolute,  ///< also URDF's continuous: then without limits
     Prismatic,
 };
 
@@ -35,8 +35,8 @@ struct Joint
     double upper = std::numeric_limits<double>::infinity();
     double maxEffort = std::numeric_limits<double>::infinity();    ///< [N m] or [N]
     double maxVelocity = std::numeric_limits<double>::infinity();  ///< [rad/s] or [m/s]
-    /// position = mimicMultiplier * position[mimicOf] + mimicOffset, if mimicOf != kNone; mimicOf is
-    /// itself not a mimic joint.
+    /// position = mimicMultiplier * position[mimicOf] + mimicOffset, if mimicOf != kNone; mimicOf
+    /// is itself not a mimic joint.
     std::int32_t mimicOf = kNone;
     double mimicMultiplier = 1.0;
     double mimicOffset = 0.0;
@@ -48,12 +48,12 @@ struct Joint
 struct Link
 {
     std::string name;
-    std::int32_t parent = kNone;  ///< smaller than the link's own index
+    std::int32_t parent = kNone;                              ///< smaller than the link's own index
     Eigen::Isometry3d X_PL0 = Eigen::Isometry3d::Identity();  ///< pose in the parent at position 0
-    Joint joint;
-    double mass = 0.0;                                        ///< [kg]
-    Eigen::Vector3d centerOfMass = Eigen::Vector3d::Zero();   ///< link frame [m]
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();        ///< about it, link axes [kg m^2]
+    Joint joint{};
+    double mass = 0.0;                                       ///< [kg]
+    Eigen::Vector3d centerOfMass = Eigen::Vector3d::Zero();  ///< link frame [m]
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about it, link axes [kg m^2]
 };
 
 struct KinematicTree
@@ -80,6 +80,7 @@ struct KinematicTree
 void applyMimics(const KinematicTree& tree, std::span<double> positions);
 
 /// True if `ancestor` is `link` or on its way to the root.
-[[nodiscard]] bool isAncestorOrSelf(const KinematicTree& tree, std::int32_t ancestor,
+[[nodiscard]] bool isAncestorOrSelf(const KinematicTree& tree,
+                                    std::int32_t ancestor,
                                     std::int32_t link);
 }  // namespace bullet_ccd

@@ -38,5 +38,6 @@ struct RigidMotion
 
 /// Motion from one pose to another along the shortest arc. At a half turn the sense of rotation is
 /// not determined by the poses: the axis with its first non-zero component positive is taken.
-[[nodiscard]] RigidMotion motionBetween(const Eigen::Isometry3d& X_W0, const Eigen::Isometry3d& X_W1);
+[[nodiscard]] RigidMotion motionBetween(const Eigen::Isometry3d& X_W0,
+                                        const Eigen::Isometry3d& X_W1);
 }  // namespace bullet_ccd

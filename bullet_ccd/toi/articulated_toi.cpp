@@ -1,11 +1,11 @@
 #include "bullet_ccd/toi/articulated_toi.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/math/check.h"
+
 #include <algorithm>
 #include <string>
 #include <tuple>
-
-#include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/math/check.h"
 
 namespace bullet_ccd
 {
@@ -30,10 +30,10 @@ Query makeQuery(const ArticulatedBody& body, std::span<const RigidBody> obstacle
     query.bodies.reserve(links + obstacles.size());
     for (std::size_t i = 0; i < links; ++i)
     {
-        query.bodies.push_back({.tree = body.linkTrees[i],
-                                .motion = LinkMotion{.tree = body.tree,
-                                                     .motion = body.motion,
-                                                     .link = static_cast<std::int32_t>(i)}});
+        query.bodies.push_back(
+            {.tree = body.linkTrees[i],
+             .motion = LinkMotion{
+                 .tree = body.tree, .motion = body.motion, .link = static_cast<std::int32_t>(i)}});
     }
     for (const RigidBody& obstacle : obstacles)
     {
@@ -78,8 +78,8 @@ LinkContact nameContact(const BodyPair& pair, std::int32_t links)
 }
 
 /// Distance of a pair at time t if it is at most `threshold`, as a contact in W.
-bool findContact(const Query& query, const BodyPair& pair, double t, double threshold,
-                 LinkContact& contact)
+bool findContact(
+    const Query& query, const BodyPair& pair, double t, double threshold, LinkContact& contact)
 {
     const MovingBody& a = query.bodies[static_cast<std::size_t>(pair.bodyA)];
     const MovingBody& b = query.bodies[static_cast<std::size_t>(pair.bodyB)];
@@ -121,17 +121,16 @@ void checkSizes(const ArticulatedBody& body)
 
 ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
                                     std::span<const RigidBody> obstacles,
-                                    const ToiOptions& options, ToiWorkspace& work)
+                                    const ToiOptions& options,
+                                    ToiWorkspace& work)
 {
     checkSizes(body);
     const auto links = static_cast<std::int32_t>(body.tree->size());
     const Query query = makeQuery(body, obstacles);
     const FirstContactResult first = firstContact(query.bodies, query.pairs, options, work);
 
-    ArticulatedToiResult result{.status = first.status,
-                                .time = first.time,
-                                .contacts = {},
-                                .counters = first.counters};
+    ArticulatedToiResult result{
+        .status = first.status, .time = first.time, .contacts = {}, .counters = first.counters};
     if (first.pair == kNone || first.status == ToiStatus::IterationLimit)
     {
         return result;
@@ -164,8 +163,7 @@ ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
     }
     std::sort(result.contacts.begin() + 1,
               result.contacts.end(),
-              [](const LinkContact& a, const LinkContact& b)
-              {
+              [](const LinkContact& a, const LinkContact& b) {
                   return std::tie(a.link, a.obstacle, a.otherLink) <
                          std::tie(b.link, b.obstacle, b.otherLink);
               });

@@ -1,15 +1,15 @@
 #include "bullet_ccd/toi/first_contact.h"
 
+#include "bullet_ccd/distance/ssv_pair.h"
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/distance/triangle_distance.h"
+#include "bullet_ccd/math/check.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
-
-#include "bullet_ccd/distance/ssv_pair.h"
-#include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/distance/triangle_distance.h"
-#include "bullet_ccd/math/check.h"
 
 namespace bullet_ccd
 {
@@ -93,9 +93,7 @@ TreeState treeStateAt(const MovingBody& body, std::int32_t base, double t)
         s = std::get<RigidMotion>(body.motion).at(t);
     }
     const Isometry3d X = s.X_W * treeInBody(body);
-    return {.X = X,
-            .v = s.v_W + s.w_W.cross(X.translation() - s.X_W.translation()),
-            .w = s.w_W};
+    return {.X = X, .v = s.v_W + s.w_W.cross(X.translation() - s.X_W.translation()), .w = s.w_W};
 }
 
 AccelerationBound accelerationOf(const MovingBody& body, std::int32_t base)
@@ -120,7 +118,9 @@ std::int32_t frameOf(const MovingBody& a, const MovingBody& b)
 class Scene
 {
 public:
-    Scene(std::span<const MovingBody> bodies, std::span<const BodyPair> pairs, double tolerance,
+    Scene(std::span<const MovingBody> bodies,
+          std::span<const BodyPair> pairs,
+          double tolerance,
           std::vector<PairConstants>& constants)
         : m_bodies(bodies), m_pairs(pairs), m_constants(constants)
     {
@@ -185,9 +185,9 @@ private:
         state.wB = toB * b.w;
         state.spinA = a.w.norm();
         state.spinB = b.w.norm();
-        state.rounding = kRounding * (a.X.translation().norm() + b.X.translation().norm() +
-                                      c.treeA->radius() + c.treeB->radius() +
-                                      c.treeA->origin().norm() + c.treeB->origin().norm());
+        state.rounding =
+            kRounding * (a.X.translation().norm() + b.X.translation().norm() + c.treeA->radius() +
+                         c.treeB->radius() + c.treeA->origin().norm() + c.treeB->origin().norm());
         return state;
     }
 
@@ -219,7 +219,9 @@ struct Step
 
 /// Certified step of two volumes: the best over all separating axes. Speeds: that of the centres,
 /// plus that of the core about its centre; the ball swept around the core does not feel rotation.
-Step nodeStep(const PairConstants& c, const PairState& s, const SsvNode& nodeA,
+Step nodeStep(const PairConstants& c,
+              const PairState& s,
+              const SsvNode& nodeA,
               const SsvNode& nodeB)
 {
     const PlacedSsv b = place(nodeB);
@@ -273,8 +275,10 @@ struct MovingCorner
 
 /// Step along direction n (unit, from A to B): every pair of corners has its own gap and speed.
 /// Also returns the smallest gap, the separation of the two triangles along n.
-Step cornerStep(const std::array<MovingCorner, 3>& a, const std::array<MovingCorner, 3>& b,
-                const Vector3d& n, double margin)
+Step cornerStep(const std::array<MovingCorner, 3>& a,
+                const std::array<MovingCorner, 3>& b,
+                const Vector3d& n,
+                double margin)
 {
     Step step{.time = kInfinity, .gap = kInfinity};
     for (const MovingCorner& cornerA : a)
@@ -289,18 +293,21 @@ Step cornerStep(const std::array<MovingCorner, 3>& a, const std::array<MovingCor
                 continue;
             }
             const double speed = n.dot(cornerA.velocity - cornerB.velocity);
-            step.time = std::min(step.time,
-                                 closingTime(gap - margin,
-                                             speed,
-                                             cornerA.acceleration + cornerB.acceleration));
+            step.time = std::min(
+                step.time,
+                closingTime(gap - margin, speed, cornerA.acceleration + cornerB.acceleration));
         }
     }
     return step;
 }
 
-std::array<MovingCorner, 3> movingCorners(const TriangleCorners& corners, const Vector3d& offset,
-                                          const AccelerationBound& bound, const Matrix3d& R,
-                                          const Vector3d& p, const Vector3d& v, const Vector3d& w)
+std::array<MovingCorner, 3> movingCorners(const TriangleCorners& corners,
+                                          const Vector3d& offset,
+                                          const AccelerationBound& bound,
+                                          const Matrix3d& R,
+                                          const Vector3d& p,
+                                          const Vector3d& v,
+                                          const Vector3d& w)
 {
     std::array<MovingCorner, 3> moving;
     for (std::size_t k = 0; k < 3; ++k)
@@ -315,7 +322,8 @@ std::array<MovingCorner, 3> movingCorners(const TriangleCorners& corners, const 
 
 /// Best step over all directions that can separate two triangles; the fallback where the closest
 /// points are too close, or too badly conditioned, to give a direction.
-Step separatingStep(const std::array<MovingCorner, 3>& a, const std::array<MovingCorner, 3>& b,
+Step separatingStep(const std::array<MovingCorner, 3>& a,
+                    const std::array<MovingCorner, 3>& b,
                     double margin)
 {
     Step best;
@@ -354,7 +362,9 @@ Step separatingStep(const std::array<MovingCorner, 3>& a, const std::array<Movin
     return best;
 }
 
-TriangleStep triangleStep(const PairConstants& c, const PairState& s, std::int32_t triangleA,
+TriangleStep triangleStep(const PairConstants& c,
+                          const PairState& s,
+                          std::int32_t triangleA,
                           std::int32_t triangleB)
 {
     const auto a = movingCorners(
@@ -549,7 +559,9 @@ private:
         return false;
     }
 
-    void finish(const Entry& entry, const TriangleDistance& d, std::int32_t triangleA,
+    void finish(const Entry& entry,
+                const TriangleDistance& d,
+                std::int32_t triangleA,
                 std::int32_t triangleB)
     {
         m_done = true;
@@ -579,8 +591,9 @@ bool isFinite(const MovingBody& body)
 {
     const auto rigid = [](const RigidMotion& m)
     { return m.X_W0.matrix().allFinite() && m.v_W.allFinite() && m.w_W.allFinite(); };
-    const auto all = [](const std::vector<double>& values)
-    { return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }); };
+    const auto all = [](const std::vector<double>& values) {
+        return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+    };
     if (const auto* link = std::get_if<LinkMotion>(&body.motion))
     {
         return rigid(link->motion->root) && all(link->motion->positions) &&
@@ -591,7 +604,8 @@ bool isFinite(const MovingBody& body)
 }  // namespace
 
 FirstContactResult firstContact(std::span<const MovingBody> bodies,
-                                std::span<const BodyPair> pairs, const ToiOptions& options,
+                                std::span<const BodyPair> pairs,
+                                const ToiOptions& options,
                                 ToiWorkspace& work)
 {
     require(options.tolerance > 0.0 && std::isfinite(options.tolerance),

@@ -1,20 +1,20 @@
 /// First contact among many pairs of moving bodies: the one loop behind all time-of-impact queries.
 ///
-/// All pairs of all hierarchies wait in one heap, keyed by the time up to which each is certified to
-/// be apart; only the earliest is looked at. A pair of nodes far apart for its size jumps ahead, a
-/// near one is opened; the first pair of triangles that comes up within the tolerance is the answer.
-/// So no pair is advanced beyond the first contact except by its own last step (temporal culling),
-/// and a body that is never near costs one test (spatial culling).
+/// All pairs of all hierarchies wait in one heap, keyed by the time up to which each is certified
+/// to be apart; only the earliest is looked at. A pair of nodes far apart for its size jumps ahead,
+/// a near one is opened; the first pair of triangles that comes up within the tolerance is the
+/// answer. So no pair is advanced beyond the first contact except by its own last step (temporal
+/// culling), and a body that is never near costs one test (spatial culling).
 #pragma once
-
-#include <memory>
-#include <span>
-#include <variant>
 
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/toi.h"
+
+#include <memory>
+#include <span>
+#include <variant>
 
 namespace bullet_ccd
 {
@@ -31,7 +31,8 @@ struct MovingBody
 {
     const SsvTree* tree = nullptr;
     std::variant<RigidMotion, LinkMotion> motion;
-    /// Pose of the hierarchy's frame in the body (a Bullet compound child, a collider off its link).
+    /// Pose of the hierarchy's frame in the body (a Bullet compound child, a collider off its
+    /// link).
     Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();
 };
 
@@ -65,15 +66,16 @@ struct FirstContactResult : ToiResult
 
 /// First time at which one of `pairs` comes within the tolerance.
 ///
-/// Guarantee: no pair touches in [0, result.time); ToiStatus says what each outcome promises. Links of
-/// one tree are compared in the frame of their deepest common ancestor, so that common motion costs
-/// nothing. The answer does not depend on the order of pairs, except which of two simultaneous
-/// contacts is named.
+/// Guarantee: no pair touches in [0, result.time); ToiStatus says what each outcome promises. Links
+/// of one tree are compared in the frame of their deepest common ancestor, so that common motion
+/// costs nothing. The answer does not depend on the order of pairs, except which of two
+/// simultaneous contacts is named.
 /// @param bodies every body's tree is non-null
 /// @pre all motions are finite, options.tolerance > 0 (else throws std::invalid_argument)
 [[nodiscard]] FirstContactResult firstContact(std::span<const MovingBody> bodies,
                                               std::span<const BodyPair> pairs,
-                                              const ToiOptions& options, ToiWorkspace& work);
+                                              const ToiOptions& options,
+                                              ToiWorkspace& work);
 
 /// Pose of the hierarchy of `body` in W at time t.
 [[nodiscard]] Eigen::Isometry3d geometryPoseAt(const MovingBody& body, double t);

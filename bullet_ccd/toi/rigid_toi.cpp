@@ -4,7 +4,9 @@
 
 namespace bullet_ccd
 {
-ToiResult rigidToi(const RigidBody& bodyA, const RigidBody& bodyB, const ToiOptions& options,
+ToiResult rigidToi(const RigidBody& bodyA,
+                   const RigidBody& bodyB,
+                   const ToiOptions& options,
                    ToiWorkspace& work)
 {
     const std::array<MovingBody, 2> bodies{MovingBody{.tree = bodyA.tree, .motion = bodyA.motion},

@@ -9,15 +9,19 @@ namespace bullet_ccd
 struct RigidBody
 {
     const SsvTree* tree = nullptr;
-    RigidMotion motion;
+    RigidMotion motion{};
 };
 
 /// First time at which two rigidly moving meshes come within `options.tolerance`.
 ///
-/// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome still promises.
+/// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome still
+/// promises.
 /// @param options tolerance [m], iteration limit
 /// @param work scratch, reusable; one per thread
-/// Throws std::invalid_argument for motions that are not finite or a tolerance that is not positive.
-[[nodiscard]] ToiResult rigidToi(const RigidBody& bodyA, const RigidBody& bodyB,
-                                 const ToiOptions& options, ToiWorkspace& work);
+/// Throws std::invalid_argument for motions that are not finite or a tolerance that is not
+/// positive.
+[[nodiscard]] ToiResult rigidToi(const RigidBody& bodyA,
+                                 const RigidBody& bodyB,
+                                 const ToiOptions& options,
+                                 ToiWorkspace& work);
 }  // namespace bullet_ccd

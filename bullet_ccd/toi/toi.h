@@ -1,12 +1,12 @@
 /// What all time-of-impact queries share: options, statuses, results.
 #pragma once
 
-#include <cstdint>
-#include <vector>
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 
-#include "bullet_ccd/mesh/triangle_mesh.h"
+#include <cstdint>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -21,9 +21,9 @@ enum class ToiStatus : std::uint8_t
 
 struct ToiOptions
 {
-    /// Two surfaces count as in contact at this distance [m]; > 0. Bodies that are already closer at
-    /// t = 0 must halve their distance (roughly) before they count as in contact again, so that a
-    /// query restarted from a contact can leave it or slide.
+    /// Two surfaces count as in contact at this distance [m]; > 0. Bodies that are already closer
+    /// at t = 0 must halve their distance (roughly) before they count as in contact again, so that
+    /// a query restarted from a contact can leave it or slide.
     double tolerance = 1e-5;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };

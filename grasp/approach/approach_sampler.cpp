@@ -1,1 +1,254 @@
 #include "grasp/approach/approach_sampler.h"
+
+#include "bullet_ccd/math/check.h"
+#include "grasp/approach/object_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+constexpr double kStartMargin = 0.01;  // [m] clear space between the bounding spheres
+constexpr double kOffsetAll = 0.003;   // [m] seeded offset of the target in every direction
+constexpr double kElongated = 1.5;     // longest over middle extent from which an object is long
+constexpr double kLongOffset = 0.3;    // of the longest extent of a long object
+constexpr double kShortOffset = 0.1;   // of the longest extent of other objects
+constexpr double kOpeningUsed = 0.9;   // part of the hand's opening that an object may fill
+constexpr double kRayGrid = 0.006;     // [m] spacing of the rays that measure the local width
+constexpr double kThinShare =
+    0.7;                       // of the tries oppose along the thinnest axis, others the middle
+constexpr double kFlat = 0.8;  // thinnest over longest extent below which the axes mean much
+constexpr double kKeepDirection = 0.3;  // cost of turning the direction of approach by a radian
+constexpr int kTries = 8;
+constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
+
+/// Random numbers by counter: the k-th draw of candidate `number` depends on nothing but (seed,
+/// number, k), so candidates can be made in any order and on any thread.
+class Draws
+{
+public:
+    Draws(std::uint64_t seed, std::uint64_t number) : m_state(mix(mix(seed) ^ number)) {}
+
+    /// In [0, 1).
+    [[nodiscard]] double unit() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
+    [[nodiscard]] double between(double low, double high) { return low + (high - low) * unit(); }
+    [[nodiscard]] bool coin() { return (next() >> 63) != 0; }
+
+private:
+    /// The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
+    [[nodiscard]] static std::uint64_t mix(std::uint64_t z)
+    {
+        z += 0x9e3779b97f4a7c15U;
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+        return z ^ (z >> 31);
+    }
+    [[nodiscard]] std::uint64_t next() { return m_state = mix(m_state); }
+
+    std::uint64_t m_state;
+};
+
+/// The open hand as its grasp frame sees it.
+struct OpenHand
+{
+    double radius = 0.0;   ///< of the ball about the grasp frame's origin that holds all links [m]
+    double opening = 0.0;  ///< extent along x of the fingertips' middles [m]
+};
+
+/// Middle of the outermost link with geometry of a finger, in the grasp frame.
+std::optional<Eigen::Vector3d> fingertip(const HandModel& hand,
+                                         const Finger& finger,
+                                         const std::vector<Eigen::Isometry3d>& X_GL)
+{
+    for (auto link = finger.links.rbegin(); link != finger.links.rend(); ++link)
+    {
+        const auto index = static_cast<std::size_t>(*link);
+        if (hand.linkTrees[index] != nullptr)
+        {
+            return X_GL[index] * bounds(hand.linkTrees[index]->mesh()).center();
+        }
+    }
+    return std::nullopt;
+}
+
+OpenHand openHand(const HandModel& hand, const Preshape& preshape)
+{
+    const std::vector<Eigen::Isometry3d> X_GL =
+        linkPoses(hand.robot.tree, hand.X_RG.inverse(), preshape.positions);
+    OpenHand open;
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        if (hand.linkTrees[link] != nullptr)
+        {
+            for (const Eigen::Vector3d& vertex : hand.linkTrees[link]->mesh().vertices)
+            {
+                open.radius = std::max(open.radius, (X_GL[link] * vertex).norm());
+            }
+        }
+    }
+    double lower = std::numeric_limits<double>::infinity();
+    double upper = -lower;
+    for (const Finger& finger : hand.fingers)
+    {
+        if (const auto tip = fingertip(hand, finger, X_GL))
+        {
+            lower = std::min(lower, tip->x());
+            upper = std::max(upper, tip->x());
+        }
+    }
+    open.opening = std::max(kSmallestOpening, upper - lower);
+    return open;
+}
+
+/// Point `number` of `count` on the unit sphere: rings of equal area, each turned by the golden
+/// angle.
+Eigen::Vector3d fibonacciDirection(std::int64_t number, std::int64_t count)
+{
+    const double goldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double z = 1.0 - (2.0 * static_cast<double>(number) + 1.0) / static_cast<double>(count);
+    const double ring = std::sqrt(std::max(0.0, 1.0 - z * z));
+    const double angle = goldenAngle * static_cast<double>(number);
+    return {ring * std::cos(angle), ring * std::sin(angle), z};
+}
+
+/// Uniformly distributed rotation, by Shoemake's subgroup algorithm.
+Eigen::Quaterniond randomRotation(Draws& draws)
+{
+    const double u = draws.unit();
+    const double a = 2.0 * std::numbers::pi * draws.unit();
+    const double b = 2.0 * std::numbers::pi * draws.unit();
+    const double p = std::sqrt(1.0 - u);
+    const double q = std::sqrt(u);
+    return {q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b)};
+}
+
+/// `direction` turned by up to `angle` about a random axis across it.
+Eigen::Vector3d jittered(const Eigen::Vector3d& direction, double angle, Draws& draws)
+{
+    const Eigen::Vector3d u = direction.unitOrthogonal();
+    const Eigen::Vector3d v = direction.cross(u);
+    const double around = 2.0 * std::numbers::pi * draws.unit();
+    const double by = angle * std::sqrt(draws.unit());
+    return std::cos(by) * direction + std::sin(by) * (std::cos(around) * u + std::sin(around) * v);
+}
+
+/// Rotation with z along `z` and x as near to `x` as that allows.
+Eigen::Matrix3d frameFrom(const Eigen::Vector3d& z, const Eigen::Vector3d& x)
+{
+    Eigen::Vector3d across = x - x.dot(z) * z;
+    across = across.norm() > 1e-6 ? across.normalized() : z.unitOrthogonal();
+    Eigen::Matrix3d rotation;
+    rotation << across, z.cross(across), z;
+    return rotation;
+}
+
+/// Orientation of the grasp frame for one try: the first keeps the direction of the sequence, some
+/// turn it square to a thin principal axis of the object and oppose the fingers along that axis,
+/// the others vary it within its neighbourhood.
+Eigen::Matrix3d proposeOrientation(int attempt,
+                                   const Eigen::Vector3d& direction,
+                                   double cell,
+                                   const ObjectShape& shape,
+                                   Draws& draws)
+{
+    const Eigen::Vector3d thin = shape.axes.col(2);
+    const Eigen::Vector3d middle = shape.axes.col(1);
+    const Eigen::Vector3d& opposition = draws.unit() < kThinShare ? thin : middle;
+    const bool isFlat = shape.extents()[2] < kFlat * shape.extents()[0];
+    Eigen::Vector3d z = direction;
+    if (attempt % 2 == 1 && isFlat)
+    {
+        z = direction - direction.dot(opposition) * opposition;
+        z = z.norm() > 0.1 ? z.normalized() : opposition.unitOrthogonal();
+    }
+    else if (attempt > 0)
+    {
+        z = jittered(direction, cell * static_cast<double>(attempt) / kTries, draws);
+    }
+    const double sign = draws.coin() ? 1.0 : -1.0;
+    return frameFrom(z, sign * opposition);
+}
+
+/// Smaller is better. An object that does not fit costs what it is too wide; then faces that the
+/// fingers meet squarely are preferred, and narrow places a little.
+double cost(const LocalWidth& local, const OpenHand& open)
+{
+    if (local.hits == 0)
+    {
+        return 10.0;
+    }
+    const double room = kOpeningUsed * open.opening;
+    const double excess = std::max(0.0, local.width() - room) / open.opening;
+    const double missed = static_cast<double>(LocalWidth::kRays - local.hits) / LocalWidth::kRays;
+    return 4.0 * excess + (1.0 - local.squareness) + 0.5 * missed +
+           0.2 * local.width() / open.opening;
+}
+
+/// Point that the grasp frame is aimed at.
+Eigen::Vector3d targetPoint(const GraspObject& object, const ObjectShape& shape, Draws& draws)
+{
+    const Eigen::Vector3d extents = shape.extents();
+    const double along = extents[0] > kElongated * extents[1] ? kLongOffset : kShortOffset;
+    Eigen::Vector3d target =
+        object.centerOfMass + along * extents[0] * draws.between(-1.0, 1.0) * shape.axes.col(0);
+    for (int k = 0; k < 3; ++k)
+    {
+        target[k] += kOffsetAll * draws.between(-1.0, 1.0);
+    }
+    return target;
+}
+}  // namespace
+
+ApproachCandidate sampleApproach(const HandModel& hand,
+                                 const GraspObject& object,
+                                 std::uint64_t seed,
+                                 std::int64_t number,
+                                 std::int64_t count)
+{
+    require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
+    require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
+    const std::size_t preshape = static_cast<std::size_t>(number) % hand.preshapes.size();
+    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
+    const ObjectShape shape = objectShape(object);
+
+    // The rotation belongs to the sequence, everything else to the candidate.
+    Draws sequence(seed, ~std::uint64_t{0});
+    const Eigen::Vector3d direction =
+        randomRotation(sequence) * fibonacciDirection(number % count, count);
+    const double cell = 2.0 / std::sqrt(static_cast<double>(count));  // radius of its share [rad]
+
+    Draws draws(seed, static_cast<std::uint64_t>(number));
+    Eigen::Isometry3d best = Eigen::Isometry3d::Identity();
+    double bestCost = std::numeric_limits<double>::infinity();
+    for (int attempt = 0; attempt < kTries; ++attempt)
+    {
+        Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+        X_WG.linear() = proposeOrientation(attempt, direction, cell, shape, draws);
+        X_WG.translation() = targetPoint(object, shape, draws);
+        const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
+        const double itsCost =
+            cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;
+        if (itsCost < bestCost)
+        {
+            best = X_WG;
+            bestCost = itsCost;
+        }
+    }
+
+    ApproachCandidate candidate{.number = number, .preshape = preshape};
+    candidate.direction_W = best.linear().col(2);
+    // The ball of the hand about its grasp frame, moved back until it is clear of the object's.
+    const double aside = (best.translation() - object.centerOfMass).norm();
+    const double back = open.radius + object.radius + aside + kStartMargin;
+    candidate.centerDistance = back;
+    candidate.distance = back + object.radius + aside + open.radius;
+    best.translation() -= back * candidate.direction_W;
+    candidate.X_WStart = best * hand.X_RG.inverse();
+    return candidate;
+}
+}  // namespace bullet_ccd::grasp

@@ -1,10 +1,10 @@
 /// Candidate hand poses around an object.
 #pragma once
 
-#include <cstdint>
-
 #include "grasp/grasp.h"
 #include "grasp/hand/hand_model.h"
+
+#include <cstdint>
 
 namespace bullet_ccd::grasp
 {
@@ -15,14 +15,22 @@ struct ApproachCandidate
     std::size_t preshape = 0;
     Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();  ///< root link
     Eigen::Vector3d direction_W = Eigen::Vector3d::Zero();       ///< unit
-    double distance = 0.0;  ///< longest travel that makes sense [m]
+    double distance = 0.0;        ///< longest travel that makes sense [m]
+    double centerDistance = 0.0;  ///< travel that brings the grasp frame's origin to its target [m]
 };
 
-/// Candidate `number` of the sequence of `seed`: the grasp frame's z axis points at (about) the centre
-/// of mass, from directions that cover the sphere evenly over the first `count` candidates; rolls
-/// that align the hand's opposition axis with a thin direction of the object are preferred. The hand
-/// starts outside the object's bounding sphere. A pure function of its arguments.
-[[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand, const GraspObject& object,
-                                               std::uint64_t seed, std::int64_t number,
+/// Candidate `number` of the sequence of `seed`.
+///
+/// The grasp frame's z axis is the direction of approach and points at (about) the centre of mass;
+/// over the first `count` candidates the directions cover the sphere evenly, except that each may
+/// be turned within its neighbourhood, or square to a thin principal axis of the object, where that
+/// lets the object fit between the fingers. The roll lays the hand's opposition axis along a thin
+/// direction of the object. Preshapes take turns. The hand's bounding ball about the grasp frame
+/// starts clear of the object's about its centre of mass. A pure function of its arguments. Throws
+/// std::invalid_argument for count <= 0, number < 0 or a hand without preshapes.
+[[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
+                                               const GraspObject& object,
+                                               std::uint64_t seed,
+                                               std::int64_t number,
                                                std::int64_t count);
 }  // namespace bullet_ccd::grasp

@@ -1,11 +1,11 @@
 /// What a closing engine is asked and what it answers.
 #pragma once
 
-#include <functional>
-
 #include "bullet_ccd/toi/toi.h"
 #include "grasp/grasp.h"
 #include "grasp/hand/hand_model.h"
+
+#include <functional>
 
 namespace bullet_ccd::grasp
 {
@@ -23,11 +23,12 @@ struct ClosingResult
     std::int64_t steps = 0;                   ///< simulation steps taken
 };
 
-/// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its first
-/// contact (with the object or another link), together with the joints between it and the palm; the
-/// rest goes on until everything is stopped or at its limit. Motion between contacts is continuous:
-/// nothing is jumped over.
-using CloseHand = std::function<ClosingResult(const HandModel& hand, const GraspObject& object,
+/// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its
+/// first contact (with the object or another link), together with the joints between it and the
+/// palm; the rest goes on until everything is stopped or at its limit. Motion between contacts is
+/// continuous: nothing is jumped over.
+using CloseHand = std::function<ClosingResult(const HandModel& hand,
+                                              const GraspObject& object,
                                               const Eigen::Isometry3d& X_WH,
                                               const std::vector<double>& positions,
                                               const ClosingOptions& options)>;

@@ -1,1 +1,25 @@
 #include "grasp/hand/hand_model.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace bullet_ccd::grasp
+{
+std::vector<double> closedPositions(const HandModel& hand, const std::vector<double>& from)
+{
+    std::vector<double> closed = from;
+    for (std::size_t i = 0; i < closed.size(); ++i)
+    {
+        const int direction = hand.closingDirections[i];
+        const Joint& joint = hand.robot.tree.links[i].joint;
+        if (direction == 0)
+        {
+            continue;
+        }
+        const double limit = direction > 0 ? joint.upper : joint.lower;
+        closed[i] = std::isfinite(limit) ? limit : from[i] + direction * 2.0 * std::numbers::pi;
+    }
+    applyMimics(hand.robot.tree, closed);
+    return closed;
+}
+}  // namespace bullet_ccd::grasp

@@ -1,16 +1,17 @@
 /// A hand: a robot whose joints are sorted into fingers that close.
 #pragma once
 
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/io/urdf_file.h"
+
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/io/urdf_file.h"
-
 namespace bullet_ccd::grasp
 {
-/// A chain of links from the palm (exclusive) to a tip.
+/// A chain of links from the palm (exclusive) to a tip; links that carry several fingers belong to
+/// none.
 struct Finger
 {
     std::string name;
@@ -24,8 +25,13 @@ struct Preshape
     std::vector<double> positions;
 };
 
+/// Moves but does not copy: `linkTrees` points into `trees`.
 struct HandModel
 {
+    HandModel() = default;
+    HandModel(HandModel&&) = default;
+    HandModel& operator=(HandModel&&) = default;
+
     RobotModel robot;
     std::vector<SsvTree> trees;  ///< of links that have geometry
     /// One entry a link: its hierarchy in `trees`, or null.
@@ -33,14 +39,16 @@ struct HandModel
     std::int32_t palm = 0;  ///< link that all fingers hang from
     std::vector<Finger> fingers;
     /// One entry a link: +1 or -1 for a joint that closes towards its upper or lower limit, 0 for a
-    /// joint that keeps its preshape (wrist, spread, fixed). Mimic joints follow the joint they mimic.
+    /// joint that keeps its preshape (wrist, spread, fixed). A mimic joint has the direction that
+    /// the joint it follows gives it.
     std::vector<int> closingDirections;
     std::vector<Preshape> preshapes;  ///< at least one; the first is the default
-    /// Pairs of links that can touch during closing: all pairs with geometry less the disabled ones
-    /// (smaller link index first).
+    /// Pairs of links that can touch during closing, smaller link index first: all pairs with
+    /// geometry that a closing joint lies between, less neighbours (one closing joint between
+    /// them), less the disabled ones, less those that overlap in every preshape.
     std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
-    /// Grasp frame in the root link: origin where the fingers meet, +z the direction in which the hand
-    /// approaches an object, +x the direction across which the fingers oppose each other.
+    /// Grasp frame in the root link: origin where the fingers meet, +z the direction in which the
+    /// hand approaches an object, +x the direction across which the fingers oppose each other.
     Eigen::Isometry3d X_RG = Eigen::Isometry3d::Identity();
     std::vector<std::string> notes;  ///< what was inferred, one line each
 };

@@ -1,1 +1,510 @@
 #include "grasp/planner/grasp_file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <stdexcept>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using Json = nlohmann::ordered_json;
+
+/// FNV-1a over 64-bit words.
+class Hash
+{
+public:
+    void add(std::uint64_t word)
+    {
+        for (int byte = 0; byte < 8; ++byte)
+        {
+            m_value = (m_value ^ ((word >> (8 * byte)) & 0xff)) * 0x100000001b3U;
+        }
+    }
+    void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+    void add(std::int32_t value)
+    {
+        add(static_cast<std::uint64_t>(static_cast<std::int64_t>(value)));
+    }
+    void add(const std::string& text)
+    {
+        add(static_cast<std::uint64_t>(text.size()));
+        for (const char c : text)
+        {
+            add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+        }
+    }
+    void add(const Eigen::Isometry3d& X)
+    {
+        const Eigen::Matrix4d& matrix = X.matrix();
+        std::for_each(matrix.data(), matrix.data() + matrix.size(), [&](double v) { add(v); });
+    }
+
+    [[nodiscard]] std::uint64_t value() const { return m_value; }
+
+private:
+    std::uint64_t m_value = 0xcbf29ce484222325U;
+};
+
+std::string hexadecimal(std::uint64_t value)
+{
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+    return text.data();
+}
+
+void addLink(Hash& hash, const Link& link)
+{
+    hash.add(link.name);
+    hash.add(link.parent);
+    hash.add(link.X_PL0);
+    hash.add(link.joint.name);
+    hash.add(static_cast<std::int32_t>(link.joint.type));
+    for (int k = 0; k < 3; ++k)
+    {
+        hash.add(link.joint.axis[k]);
+    }
+    hash.add(link.joint.lower);
+    hash.add(link.joint.upper);
+    hash.add(link.joint.mimicOf);
+    hash.add(link.joint.mimicMultiplier);
+    hash.add(link.joint.mimicOffset);
+}
+
+Json toJson(const Eigen::Vector3d& v)
+{
+    return Json::array({v.x(), v.y(), v.z()});
+}
+
+/// A rotation matrix is rebuilt from its quaternion when read, so what is written is what counts.
+Json poseToJson(const Eigen::Isometry3d& X)
+{
+    const Eigen::Quaterniond q = Eigen::Quaterniond(X.linear()).normalized();
+    return {{"position_m", toJson(X.translation())},
+            {"quaternion_wxyz", Json::array({q.w(), q.x(), q.y(), q.z()})}};
+}
+
+Json handToJson(const GraspRun& run, const HandModel& hand, const std::string& hash)
+{
+    return {{"name", hand.robot.name},
+            {"urdf", run.handFile.string()},
+            {"srdf", run.srdfFile.empty() ? Json() : Json(run.srdfFile.string())},
+            {"root_link", hand.robot.tree.links.front().name},
+            {"content_hash", hash}};
+}
+
+Json objectToJson(const GraspRun& run, const GraspObject& object, const std::string& hash)
+{
+    return {{"name", object.name},
+            {"file", run.objectFile.string()},
+            {"scale", run.objectScale},
+            {"center_of_mass_m", toJson(object.centerOfMass)},
+            {"radius_m", object.radius},
+            {"watertight", object.watertight},
+            {"content_hash", hash}};
+}
+
+Json planToJson(const PlannerOptions& options)
+{
+    return {{"seed", options.seed},
+            {"candidates", options.candidates},
+            {"tolerance_m", options.closing.tolerance},
+            {"contact_threshold_m", options.closing.contactThreshold},
+            {"min_contact_spacing_m", options.minContactSpacing},
+            {"force_closure_threshold", options.forceClosureThreshold}};
+}
+
+Json approachToJson(const Grasp& grasp)
+{
+    Json json{{"start_pose_in_object", poseToJson(grasp.X_WStart)},
+              {"direction", toJson(grasp.approach_W)},
+              {"travel_to_contact_m", grasp.approachDistance}};
+    if (!grasp.positions.empty())
+    {
+        const Eigen::Vector3d moved = grasp.X_WH.translation() - grasp.X_WStart.translation();
+        const double along = moved.dot(grasp.approach_W);
+        json["retreat_m"] = grasp.approachDistance - along;
+        json["sideways_shift_m"] = (moved - along * grasp.approach_W).norm();
+    }
+    return json;
+}
+
+Json jointsToJson(const KinematicTree& tree, const std::vector<double>& positions)
+{
+    Json json = Json::object();
+    for (std::size_t link = 0; link < positions.size(); ++link)
+    {
+        if (tree.links[link].joint.isMovable() && link > 0)
+        {
+            json[tree.links[link].joint.name] = positions[link];
+        }
+    }
+    return json;
+}
+
+const std::string& linkName(const HandModel& hand, std::int32_t link)
+{
+    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
+}
+
+Json contactsToJson(const HandModel& hand, const std::vector<GraspContact>& contacts)
+{
+    Json json = Json::array();
+    for (const GraspContact& contact : contacts)
+    {
+        json.push_back({{"link", linkName(hand, contact.link)},
+                        {"point_m", toJson(contact.point)},
+                        {"normal_into_object", toJson(contact.normal)},
+                        {"gap_m", contact.gap}});
+    }
+    return json;
+}
+
+Json stopsToJson(const HandModel& hand, const std::vector<StopEvent>& stops)
+{
+    Json json = Json::array();
+    for (const StopEvent& stop : stops)
+    {
+        json.push_back({{"link", linkName(hand, stop.link)},
+                        {"time_s", stop.time},
+                        {"by", stop.byObject ? "object" : "hand"}});
+    }
+    return json;
+}
+
+Json qualityToJson(const GraspQuality& quality,
+                   const PlannerOptions& options,
+                   const GraspObject& object)
+{
+    return {{"epsilon", quality.epsilon},
+            {"volume", quality.volume},
+            {"force_closure", quality.forceClosure},
+            {"friction", options.friction},
+            {"cone_edges", options.coneEdges},
+            {"torque_scale_m", object.radius}};
+}
+
+/// The file and line that an error is about.
+struct Place
+{
+    const std::filesystem::path& file;
+    int line = 0;
+};
+
+[[noreturn]] void fail(const Place& place, const std::string& what)
+{
+    throw std::runtime_error(place.file.string() + ":" + std::to_string(place.line) + ": " + what);
+}
+
+const Json& member(const Json& json, const char* key, const Place& place)
+{
+    if (!json.is_object() || !json.contains(key))
+    {
+        fail(place,
+             std::string("key \"") + key +
+                 "\" is missing: the line is cut off or was not written by grasp plan");
+    }
+    return json.at(key);
+}
+
+template <typename T>
+T value(const Json& json, const char* key, const Place& place)
+{
+    const Json& found = member(json, key, place);
+    try
+    {
+        return found.get<T>();
+    }
+    catch (const Json::exception&)
+    {
+        fail(place,
+             std::string("key \"") + key + "\": unexpected value " + found.dump().substr(0, 60) +
+                 ": correct it or plan again");
+    }
+}
+
+template <int Size>
+Eigen::Matrix<double, Size, 1> vector(const Json& json, const char* key, const Place& place)
+{
+    const auto numbers = value<std::vector<double>>(json, key, place);
+    if (numbers.size() != static_cast<std::size_t>(Size))
+    {
+        fail(place,
+             std::string("key \"") + key + "\": " + std::to_string(numbers.size()) +
+                 " numbers where " + std::to_string(Size) + " are needed: correct it");
+    }
+    return Eigen::Map<const Eigen::Matrix<double, Size, 1>>(numbers.data());
+}
+
+Eigen::Isometry3d pose(const Json& json, const char* key, const Place& place)
+{
+    const Json& found = member(json, key, place);
+    const Eigen::Vector4d q = vector<4>(found, "quaternion_wxyz", place);
+    if (std::abs(q.norm() - 1.0) > 1e-6)
+    {
+        fail(place,
+             std::string("key \"") + key + "\": the quaternion has length " +
+                 std::to_string(q.norm()) + ": it must be 1");
+    }
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+    X.translation() = vector<3>(found, "position_m", place);
+    return X;
+}
+
+RejectReason rejectReason(const Json& json, const Place& place)
+{
+    if (member(json, "reject", place).is_null())
+    {
+        return RejectReason::None;
+    }
+    const auto name = value<std::string>(json, "reject", place);
+    for (int k = 0; k <= static_cast<int>(RejectReason::IterationLimit); ++k)
+    {
+        if (name == toString(static_cast<RejectReason>(k)))
+        {
+            return static_cast<RejectReason>(k);
+        }
+    }
+    fail(place, "key \"reject\": unknown reason \"" + name + "\": read it with a newer version");
+}
+
+std::int32_t linkIndex(const Json& json, const HandModel& hand, const Place& place)
+{
+    const auto name = value<std::string>(json, "link", place);
+    const std::int32_t link = hand.robot.tree.findLink(name);
+    if (link == kNone)
+    {
+        fail(place,
+             "link \"" + name + "\" is not a link of " + hand.robot.name +
+                 ": read the file with the hand that it was written for");
+    }
+    return link;
+}
+
+std::vector<double> positionsFrom(const Json& joints, const HandModel& hand, const Place& place)
+{
+    const KinematicTree& tree = hand.robot.tree;
+    std::vector<double> positions(tree.size(), 0.0);
+    for (std::size_t link = 1; link < tree.size(); ++link)
+    {
+        if (tree.links[link].joint.isMovable())
+        {
+            positions[link] = value<double>(joints, tree.links[link].joint.name.c_str(), place);
+        }
+    }
+    return positions;
+}
+
+GraspFileSource sourceFrom(const Json& json, const Place& place)
+{
+    const Json& hand = member(json, "hand", place);
+    const Json& object = member(json, "object", place);
+    const Json& plan = member(json, "plan", place);
+    const Json& quality = member(json, "quality", place);
+    GraspFileSource source;
+    source.run.handFile = value<std::string>(hand, "urdf", place);
+    if (!member(hand, "srdf", place).is_null())
+    {
+        source.run.srdfFile = value<std::string>(hand, "srdf", place);
+    }
+    source.run.objectFile = value<std::string>(object, "file", place);
+    source.run.objectScale = value<double>(object, "scale", place);
+    PlannerOptions& options = source.run.options;
+    options.seed = value<std::uint64_t>(plan, "seed", place);
+    options.candidates = value<std::int64_t>(plan, "candidates", place);
+    options.closing.tolerance = value<double>(plan, "tolerance_m", place);
+    options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);
+    options.minContactSpacing = value<double>(plan, "min_contact_spacing_m", place);
+    options.forceClosureThreshold = value<double>(plan, "force_closure_threshold", place);
+    options.friction = value<double>(quality, "friction", place);
+    options.coneEdges = value<int>(quality, "cone_edges", place);
+    source.handHash = value<std::string>(hand, "content_hash", place);
+    source.objectHash = value<std::string>(object, "content_hash", place);
+    return source;
+}
+
+Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
+{
+    Grasp grasp;
+    grasp.candidate = value<std::int64_t>(json, "candidate", place);
+    grasp.reject = rejectReason(json, place);
+    grasp.preshape = value<std::string>(json, "preshape", place);
+    const Json& approach = member(json, "approach", place);
+    grasp.X_WStart = pose(approach, "start_pose_in_object", place);
+    grasp.approach_W = vector<3>(approach, "direction", place);
+    grasp.approachDistance = value<double>(approach, "travel_to_contact_m", place);
+    if (!member(json, "hand_pose_in_object", place).is_null())
+    {
+        grasp.X_WH = pose(json, "hand_pose_in_object", place);
+        grasp.positions = positionsFrom(member(json, "joints", place), hand, place);
+    }
+    for (const Json& contact : member(json, "contacts", place))
+    {
+        grasp.contacts.push_back({.link = linkIndex(contact, hand, place),
+                                  .point = vector<3>(contact, "point_m", place),
+                                  .normal = vector<3>(contact, "normal_into_object", place),
+                                  .gap = value<double>(contact, "gap_m", place)});
+    }
+    for (const Json& stop : member(json, "stops", place))
+    {
+        grasp.stops.push_back({.link = linkIndex(stop, hand, place),
+                               .time = value<double>(stop, "time_s", place),
+                               .byObject = value<std::string>(stop, "by", place) == "object"});
+    }
+    const Json& quality = member(json, "quality", place);
+    grasp.quality.epsilon = value<double>(quality, "epsilon", place);
+    grasp.quality.volume = value<double>(quality, "volume", place);
+    grasp.quality.forceClosure = value<bool>(quality, "force_closure", place);
+    return grasp;
+}
+
+/// Calls `record(json, place)` for every line that is not blank, until it returns false.
+void forEachRecord(const std::filesystem::path& path,
+                   const std::function<bool(const Json&, const Place&)>& record)
+{
+    std::ifstream in(path);
+    if (!in)
+    {
+        throw std::runtime_error(path.string() +
+                                 ": cannot be opened: give a file that grasp plan wrote");
+    }
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number)
+    {
+        if (line.find_first_not_of(" \t\r") == std::string::npos)
+        {
+            continue;
+        }
+        const Place place{.file = path, .line = number};
+        const Json json = Json::parse(line, nullptr, false);
+        if (json.is_discarded())
+        {
+            fail(place, "not a JSON record: the line is damaged or cut off; plan again");
+        }
+        const auto schema = value<std::string>(json, "schema", place);
+        if (schema != kGraspSchema)
+        {
+            fail(place,
+                 "schema \"" + schema + "\" is not known: this version reads \"" + kGraspSchema +
+                     "\"");
+        }
+        if (!record(json, place))
+        {
+            return;
+        }
+    }
+}
+}  // namespace
+
+std::string contentHash(const HandModel& hand)
+{
+    Hash hash;
+    for (std::size_t link = 0; link < hand.robot.tree.size(); ++link)
+    {
+        addLink(hash, hand.robot.tree.links[link]);
+        if (hand.linkTrees[link] != nullptr)
+        {
+            hash.add(contentHash(hand.linkTrees[link]->mesh()));
+        }
+        hash.add(static_cast<std::int32_t>(hand.closingDirections[link]));
+    }
+    for (const Preshape& preshape : hand.preshapes)
+    {
+        hash.add(preshape.name);
+        std::for_each(preshape.positions.begin(),
+                      preshape.positions.end(),
+                      [&](double position) { hash.add(position); });
+    }
+    for (const auto& [first, second] : hand.selfPairs)
+    {
+        hash.add(first);
+        hash.add(second);
+    }
+    hash.add(hand.X_RG);
+    return hexadecimal(hash.value());
+}
+
+std::string contentHash(const GraspObject& object)
+{
+    return hexadecimal(contentHash(object.tree.mesh()));
+}
+
+void writeGrasps(std::ostream& out,
+                 const GraspRun& run,
+                 const HandModel& hand,
+                 const GraspObject& object,
+                 std::span<const Grasp> grasps)
+{
+    const std::string handHash = contentHash(hand);
+    const std::string objectHash = contentHash(object);
+    int rank = 1;
+    for (const Grasp& grasp : grasps)
+    {
+        const bool closed = !grasp.positions.empty();
+        const Json record{
+            {"schema", kGraspSchema},
+            {"rank", rank++},
+            {"candidate", grasp.candidate},
+            {"reject", grasp.reject == RejectReason::None ? Json() : Json(toString(grasp.reject))},
+            {"quality", qualityToJson(grasp.quality, run.options, object)},
+            {"hand_pose_in_object", closed ? poseToJson(grasp.X_WH) : Json()},
+            {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
+            {"contacts", contactsToJson(hand, grasp.contacts)},
+            {"preshape", grasp.preshape},
+            {"approach", approachToJson(grasp)},
+            {"stops", stopsToJson(hand, grasp.stops)},
+            {"hand", handToJson(run, hand, handHash)},
+            {"object", objectToJson(run, object, objectHash)},
+            {"plan", planToJson(run.options)},
+            {"versions", {{"bullet_ccd", BULLET_CCD_VERSION}}}};
+        out << record.dump() << '\n';
+    }
+}
+
+GraspFileSource readGraspSource(const std::filesystem::path& path)
+{
+    std::optional<GraspFileSource> source;
+    forEachRecord(path,
+                  [&](const Json& json, const Place& place)
+                  {
+                      source = sourceFrom(json, place);
+                      return false;
+                  });
+    if (!source)
+    {
+        throw std::runtime_error(path.string() + ":1: no records: plan grasps first");
+    }
+    return *source;
+}
+
+std::vector<Grasp> readGrasps(const std::filesystem::path& path, const HandModel& hand)
+{
+    std::vector<Grasp> grasps;
+    std::optional<GraspFileSource> first;
+    forEachRecord(
+        path,
+        [&](const Json& json, const Place& place)
+        {
+            const GraspFileSource source = sourceFrom(json, place);
+            first = first ? first : source;
+            if (source.handHash != first->handHash || source.objectHash != first->objectHash)
+            {
+                fail(place,
+                     "another hand or object than in the first line: keep one file for "
+                     "each pair");
+            }
+            grasps.push_back(graspFrom(json, hand, place));
+            return true;
+        });
+    return grasps;
+}
+}  // namespace bullet_ccd::grasp

@@ -1,11 +1,17 @@
 /// Grasps as JSON Lines: one self-contained record a line, schema versioned.
+///
+/// The object's mesh frame is the frame of reference; lengths in metres, angles in radians; names
+/// of keys say units and the order of quaternions. Joint values and links go by name. Numbers are
+/// written with as many digits as a round trip needs to be exact. README.md in this folder lists
+/// the keys.
 #pragma once
+
+#include "grasp/planner/grasp_planner.h"
 
 #include <filesystem>
 #include <iosfwd>
 #include <span>
-
-#include "grasp/planner/grasp_planner.h"
+#include <string>
 
 namespace bullet_ccd::grasp
 {
@@ -22,15 +28,34 @@ struct GraspRun
     PlannerOptions options;
 };
 
-void writeGrasps(std::ostream& out, const GraspRun& run, const HandModel& hand,
-                 const GraspObject& object, std::span<const Grasp> grasps);
+/// Hash of everything about a hand that planning depends on: kinematics, meshes, closing
+/// directions, preshapes, grasp frame. 16 hexadecimal digits.
+[[nodiscard]] std::string contentHash(const HandModel& hand);
+/// Hash of the object's mesh, 16 hexadecimal digits.
+[[nodiscard]] std::string contentHash(const GraspObject& object);
 
-struct GraspRecord
+/// Writes the grasps in the order given; the first has rank 1.
+void writeGrasps(std::ostream& out,
+                 const GraspRun& run,
+                 const HandModel& hand,
+                 const GraspObject& object,
+                 std::span<const Grasp> grasps);
+
+/// What a file says about its hand and object: enough to load them and to notice that they changed.
+struct GraspFileSource
 {
     GraspRun run;
-    Grasp grasp;
+    std::string handHash;
+    std::string objectHash;
 };
 
-/// Reads them back. Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
-[[nodiscard]] std::vector<GraspRecord> readGrasps(const std::filesystem::path& path);
+/// Reads the first record of a file for its source.
+/// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
+[[nodiscard]] GraspFileSource readGraspSource(const std::filesystem::path& path);
+
+/// Reads all grasps of a file; `hand` must be the hand that it was written for.
+/// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also for lines of another hand or
+/// object than the first line's.
+[[nodiscard]] std::vector<Grasp> readGrasps(const std::filesystem::path& path,
+                                            const HandModel& hand);
 }  // namespace bullet_ccd::grasp

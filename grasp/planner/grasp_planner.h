@@ -1,12 +1,12 @@
 /// Sample, approach, close, score, rank.
 #pragma once
 
-#include <atomic>
-#include <functional>
-
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
 #include "grasp/quality/wrench_space.h"
+
+#include <atomic>
+#include <functional>
 
 namespace bullet_ccd::grasp
 {
@@ -15,7 +15,7 @@ struct PlannerOptions
     std::int64_t candidates = 20;
     std::uint64_t seed = 1;
     int jobs = 0;  ///< threads; 0: one a core. Results do not depend on it.
-    ClosingOptions closing;
+    ClosingOptions closing{};
     double friction = 0.5;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;
@@ -29,7 +29,8 @@ using MakeCloseHand = std::function<CloseHand()>;
 
 /// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
 /// grasps, then the rejected ones by candidate number.
-[[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand, const GraspObject& object,
+[[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand,
+                                            const GraspObject& object,
                                             const PlannerOptions& options,
                                             const MakeCloseHand& makeCloseHand,
                                             const PlanProgress& progress = {});

@@ -1,1 +1,179 @@
 #include "grasp/planner/penetration_check.h"
+
+#include "grasp/planner/box_grid.h"
+#include "grasp/planner/closed_surface.h"
+#include "grasp/planner/sign_test.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+/// Intersections and depths up to this are contact, not penetration: the rounding of poses is far
+/// below, the gap that closing leaves far above [m].
+constexpr double kTouching = 1e-9;
+const Eigen::Vector3d kShift = kTouching * Eigen::Vector3d(0.6101, -0.4937, 0.6197);
+
+struct PlacedMesh
+{
+    std::vector<Eigen::Vector3d> vertices;  ///< in W
+    const std::vector<Triangle>* triangles = nullptr;
+    Eigen::AlignedBox3d bounds;
+
+    [[nodiscard]] Corners corners(std::size_t triangle) const
+    {
+        const Triangle& t = (*triangles)[triangle];
+        return {vertices[static_cast<std::size_t>(t[0])],
+                vertices[static_cast<std::size_t>(t[1])],
+                vertices[static_cast<std::size_t>(t[2])]};
+    }
+};
+
+PlacedMesh place(const TriangleMesh& mesh, const Eigen::Isometry3d& pose)
+{
+    PlacedMesh placed{.vertices = {}, .triangles = &mesh.triangles, .bounds = {}};
+    placed.vertices.reserve(mesh.vertices.size());
+    for (const Eigen::Vector3d& vertex : mesh.vertices)
+    {
+        placed.vertices.emplace_back(pose * vertex);
+        placed.bounds.extend(placed.vertices.back());
+    }
+    return placed;
+}
+
+Eigen::AlignedBox3d boxOf(const Corners& corners)
+{
+    Eigen::AlignedBox3d box(corners[0]);
+    box.extend(corners[1]);
+    box.extend(corners[2]);
+    return box;
+}
+
+BoxGrid makeGrid(const PlacedMesh& mesh)
+{
+    std::vector<Eigen::AlignedBox3d> boxes;
+    boxes.reserve(mesh.triangles->size());
+    for (std::size_t i = 0; i < mesh.triangles->size(); ++i)
+    {
+        boxes.push_back(boxOf(mesh.corners(i)));
+    }
+    return BoxGrid(std::move(boxes));
+}
+
+Corners shifted(Corners corners, const Eigen::Vector3d& shift)
+{
+    for (Eigen::Vector3d& corner : corners)
+    {
+        corner += shift;
+    }
+    return corners;
+}
+
+/// Pairs of triangles whose crossing is at least `kind`, with the link moved by `shift`.
+std::int64_t countCrossings(const PlacedMesh& link,
+                            const PlacedMesh& object,
+                            BoxGrid& grid,
+                            const Eigen::Vector3d& shift,
+                            Crossing kind)
+{
+    std::int64_t count = 0;
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < link.triangles->size(); ++i)
+    {
+        const Corners corners = shifted(link.corners(i), shift);
+        grid.query(boxOf(corners), found);
+        count += std::count_if(
+            found.begin(),
+            found.end(),
+            [&](std::int32_t j)
+            { return crossing(corners, object.corners(static_cast<std::size_t>(j))) >= kind; });
+    }
+    return count;
+}
+
+/// Pairs of triangles that intersect. If none even touch, that is all; else the link must intersect
+/// when moved by kShift and also when moved back by it: what only touches comes free one way.
+std::int64_t countIntersections(const PlacedMesh& link, const PlacedMesh& object, BoxGrid& grid)
+{
+    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+    if (countCrossings(link, object, grid, zero, Crossing::Touching) == 0)
+    {
+        return 0;
+    }
+    return std::min(countCrossings(link, object, grid, kShift, Crossing::Proper),
+                    countCrossings(link, object, grid, -kShift, Crossing::Proper));
+}
+
+/// Adds the points (mapped by `toSurface`) that the surface winds around; true if there are any.
+bool addInside(const std::vector<Eigen::Vector3d>& points,
+               const Eigen::Isometry3d& toSurface,
+               const Eigen::AlignedBox3d& region,
+               ClosedSurface& surface,
+               PenetrationReport& report)
+{
+    const std::int64_t before = report.verticesInside;
+    for (const Eigen::Vector3d& point : points)
+    {
+        const Eigen::Vector3d place = toSurface * point;
+        if (!region.contains(point) || !surface.contains(place))
+        {
+            continue;
+        }
+        const double depth = surface.distance(place);
+        if (depth > kTouching)
+        {
+            ++report.verticesInside;
+            report.deepest = std::max(report.deepest, depth);
+        }
+    }
+    return report.verticesInside > before;
+}
+}  // namespace
+
+PenetrationReport checkPenetration(const HandModel& hand,
+                                   const GraspObject& object,
+                                   const Eigen::Isometry3d& X_WH,
+                                   const std::vector<double>& positions)
+{
+    const std::vector<Eigen::Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
+    const TriangleMesh& objectMesh = object.tree.mesh();
+    const PlacedMesh placedObject = place(objectMesh, Eigen::Isometry3d::Identity());
+    BoxGrid grid = makeGrid(placedObject);
+    ClosedSurface objectSurface(objectMesh);
+
+    PenetrationReport report;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        const TriangleMesh& linkMesh = hand.robot.linkMeshes[i];
+        const PlacedMesh link = place(linkMesh, poses[i]);
+        if (linkMesh.triangles.empty() || !link.bounds.intersects(placedObject.bounds))
+        {
+            continue;
+        }
+        const std::int64_t crossings = countIntersections(link, placedObject, grid);
+        report.intersectingTriangles += crossings;
+        bool concerned = crossings > 0;
+        if (object.watertight)
+        {
+            concerned |= addInside(link.vertices,
+                                   Eigen::Isometry3d::Identity(),
+                                   placedObject.bounds,
+                                   objectSurface,
+                                   report);
+        }
+        if (isWatertight(linkMesh))
+        {
+            ClosedSurface linkSurface(linkMesh);
+            concerned |= addInside(
+                objectMesh.vertices, poses[i].inverse(), link.bounds, linkSurface, report);
+        }
+        if (concerned && report.link == kNone)
+        {
+            report.link = static_cast<std::int32_t>(i);
+        }
+    }
+    return report;
+}
+}  // namespace bullet_ccd::grasp

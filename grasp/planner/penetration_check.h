@@ -1,4 +1,11 @@
 /// Independent check of a final pose: shares no code with the queries that produced it.
+///
+/// Surfaces intersect where an edge of one passes through a triangle of the other: signs of
+/// determinants decide, each with a bound of its own rounding error. A body inside another is found
+/// by the winding number of a closed surface about the vertices of the other. The resolution is a
+/// nanometre: a link counts as intersecting if it does so when moved by that much, and also when
+/// moved back by it. So surfaces that lie on each other, up to the rounding of poses, are clean,
+/// and edges that run exactly through the seam of two triangles are found.
 #pragma once
 
 #include "grasp/grasp.h"
@@ -9,15 +16,19 @@ namespace bullet_ccd::grasp
 struct PenetrationReport
 {
     std::int64_t intersectingTriangles = 0;  ///< pairs (link triangle, object triangle)
-    std::int64_t verticesInside = 0;         ///< link vertices inside a watertight object
-    double deepest = 0.0;  ///< largest distance of an inside vertex from the object's surface [m]
-    std::int32_t link = kNone;  ///< a link concerned
+    /// Link vertices inside a watertight object, and object vertices inside a watertight link.
+    std::int64_t verticesInside = 0;
+    double deepest = 0.0;  ///< largest distance of such a vertex from the surface it is behind [m]
+    std::int32_t link = kNone;  ///< the first link concerned
     [[nodiscard]] bool clean() const { return intersectingTriangles == 0 && verticesInside == 0; }
 };
 
 /// Intersects every triangle of every link with every triangle of the object (a uniform grid finds
-/// the candidates) by segment-triangle tests, and casts rays from the links' vertices.
-[[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand, const GraspObject& object,
+/// the candidates), and looks for vertices of one inside the other.
+/// @param X_WH       pose of the hand's root link; the object's mesh frame is W
+/// @param positions  one entry a link
+[[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand,
+                                                 const GraspObject& object,
                                                  const Eigen::Isometry3d& X_WH,
                                                  const std::vector<double>& positions);
 }  // namespace bullet_ccd::grasp

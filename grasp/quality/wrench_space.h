@@ -1,12 +1,12 @@
 /// Grasp wrench space of point contacts with friction, and its two classical qualities.
 #pragma once
 
-#include <span>
-#include <vector>
+#include "grasp/grasp.h"
 
 #include <Eigen/Core>
 
-#include "grasp/grasp.h"
+#include <span>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -27,8 +27,8 @@ struct WrenchSpaceOptions
                                                   const WrenchSpaceOptions& options);
 
 /// Epsilon and volume of the convex hull of the wrenches (L1: normal forces sum to at most 1), by
-/// qhull. A hull that does not contain the origin, or is flat, has epsilon 0 (a flat one volume 0 as
-/// well): an answer, not a failure. Deterministic.
+/// qhull. A hull that does not contain the origin, or is flat, has epsilon 0 (a flat one volume 0
+/// as well): an answer, not a failure. Deterministic.
 [[nodiscard]] GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches,
                                               double forceClosureThreshold);
 }  // namespace bullet_ccd::grasp

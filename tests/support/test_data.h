@@ -1,11 +1,11 @@
 /// Where tests find the real data that is not part of the project.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <optional>
 #include <string>
-
-#include <gtest/gtest.h>
 
 namespace bullet_ccd::tests
 {
@@ -14,11 +14,11 @@ namespace bullet_ccd::tests
 }  // namespace bullet_ccd::tests
 
 /// Defines `name` as the path of test data, or skips the test and says why.
-#define BULLET_CCD_TEST_DATA_OR_SKIP(name, relative)                                             \
-    const auto name##Found = ::bullet_ccd::tests::testData(relative);                            \
-    if (!name##Found)                                                                            \
-    {                                                                                            \
-        GTEST_SKIP() << "test data '" << (relative)                                              \
-                     << "' is absent; set BULLET_CCD_TEST_DATA to the folder that holds it";     \
-    }                                                                                            \
+#define BULLET_CCD_TEST_DATA_OR_SKIP(name, relative)                                         \
+    const auto name##Found = ::bullet_ccd::tests::testData(relative);                        \
+    if (!name##Found)                                                                        \
+    {                                                                                        \
+        GTEST_SKIP() << "test data '" << (relative)                                          \
+                     << "' is absent; set BULLET_CCD_TEST_DATA to the folder that holds it"; \
+    }                                                                                        \
     const std::filesystem::path& name = *name##Found

@@ -1,0 +1,27 @@
+/// Link-time guard of the floating-point precision.
+///
+/// btScalar is part of every Bullet type, so a program compiled for one precision and linked to the
+/// adapter of the other would corrupt memory silently. Every header of the adapter refers to a
+/// symbol named after the precision that is in force where it is included; each of the two
+/// libraries defines only its own. A mismatch is an undefined reference to btCcdBuiltForSingle or
+/// btCcdBuiltForDouble.
+#ifndef BT_CCD_PRECISION_H
+#define BT_CCD_PRECISION_H
+
+#ifdef BT_USE_DOUBLE_PRECISION
+extern "C" const char btCcdBuiltForDouble;
+#define BT_CCD_BUILT_FOR btCcdBuiltForDouble
+#else
+extern "C" const char btCcdBuiltForSingle;
+#define BT_CCD_BUILT_FOR btCcdBuiltForSingle
+#endif
+
+namespace
+{
+// "used": the reference must reach the linker although nobody reads it.
+[[gnu::used]] const char* const btCcdPrecisionGuard = &BT_CCD_BUILT_FOR;
+}  // namespace
+
+#undef BT_CCD_BUILT_FOR
+
+#endif  // BT_CCD_PRECISION_H

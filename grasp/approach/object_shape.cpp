@@ -1,0 +1,175 @@
+#include "grasp/approach/object_shape.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+struct SurfaceMoments
+{
+    double area = 0.0;
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+SurfaceMoments surfaceMoments(const SsvTree& tree)
+{
+    SurfaceMoments moments;
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+    const auto count = static_cast<std::int32_t>(tree.mesh().triangles.size());
+    for (std::int32_t i = 0; i < count; ++i)
+    {
+        const auto [a, b, c] = tree.corners(i);
+        const double area = 0.5 * (b - a).cross(c - a).norm();
+        const Eigen::Vector3d sum = a + b + c;
+        moments.area += area;
+        moments.center += area / 3.0 * sum;
+        // Exact second moment of a triangle: area / 12 (sum of squares of corners + square of sum).
+        second +=
+            area / 12.0 *
+            (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
+    }
+    if (moments.area > 0.0)
+    {
+        moments.center /= moments.area;
+        moments.covariance = second / moments.area - moments.center * moments.center.transpose();
+    }
+    return moments;
+}
+
+/// Eigenvectors come with either sign; the answer must not depend on the solver's mood.
+Eigen::Vector3d withFixedSign(const Eigen::Vector3d& axis)
+{
+    Eigen::Index largest = 0;
+    axis.cwiseAbs().maxCoeff(&largest);
+    return axis[largest] < 0.0 ? Eigen::Vector3d(-axis) : axis;
+}
+
+using TriangleCorners = std::array<Eigen::Vector3d, 3>;
+
+/// The outermost surfaces on a line along x.
+struct RaySpan
+{
+    double lower = std::numeric_limits<double>::infinity();
+    double upper = -std::numeric_limits<double>::infinity();
+    double normalAtLower = 0.0;  ///< |n_x|
+    double normalAtUpper = 0.0;
+};
+
+/// Quick rejection: the grid spans [-spacing, spacing] in y and z.
+bool reachesGrid(const TriangleCorners& t, double spacing)
+{
+    for (int k = 1; k < 3; ++k)
+    {
+        if (std::min({t[0][k], t[1][k], t[2][k]}) > spacing ||
+            std::max({t[0][k], t[1][k], t[2][k]}) < -spacing)
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Extends the span of the line along x through (y, z) = `at` by the triangle, if it meets it.
+void extend(RaySpan& span, const TriangleCorners& t, const Eigen::Vector2d& at)
+{
+    std::array<double, 3> weights{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Eigen::Vector2d p = t[(k + 1) % 3].tail<2>() - at;
+        const Eigen::Vector2d q = t[(k + 2) % 3].tail<2>() - at;
+        weights[k] = p.x() * q.y() - p.y() * q.x();
+    }
+    const double sum = weights[0] + weights[1] + weights[2];
+    const bool inside = (weights[0] >= 0.0 && weights[1] >= 0.0 && weights[2] >= 0.0) ||
+                        (weights[0] <= 0.0 && weights[1] <= 0.0 && weights[2] <= 0.0);
+    if (!inside || sum == 0.0)
+    {
+        return;
+    }
+    const double x = (weights[0] * t[0].x() + weights[1] * t[1].x() + weights[2] * t[2].x()) / sum;
+    const double normal = std::abs((t[1] - t[0]).cross(t[2] - t[0]).normalized().x());
+    if (x < span.lower)
+    {
+        span.lower = x;
+        span.normalAtLower = normal;
+    }
+    if (x > span.upper)
+    {
+        span.upper = x;
+        span.normalAtUpper = normal;
+    }
+}
+}  // namespace
+
+ObjectShape objectShape(const GraspObject& object)
+{
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+        surfaceMoments(object.tree).covariance);
+    Eigen::Matrix3d axes;
+    for (int k = 0; k < 3; ++k)
+    {
+        axes.col(k) = withFixedSign(solver.eigenvectors().col(k));
+    }
+    Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d upper = -lower;
+    for (const Eigen::Vector3d& vertex : object.tree.mesh().vertices)
+    {
+        const Eigen::Vector3d along = axes.transpose() * (vertex - object.centerOfMass);
+        lower = lower.cwiseMin(along);
+        upper = upper.cwiseMax(along);
+    }
+    std::array<int, 3> order{0, 1, 2};
+    std::stable_sort(order.begin(),
+                     order.end(),
+                     [&](int i, int j) { return upper[i] - lower[i] > upper[j] - lower[j]; });
+    ObjectShape shape;
+    for (int k = 0; k < 3; ++k)
+    {
+        const int from = order[static_cast<std::size_t>(k)];
+        shape.axes.col(k) = axes.col(from);
+        shape.lower[k] = lower[from];
+        shape.upper[k] = upper[from];
+    }
+    return shape;
+}
+
+LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, double spacing)
+{
+    const Eigen::Isometry3d X_GW = X_WG.inverse();
+    std::array<RaySpan, LocalWidth::kRays> spans;
+    const auto count = static_cast<std::int32_t>(object.tree.mesh().triangles.size());
+    for (std::int32_t i = 0; i < count; ++i)
+    {
+        const auto [a, b, c] = object.tree.corners(i);
+        const TriangleCorners corners{X_GW * a, X_GW * b, X_GW * c};
+        if (reachesGrid(corners, spacing))
+        {
+            for (int ray = 0; ray < LocalWidth::kRays; ++ray)
+            {
+                const Eigen::Vector2d at(spacing * (ray % 3 - 1), spacing * (ray / 3 - 1));
+                extend(spans[static_cast<std::size_t>(ray)], corners, at);
+            }
+        }
+    }
+    LocalWidth result;
+    for (const RaySpan& span : spans)
+    {
+        if (span.lower <= span.upper)
+        {
+            result.lower = result.hits == 0 ? span.lower : std::min(result.lower, span.lower);
+            result.upper = result.hits == 0 ? span.upper : std::max(result.upper, span.upper);
+            result.squareness += std::min(span.normalAtLower, span.normalAtUpper);
+            ++result.hits;
+        }
+    }
+    result.squareness /= std::max(1, result.hits);
+    return result;
+}
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,18 @@
+/// Which links of a hand have to be tested against each other.
+#pragma once
+
+#include "grasp/hand/hand_model.h"
+
+#include <utility>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+/// Links this close in a preshape count as overlapping there [m].
+inline constexpr double kPreshapeOverlap = 1e-4;
+
+/// Fills `hand.selfPairs` from everything else in the hand; `disabled` holds pairs of links in any
+/// order. Notes pairs that overlap in a preshape.
+void setSelfPairs(HandModel& hand,
+                  const std::vector<std::pair<std::int32_t, std::int32_t>>& disabled);
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,50 @@
+/// SRDF as a file says it: names and numbers, checked for form only (see hand_file.h for meaning).
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+struct SrdfGroup
+{
+    std::string name;
+    bool hasChain = false;
+    std::string baseLink;  ///< of the chain
+    std::string tipLink;
+};
+
+/// One group_state; states of the same name but different groups are parts of one preshape.
+struct SrdfState
+{
+    std::string name;
+    std::string group;
+    std::vector<std::pair<std::string, double>> joints;
+};
+
+struct SrdfGraspFrame
+{
+    std::string link;
+    Eigen::Isometry3d X_LG = Eigen::Isometry3d::Identity();
+};
+
+struct Srdf
+{
+    std::filesystem::path file;
+    std::vector<SrdfGroup> groups;
+    std::vector<SrdfState> states;
+    std::vector<std::pair<std::string, std::string>> disabledPairs;
+    std::vector<std::string> passiveJoints;
+    std::vector<std::pair<std::string, int>> closings;  ///< joint and +1 or -1
+    std::optional<SrdfGraspFrame> graspFrame;
+};
+
+/// Reads a file; elements that hands do not need are skipped.
+/// Throws std::runtime_error: "<file>: line <n>: <element>: <what, value>: <remedy>".
+[[nodiscard]] Srdf readSrdf(const std::filesystem::path& path);
+}  // namespace bullet_ccd::grasp

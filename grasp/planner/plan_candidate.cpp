@@ -1,0 +1,295 @@
+#include "grasp/planner/plan_candidate.h"
+
+#include "bullet_ccd/contact/find_contacts.h"
+#include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/planner/penetration_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+/// How far the hand is drawn back from the first contact before it closes [m]. A link that lands on
+/// the object's near side is stopped at once when closing begins there; a little farther back it
+/// can come round.
+constexpr std::array kRetreats{0.0, 0.005, 0.015};
+/// Poses of closing that differ by less are the same [m].
+constexpr double kSamePose = 1e-3;
+/// Sideways centring of coupled fingers: at most this many shifts.
+constexpr int kMaxCentring = 2;
+/// Ties in epsilon are decided by the number of contacts.
+constexpr double kEpsilonTie = 1e-9;
+
+/// Motion of the hand by `shift` (world) over the step, all joints at rest.
+ArticulatedToiResult translateUntilContact(const Eigen::Isometry3d& X_WH,
+                                           const std::vector<double>& positions,
+                                           const Eigen::Vector3d& shift,
+                                           CandidateContext& context)
+{
+    const JointMotion motion{.root = {.X_W0 = X_WH, .v_W = shift},
+                             .positions = positions,
+                             .rates = std::vector<double>(positions.size(), 0.0)};
+    const ArticulatedBody body{.tree = &context.hand.robot.tree,
+                               .linkTrees = context.hand.linkTrees,
+                               .motion = &motion,
+                               .selfPairs = {}};
+    const std::array obstacles{RigidBody{.tree = &context.object.tree, .motion = {}}};
+    return articulatedToi(
+        body, obstacles, {.tolerance = context.options.closing.tolerance}, context.work);
+}
+
+Eigen::Isometry3d shifted(Eigen::Isometry3d X_W, const Eigen::Vector3d& by)
+{
+    X_W.translation() += by;
+    return X_W;
+}
+
+RejectReason reasonOf(ToiStatus status, RejectReason overlap)
+{
+    switch (status)
+    {
+        case ToiStatus::Overlapping:
+            return overlap;
+        case ToiStatus::IterationLimit:
+            return RejectReason::IterationLimit;
+        case ToiStatus::Separated:
+        case ToiStatus::Hit:
+            break;
+    }
+    return RejectReason::None;
+}
+
+/// Closes from `X_WH` and scores what comes out; `grasp` brings what is known from the approach.
+void closeAndScore(Grasp& grasp,
+                   const Eigen::Isometry3d& X_WH,
+                   const std::vector<double>& preshape,
+                   CandidateContext& context)
+{
+    const PlannerOptions& options = context.options;
+    const ClosingResult closing =
+        context.close(context.hand, context.object, X_WH, preshape, options.closing);
+    grasp.X_WH = X_WH;
+    grasp.positions = closing.positions;
+    grasp.stops = closing.stops;
+    // The approach certified that the hand is clear of the object here, so what overlaps is the
+    // hand.
+    grasp.reject = reasonOf(closing.status, RejectReason::SelfOverlap);
+    if (grasp.reject != RejectReason::None)
+    {
+        grasp.positions.clear();
+        return;
+    }
+    grasp.contacts = collectContacts(context.hand, context.object, X_WH, grasp.positions, options);
+    if (grasp.contacts.size() < 2)
+    {
+        grasp.reject = RejectReason::TooFewContacts;
+        return;
+    }
+    const WrenchSpaceOptions wrenchOptions{.friction = options.friction,
+                                           .coneEdges = options.coneEdges,
+                                           .torqueScale = context.object.radius,
+                                           .forceClosureThreshold = options.forceClosureThreshold};
+    grasp.quality = wrenchSpaceQuality(
+        contactWrenches(grasp.contacts, context.object.centerOfMass, wrenchOptions),
+        options.forceClosureThreshold);
+    grasp.reject = grasp.quality.forceClosure ? RejectReason::None : RejectReason::NoForceClosure;
+}
+
+/// True if every closing joint follows one and the same joint: a gripper whose jaws cannot centre
+/// themselves on the object; the first jaw to touch stops both.
+bool fingersAreCoupled(const HandModel& hand)
+{
+    std::int32_t driver = kNone;
+    int closing = 0;
+    for (std::size_t link = 0; link < hand.closingDirections.size(); ++link)
+    {
+        const Joint& joint = hand.robot.tree.links[link].joint;
+        if (hand.closingDirections[link] != 0 || joint.mimicOf != kNone)
+        {
+            const auto itsDriver =
+                joint.mimicOf != kNone ? joint.mimicOf : static_cast<std::int32_t>(link);
+            if (driver != kNone && itsDriver != driver)
+            {
+                return false;
+            }
+            driver = itsDriver;
+            ++closing;
+        }
+    }
+    return closing >= 2;
+}
+
+/// Sideways shift that centres the closed jaws on the object: half of the free travel across which
+/// they oppose each other. Real grippers do this by compliance or by pushing the object.
+Eigen::Vector3d centringShift(const Grasp& grasp, CandidateContext& context)
+{
+    const Eigen::Vector3d across = (grasp.X_WH * context.hand.X_RG).linear().col(0);
+    const double reach = 2.0 * context.object.radius;
+    Eigen::Vector3d best = Eigen::Vector3d::Zero();
+    for (const double sign : {1.0, -1.0})
+    {
+        const ArticulatedToiResult result =
+            translateUntilContact(grasp.X_WH, grasp.positions, sign * reach * across, context);
+        if (result.status == ToiStatus::Hit && result.time * reach / 2.0 > best.norm())
+        {
+            best = sign * result.time * reach / 2.0 * across;
+        }
+    }
+    return best;
+}
+
+bool better(const Grasp& a, const Grasp& b)
+{
+    if (std::abs(a.quality.epsilon - b.quality.epsilon) > kEpsilonTie)
+    {
+        return a.quality.epsilon > b.quality.epsilon;
+    }
+    return a.contacts.size() > b.contacts.size();
+}
+
+/// Travels along the approach at which closing is tried, the first contact first.
+std::vector<double> closingTravels(const ApproachCandidate& candidate, double travel)
+{
+    std::vector<double> travels;
+    const auto add = [&](double value)
+    {
+        const bool known =
+            std::any_of(travels.begin(),
+                        travels.end(),
+                        [&](double other) { return std::abs(other - value) < kSamePose; });
+        if (value >= 0.0 && !known)
+        {
+            travels.push_back(value);
+        }
+    };
+    for (const double retreat : kRetreats)
+    {
+        add(travel - retreat);
+    }
+    if (candidate.centerDistance < travel)
+    {
+        add(candidate.centerDistance);
+    }
+    return travels;
+}
+
+/// Closes at one pose; jaws that are coupled get to centre themselves.
+Grasp closeAt(const Grasp& approached,
+              const Eigen::Isometry3d& X_WH,
+              const std::vector<double>& preshape,
+              CandidateContext& context)
+{
+    Grasp grasp = approached;
+    closeAndScore(grasp, X_WH, preshape, context);
+    if (!fingersAreCoupled(context.hand))
+    {
+        return grasp;
+    }
+    for (int round = 0; round < kMaxCentring && !grasp.positions.empty(); ++round)
+    {
+        const Eigen::Vector3d shift = centringShift(grasp, context);
+        // The open hand must be able to move there.
+        const ArticulatedToiResult way =
+            translateUntilContact(grasp.X_WH, preshape, shift, context);
+        if (shift.norm() <= context.options.closing.tolerance || way.status != ToiStatus::Separated)
+        {
+            break;
+        }
+        Grasp centred = approached;
+        closeAndScore(centred, shifted(grasp.X_WH, shift), preshape, context);
+        if (!better(centred, grasp))
+        {
+            break;
+        }
+        grasp = std::move(centred);
+    }
+    return grasp;
+}
+}  // namespace
+
+std::vector<GraspContact> collectContacts(const HandModel& hand,
+                                          const GraspObject& object,
+                                          const Eigen::Isometry3d& X_WH,
+                                          std::span<const double> positions,
+                                          const PlannerOptions& options)
+{
+    const std::vector<Eigen::Isometry3d> X_WL = linkPoses(hand.robot.tree, X_WH, positions);
+    std::vector<GraspContact> contacts;
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        if (hand.linkTrees[link] == nullptr)
+        {
+            continue;
+        }
+        std::vector<Contact> found = findContacts(*hand.linkTrees[link],
+                                                  X_WL[link],
+                                                  object.tree,
+                                                  Eigen::Isometry3d::Identity(),
+                                                  {.threshold = options.closing.contactThreshold});
+        std::stable_sort(found.begin(),
+                         found.end(),
+                         [](const Contact& a, const Contact& b) { return a.gap < b.gap; });
+        const std::size_t first = contacts.size();
+        for (const Contact& contact : found)
+        {
+            const bool repeated = std::any_of(
+                contacts.begin() + static_cast<std::ptrdiff_t>(first),
+                contacts.end(),
+                [&](const GraspContact& kept)
+                { return (kept.point - contact.pointB).norm() < options.minContactSpacing; });
+            if (!repeated)
+            {
+                contacts.push_back({.link = static_cast<std::int32_t>(link),
+                                    .point = contact.pointB,
+                                    .normal = contact.normal,
+                                    .gap = contact.gap});
+            }
+        }
+    }
+    return contacts;
+}
+
+Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& context)
+{
+    const Preshape& preshape = context.hand.preshapes[candidate.preshape];
+    Grasp approached;
+    approached.candidate = candidate.number;
+    approached.preshape = preshape.name;
+    approached.X_WStart = candidate.X_WStart;
+    approached.approach_W = candidate.direction_W;
+    const ArticulatedToiResult approach =
+        translateUntilContact(candidate.X_WStart,
+                              preshape.positions,
+                              candidate.distance * candidate.direction_W,
+                              context);
+    approached.reject = approach.status == ToiStatus::Separated
+                            ? RejectReason::NoApproachHit
+                            : reasonOf(approach.status, RejectReason::OverlapAtStart);
+    if (approached.reject != RejectReason::None)
+    {
+        return approached;
+    }
+    approached.approachDistance = approach.time * candidate.distance;
+
+    std::optional<Grasp> best;
+    for (const double travel : closingTravels(candidate, approached.approachDistance))
+    {
+        const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
+        Grasp grasp = closeAt(approached, X_WH, preshape.positions, context);
+        if (!best || better(grasp, *best))
+        {
+            best = std::move(grasp);
+        }
+    }
+    if (!best->positions.empty() &&
+        !checkPenetration(context.hand, context.object, best->X_WH, best->positions).clean())
+    {
+        best->reject = RejectReason::Penetration;
+    }
+    return *std::move(best);
+}
+}  // namespace bullet_ccd::grasp

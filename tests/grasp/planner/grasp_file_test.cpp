@@ -1,0 +1,247 @@
+#include "grasp/planner/grasp_file.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/grasp/planner/test_hands.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <gmock/gmock.h>
+#include <random>
+#include <sstream>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using ::testing::HasSubstr;
+using tests::makeGripper;
+using tests::makeThreeFingers;
+
+class GraspFile : public ::testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        m_path = std::filesystem::path(::testing::TempDir()) /
+                 (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) +
+                  ".jsonl");
+        m_run.handFile = "hands/three \"fingers\".urdf";
+        m_run.objectFile = "objects/ball.obj";
+        m_run.objectScale = 0.001;
+        m_run.options.seed = 18446744073709551615U;
+        m_run.options.friction = 0.1 + 0.2;
+    }
+
+    void TearDown() override { std::filesystem::remove(m_path); }
+
+    [[nodiscard]] Eigen::Vector3d anyVector()
+    {
+        return {m_normal(m_random), m_normal(m_random), m_normal(m_random)};
+    }
+
+    [[nodiscard]] Eigen::Isometry3d anyPose()
+    {
+        return Eigen::Translation3d(anyVector()) *
+               Eigen::AngleAxisd(m_normal(m_random), anyVector().normalized());
+    }
+
+    [[nodiscard]] Grasp anyGrasp(std::int64_t candidate)
+    {
+        Grasp grasp;
+        grasp.candidate = candidate;
+        grasp.preshape = "open";
+        grasp.X_WStart = anyPose();
+        grasp.X_WH = anyPose();
+        grasp.approach_W = anyVector().normalized();
+        grasp.approachDistance = std::abs(m_normal(m_random));
+        grasp.positions.assign(m_hand.robot.tree.size(), 0.0);
+        for (std::size_t k = 1; k < grasp.positions.size(); ++k)
+        {
+            grasp.positions[k] = m_normal(m_random) / 3.0;
+        }
+        for (std::int32_t link = 0; link < 4; ++link)
+        {
+            grasp.contacts.push_back({link, anyVector(), anyVector().normalized(), 1.0 / 3e5});
+            grasp.stops.push_back({link, m_normal(m_random), link % 2 == 0});
+        }
+        grasp.quality = {std::abs(m_normal(m_random)), 1e-17 / 3.0, true};
+        return grasp;
+    }
+
+    void write(const std::vector<Grasp>& grasps) const
+    {
+        std::ofstream out(m_path);
+        writeGrasps(out, m_run, m_hand, m_object, grasps);
+    }
+
+    /// What reading the text as a file complains about; empty if it does not.
+    [[nodiscard]] std::string complaint(const std::string& text)
+    {
+        std::ofstream(m_path) << text;
+        try
+        {
+            static_cast<void>(readGrasps(m_path, m_hand));
+        }
+        catch (const std::runtime_error& error)
+        {
+            return error.what();
+        }
+        return {};
+    }
+
+    [[nodiscard]] std::string text() const
+    {
+        std::stringstream content;
+        content << std::ifstream(m_path).rdbuf();
+        return content.str();
+    }
+
+    std::filesystem::path m_path;
+    GraspRun m_run;
+    HandModel m_hand = makeThreeFingers();
+    GraspObject m_object = makeGraspObject("ball", makeSphere(0.03, 2));
+    std::mt19937_64 m_random{42};
+    std::normal_distribution<double> m_normal;
+};
+
+TEST_F(GraspFile, RoundTripIsExact)
+{
+    const std::vector<Grasp> grasps{anyGrasp(3), anyGrasp(0), anyGrasp(12)};
+    write(grasps);
+    const std::vector<Grasp> read = readGrasps(m_path, m_hand);
+    ASSERT_EQ(read.size(), grasps.size());
+    for (std::size_t k = 0; k < read.size(); ++k)
+    {
+        const Grasp& a = grasps[k];
+        const Grasp& b = read[k];
+        EXPECT_EQ(a.candidate, b.candidate);
+        EXPECT_EQ(a.preshape, b.preshape);
+        EXPECT_EQ(a.positions, b.positions);
+        EXPECT_EQ(a.X_WH.translation(), b.X_WH.translation());
+        EXPECT_EQ(a.X_WStart.translation(), b.X_WStart.translation());
+        // A matrix and its quaternion carry the same rotation up to rounding.
+        EXPECT_LT((a.X_WH.linear() - b.X_WH.linear()).cwiseAbs().maxCoeff(), 1e-15);
+        EXPECT_EQ(a.approach_W, b.approach_W);
+        EXPECT_EQ(a.approachDistance, b.approachDistance);
+        EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
+        EXPECT_EQ(a.quality.volume, b.quality.volume);
+        EXPECT_EQ(a.quality.forceClosure, b.quality.forceClosure);
+        ASSERT_EQ(a.contacts.size(), b.contacts.size());
+        ASSERT_EQ(a.stops.size(), b.stops.size());
+        for (std::size_t c = 0; c < a.contacts.size(); ++c)
+        {
+            EXPECT_EQ(a.contacts[c].link, b.contacts[c].link);
+            EXPECT_EQ(a.contacts[c].point, b.contacts[c].point);
+            EXPECT_EQ(a.contacts[c].normal, b.contacts[c].normal);
+            EXPECT_EQ(a.contacts[c].gap, b.contacts[c].gap);
+            EXPECT_EQ(a.stops[c].link, b.stops[c].link);
+            EXPECT_EQ(a.stops[c].time, b.stops[c].time);
+            EXPECT_EQ(a.stops[c].byObject, b.stops[c].byObject);
+        }
+    }
+}
+
+TEST_F(GraspFile, SourceRoundTripIsExact)
+{
+    write({anyGrasp(1)});
+    const GraspFileSource source = readGraspSource(m_path);
+    EXPECT_EQ(source.run.handFile, m_run.handFile);
+    EXPECT_TRUE(source.run.srdfFile.empty());
+    EXPECT_EQ(source.run.objectFile, m_run.objectFile);
+    EXPECT_EQ(source.run.objectScale, m_run.objectScale);
+    EXPECT_EQ(source.run.options.seed, m_run.options.seed);
+    EXPECT_EQ(source.run.options.friction, m_run.options.friction);
+    EXPECT_EQ(source.handHash, contentHash(m_hand));
+    EXPECT_EQ(source.objectHash, contentHash(m_object));
+}
+
+TEST_F(GraspFile, KeepsEveryReasonOfRejection)
+{
+    std::vector<Grasp> grasps;
+    for (int k = 0; k <= static_cast<int>(RejectReason::IterationLimit); ++k)
+    {
+        Grasp grasp = anyGrasp(k);
+        grasp.reject = static_cast<RejectReason>(k);
+        grasps.push_back(grasp);
+    }
+    write(grasps);
+    const std::vector<Grasp> read = readGrasps(m_path, m_hand);
+    ASSERT_EQ(read.size(), grasps.size());
+    for (std::size_t k = 0; k < read.size(); ++k)
+    {
+        EXPECT_EQ(read[k].reject, grasps[k].reject);
+    }
+}
+
+TEST_F(GraspFile, KeepsACandidateWithoutAPosture)
+{
+    Grasp grasp;
+    grasp.reject = RejectReason::NoApproachHit;
+    grasp.preshape = "open";
+    write({grasp});
+    const std::vector<Grasp> read = readGrasps(m_path, m_hand);
+    ASSERT_EQ(read.size(), 1U);
+    EXPECT_TRUE(read[0].positions.empty());
+}
+
+TEST_F(GraspFile, SaysFramesAndUnitsInItsKeys)
+{
+    write({anyGrasp(0)});
+    for (const char* key : {"\"schema\":\"bullet_ccd.grasp/1\"",
+                            "\"hand_pose_in_object\":{\"position_m\":[",
+                            "\"quaternion_wxyz\":[",
+                            "\"normal_into_object\":[",
+                            "\"torque_scale_m\":",
+                            "\"joints\":{\"finger0_proximal_joint\":"})
+    {
+        EXPECT_THAT(text(), HasSubstr(key));
+    }
+}
+
+TEST_F(GraspFile, ErrorsNameFileAndLine)
+{
+    write({anyGrasp(0), anyGrasp(1)});
+    const std::string good = text();
+    const std::string at = m_path.string();
+    EXPECT_EQ(complaint("\n" + good + "\n  \n"), "");
+    EXPECT_THAT(complaint(good.substr(0, good.size() - 40)), HasSubstr(at + ":2: not a JSON"));
+    EXPECT_THAT(complaint(good + "{}\n"), HasSubstr(at + ":3: key \"schema\" is missing"));
+    EXPECT_THAT(complaint("\n[1]\n"), HasSubstr(at + ":2: key \"schema\" is missing"));
+    const auto changed = [&](const std::string& from, const std::string& to)
+    {
+        std::string copy = good;
+        const std::size_t place = copy.rfind(from);
+        EXPECT_NE(place, std::string::npos) << from;
+        return complaint(copy.replace(place, from.size(), to));
+    };
+    EXPECT_THAT(changed("bullet_ccd.grasp/1", "other/9"), HasSubstr(at + ":2: schema \"other/9\""));
+    EXPECT_THAT(changed("\"candidate\":1", "\"candidate\":\"x\""),
+                HasSubstr(at + ":2: key \"candidate\": unexpected value \"x\""));
+    EXPECT_THAT(changed("\"link\":\"palm\"", "\"link\":\"elbow\""),
+                HasSubstr(at + ":2: link \"elbow\" is not a link of three_fingers"));
+    EXPECT_THAT(changed(contentHash(m_object), "0123456789abcdef"),
+                HasSubstr(at + ":2: another hand or object"));
+}
+
+TEST_F(GraspFile, MissingAndEmptyFilesAreErrors)
+{
+    EXPECT_THROW(static_cast<void>(readGraspSource("/no/such/file.jsonl")), std::runtime_error);
+    std::ofstream(m_path).close();
+    EXPECT_THROW(static_cast<void>(readGraspSource(m_path)), std::runtime_error);
+}
+
+TEST(ContentHash, ChangesWithTheHandAndTheObject)
+{
+    HandModel hand = makeThreeFingers();
+    const std::string before = contentHash(hand);
+    EXPECT_EQ(before, contentHash(makeThreeFingers()));
+    EXPECT_NE(before, contentHash(makeGripper(true)));
+    EXPECT_NE(contentHash(makeGripper(false)), contentHash(makeGripper(true)));
+    hand.robot.tree.links[2].joint.upper += 1e-12;
+    EXPECT_NE(before, contentHash(hand));
+    EXPECT_NE(contentHash(makeGraspObject("a", makeSphere(0.03, 2))),
+              contentHash(makeGraspObject("a", makeSphere(0.03, 3))));
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp

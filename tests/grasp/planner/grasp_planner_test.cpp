@@ -1,0 +1,316 @@
+#include "grasp/planner/grasp_planner.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/planner/penetration_check.h"
+#include "grasp/planner/plan_candidate.h"
+#include "tests/grasp/planner/test_hands.h"
+#include "tests/grasp/planner/toi_closing.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using tests::closeByToi;
+using tests::makeGripper;
+using tests::makeThreeFingers;
+
+GraspObject makeObject(TriangleMesh mesh)
+{
+    transformMesh(mesh, Eigen::Affine3d(Eigen::Translation3d(0.02, -0.01, 0.03)));
+    return makeGraspObject("object", std::move(mesh));
+}
+
+std::vector<Grasp> plan(const HandModel& hand, const GraspObject& object, PlannerOptions options)
+{
+    return planGrasps(hand, object, options, [] { return CloseHand(closeByToi); });
+}
+
+std::size_t countOf(const std::vector<Grasp>& grasps, RejectReason reason)
+{
+    return static_cast<std::size_t>(std::count_if(
+        grasps.begin(), grasps.end(), [&](const Grasp& grasp) { return grasp.reject == reason; }));
+}
+
+std::set<std::int32_t> linksOf(const Grasp& grasp)
+{
+    std::set<std::int32_t> links;
+    for (const GraspContact& contact : grasp.contacts)
+    {
+        links.insert(contact.link);
+    }
+    return links;
+}
+
+void expectSameGrasp(const Grasp& a, const Grasp& b)
+{
+    EXPECT_EQ(a.candidate, b.candidate);
+    EXPECT_EQ(a.reject, b.reject);
+    EXPECT_EQ(a.X_WH.matrix(), b.X_WH.matrix());
+    EXPECT_EQ(a.positions, b.positions);
+    EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
+    EXPECT_EQ(a.quality.volume, b.quality.volume);
+    ASSERT_EQ(a.contacts.size(), b.contacts.size());
+    for (std::size_t k = 0; k < a.contacts.size(); ++k)
+    {
+        EXPECT_EQ(a.contacts[k].link, b.contacts[k].link);
+        EXPECT_EQ(a.contacts[k].point, b.contacts[k].point);
+        EXPECT_EQ(a.contacts[k].normal, b.contacts[k].normal);
+        EXPECT_EQ(a.contacts[k].gap, b.contacts[k].gap);
+    }
+}
+
+TEST(GraspPlanner, CoupledJawsGraspABoxFromBothSides)
+{
+    const HandModel hand = makeGripper(true);
+    const GraspObject object = makeObject(makeBox({0.015, 0.03, 0.05}));
+    const std::vector<Grasp> grasps = plan(hand, object, {.candidates = 12, .jobs = 1});
+    ASSERT_GE(countOf(grasps, RejectReason::None), 3U);
+    for (const Grasp& grasp : grasps)
+    {
+        if (grasp.reject == RejectReason::None)
+        {
+            EXPECT_TRUE(linksOf(grasp).contains(1));
+            EXPECT_TRUE(linksOf(grasp).contains(2));
+        }
+    }
+}
+
+TEST(GraspPlanner, ThreeFingersGraspABall)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    const std::vector<Grasp> grasps = plan(hand, object, {.candidates = 8, .jobs = 1});
+    ASSERT_GE(countOf(grasps, RejectReason::None), 4U);
+    EXPECT_GE(linksOf(grasps.front()).size(), 3U);
+}
+
+TEST(GraspPlanner, PosturesNeitherPenetrateNorReportWideGaps)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeCylinder(0.025, 0.08, 48));
+    const PlannerOptions options{.candidates = 16, .jobs = 1};
+    int contacts = 0;
+    for (const Grasp& grasp : plan(hand, object, options))
+    {
+        ASSERT_FALSE(grasp.positions.empty());
+        EXPECT_TRUE(checkPenetration(hand, object, grasp.X_WH, grasp.positions).clean());
+        for (const GraspContact& contact : grasp.contacts)
+        {
+            EXPECT_LE(contact.gap, options.closing.contactThreshold);
+            EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-9);
+            ++contacts;
+        }
+    }
+    EXPECT_GT(contacts, 40);
+}
+
+TEST(GraspPlanner, NormalsPointIntoTheObject)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    const std::vector<Grasp> grasps = plan(hand, object, {.candidates = 4, .jobs = 1});
+    int contacts = 0;
+    for (const Grasp& grasp : grasps)
+    {
+        for (const GraspContact& contact : grasp.contacts)
+        {
+            EXPECT_GT(contact.normal.dot(object.centerOfMass - contact.point), 0.0);
+            ++contacts;
+        }
+    }
+    EXPECT_GT(contacts, 8);
+}
+
+TEST(GraspPlanner, ResultDoesNotDependOnTheNumberOfThreads)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeBox({0.02, 0.03, 0.04}));
+    const std::vector<Grasp> one = plan(hand, object, {.candidates = 10, .jobs = 1});
+    for (const int jobs : {2, 3})
+    {
+        const std::vector<Grasp> many = plan(hand, object, {.candidates = 10, .jobs = jobs});
+        ASSERT_EQ(one.size(), many.size());
+        for (std::size_t k = 0; k < one.size(); ++k)
+        {
+            expectSameGrasp(one[k], many[k]);
+        }
+    }
+}
+
+TEST(GraspPlanner, RanksForceClosuresByEpsilonThenTheRestByCandidate)
+{
+    const HandModel hand = makeGripper(false);
+    const GraspObject object = makeObject(makeBox({0.02, 0.03, 0.05}));
+    const std::vector<Grasp> grasps = plan(hand, object, {.candidates = 20, .jobs = 2});
+    ASSERT_EQ(grasps.size(), 20U);
+    std::set<std::int64_t> candidates;
+    for (std::size_t k = 0; k < grasps.size(); ++k)
+    {
+        candidates.insert(grasps[k].candidate);
+        if (k > 0 && grasps[k].reject == RejectReason::None)
+        {
+            EXPECT_EQ(grasps[k - 1].reject, RejectReason::None);
+            EXPECT_LE(grasps[k].quality.epsilon, grasps[k - 1].quality.epsilon);
+        }
+    }
+    EXPECT_EQ(candidates.size(), 20U);
+    EXPECT_GT(countOf(grasps, RejectReason::None), 0U);
+}
+
+TEST(GraspPlanner, ReportsEveryCandidateOnce)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    std::atomic<int> calls = 0;
+    static_cast<void>(planGrasps(
+        hand,
+        object,
+        {.candidates = 6, .jobs = 2},
+        [] { return CloseHand(closeByToi); },
+        [&](const Grasp&) { ++calls; }));
+    EXPECT_EQ(calls, 6);
+}
+
+TEST(GraspPlanner, NamesTheReasonWhenClosingFails)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    const auto failing = [](ToiStatus status)
+    {
+        return [status]() -> CloseHand
+        {
+            return [status](const HandModel&,
+                            const GraspObject&,
+                            const Eigen::Isometry3d&,
+                            const std::vector<double>& positions,
+                            const ClosingOptions&)
+            { return ClosingResult{.status = status, .positions = positions, .stops = {}}; };
+        };
+    };
+    const PlannerOptions options{.candidates = 5, .jobs = 1};
+    const auto overlapping = planGrasps(hand, object, options, failing(ToiStatus::Overlapping));
+    EXPECT_EQ(countOf(overlapping, RejectReason::SelfOverlap), 5U);
+    const auto gaveUp = planGrasps(hand, object, options, failing(ToiStatus::IterationLimit));
+    EXPECT_EQ(countOf(gaveUp, RejectReason::IterationLimit), 5U);
+    // A hand that does not close touches with one link, where the approach ended.
+    const auto open = planGrasps(hand, object, options, failing(ToiStatus::Separated));
+    EXPECT_EQ(countOf(open, RejectReason::None), 0U);
+    EXPECT_EQ(
+        countOf(open, RejectReason::TooFewContacts) + countOf(open, RejectReason::NoForceClosure),
+        5U);
+}
+
+TEST(GraspPlanner, PassesOnWhatAClosingEngineThrows)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    const MakeCloseHand broken = []() -> CloseHand { throw std::runtime_error("no engine"); };
+    EXPECT_THROW(static_cast<void>(planGrasps(hand, object, {.candidates = 3}, broken)),
+                 std::runtime_error);
+}
+
+TEST(GraspPlanner, RefusesOptionsThatMakeNoSense)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    const PlannerOptions good;
+    for (int wrong = 0; wrong < 5; ++wrong)
+    {
+        PlannerOptions options = good;
+        options.candidates = wrong == 0 ? 0 : options.candidates;
+        options.jobs = wrong == 1 ? -1 : options.jobs;
+        options.friction = wrong == 2 ? 0.0 : options.friction;
+        options.coneEdges = wrong == 3 ? 2 : options.coneEdges;
+        options.closing.contactThreshold = wrong == 4 ? 0.0 : options.closing.contactThreshold;
+        EXPECT_THROW(static_cast<void>(plan(hand, object, options)), std::invalid_argument);
+    }
+}
+
+class PlanCandidate : public ::testing::Test
+{
+protected:
+    [[nodiscard]] Grasp planFrom(const ApproachCandidate& candidate)
+    {
+        CandidateContext context{.hand = m_hand,
+                                 .object = m_object,
+                                 .options = m_options,
+                                 .close = m_close,
+                                 .work = m_work};
+        return planCandidate(candidate, context);
+    }
+
+    HandModel m_hand = makeThreeFingers();
+    GraspObject m_object = makeObject(makeSphere(0.03, 3));
+    PlannerOptions m_options;
+    CloseHand m_close = closeByToi;
+    ToiWorkspace m_work;
+};
+
+TEST_F(PlanCandidate, RejectsAStartThatOverlaps)
+{
+    ApproachCandidate candidate = sampleApproach(m_hand, m_object, 1, 0, 1);
+    // The palm right in the ball.
+    candidate.X_WStart.translation() = m_object.centerOfMass + Eigen::Vector3d(0.0, 0.0, 0.04);
+    candidate.X_WStart.linear().setIdentity();
+    EXPECT_EQ(planFrom(candidate).reject, RejectReason::OverlapAtStart);
+}
+
+TEST_F(PlanCandidate, RejectsAnApproachThatMisses)
+{
+    ApproachCandidate candidate = sampleApproach(m_hand, m_object, 1, 0, 1);
+    candidate.direction_W = -candidate.direction_W;
+    const Grasp grasp = planFrom(candidate);
+    EXPECT_EQ(grasp.reject, RejectReason::NoApproachHit);
+    EXPECT_TRUE(grasp.positions.empty());
+}
+
+TEST_F(PlanCandidate, TravelsUntilTheFirstContact)
+{
+    // Straight down on the ball: the palm's face at z = -0.01 of the hand meets its pole.
+    ApproachCandidate candidate = sampleApproach(m_hand, m_object, 1, 0, 1);
+    candidate.X_WStart = Eigen::Translation3d(m_object.centerOfMass + Eigen::Vector3d(0, 0, 0.3)) *
+                         Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX());
+    candidate.direction_W = -Eigen::Vector3d::UnitZ();
+    candidate.distance = 0.5;
+    const Grasp grasp = planFrom(candidate);
+    ASSERT_FALSE(grasp.positions.empty());
+    double top = 0.0;  // of the ball's vertices: it is inscribed
+    for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
+    {
+        top = std::max(top, vertex.z() - m_object.centerOfMass.z());
+    }
+    const double exact = 0.3 + 0.01 - top;
+    EXPECT_LE(grasp.approachDistance, exact);
+    EXPECT_GE(grasp.approachDistance, exact - 2.0 * m_options.closing.tolerance);
+}
+
+TEST_F(PlanCandidate, ContactsOfALinkKeepTheirSpacing)
+{
+    m_options.minContactSpacing = 0.004;
+    int pairs = 0;
+    for (std::int64_t number = 0; number < 6; ++number)
+    {
+        const Grasp grasp = planFrom(sampleApproach(m_hand, m_object, 4, number, 6));
+        for (std::size_t a = 0; a < grasp.contacts.size(); ++a)
+        {
+            for (std::size_t b = a + 1; b < grasp.contacts.size(); ++b)
+            {
+                if (grasp.contacts[a].link == grasp.contacts[b].link)
+                {
+                    EXPECT_GE((grasp.contacts[a].point - grasp.contacts[b].point).norm(),
+                              m_options.minContactSpacing);
+                    ++pairs;
+                }
+                EXPECT_LE(grasp.contacts[a].link, grasp.contacts[b].link);
+            }
+        }
+    }
+    EXPECT_GT(pairs, 0);
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp

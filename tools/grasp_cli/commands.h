@@ -1,0 +1,26 @@
+/// The verbs of the program `grasp`. Each adds itself to the command line; when it is chosen it
+/// runs and leaves its exit code.
+#pragma once
+
+#include "grasp/planner/grasp_planner.h"
+
+#include <CLI/CLI.hpp>
+
+namespace bullet_ccd::tools
+{
+enum ExitCode
+{
+    kFound = 0,
+    kNothingFound = 1,  ///< no grasp, or a check that failed
+    kUsage = 2,
+    kBadInput = 3,
+};
+
+void addPlanCommand(CLI::App& app, int& exitCode);
+void addCheckCommand(CLI::App& app, int& exitCode);
+void addHandCommand(CLI::App& app, int& exitCode);
+void addTableCommand(CLI::App& app, int& exitCode);
+
+/// Options that plan and table share: candidates, seed, jobs, quality.
+void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,77 @@
+#include "tools/grasp_cli/output_folder.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <unistd.h>
+#include <utility>
+
+namespace bullet_ccd::tools
+{
+namespace fs = std::filesystem;
+
+namespace
+{
+[[noreturn]] void failTo(const fs::path& path, const std::string& reason)
+{
+    throw std::runtime_error(fmt::format(
+        "{}: cannot be written ({}): choose another folder with -o", path.string(), reason));
+}
+}  // namespace
+
+OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))
+{
+    std::error_code error;
+    m_created = fs::create_directories(m_folder, error);
+    if (error)
+    {
+        failTo(m_folder, error.message());
+    }
+    m_staging = m_folder / fmt::format(".unfinished-{}", ::getpid());
+    fs::create_directory(m_staging, error);
+    if (error)
+    {
+        failTo(m_folder, error.message());
+    }
+}
+
+OutputFolder::~OutputFolder()
+{
+    std::error_code ignored;
+    fs::remove_all(m_staging, ignored);
+    if (m_created)
+    {
+        fs::remove(m_folder, ignored);  // only succeeds if nothing came of it
+    }
+}
+
+fs::path OutputFolder::stage(const std::string& name)
+{
+    if (std::find(m_names.begin(), m_names.end(), name) == m_names.end())
+    {
+        m_names.push_back(name);
+    }
+    return m_staging / name;
+}
+
+void OutputFolder::commit()
+{
+    for (const std::string& name : m_names)
+    {
+        if (!fs::exists(m_staging / name))
+        {
+            failTo(m_folder / name, "it was not produced");
+        }
+    }
+    for (const std::string& name : m_names)
+    {
+        std::error_code error;
+        fs::rename(m_staging / name, m_folder / name, error);
+        if (error)
+        {
+            failTo(m_folder / name, error.message());
+        }
+    }
+    m_names.clear();
+}
+}  // namespace bullet_ccd::tools

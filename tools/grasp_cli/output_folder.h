@@ -1,0 +1,35 @@
+/// Results that appear all at once or not at all.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// Files are written into a hidden folder inside the output folder and moved to their places by
+/// commit(); without it nothing that was there before is touched.
+class OutputFolder
+{
+public:
+    /// Creates the folder if needed and proves that it can be written.
+    /// Throws std::runtime_error that names the folder and the reason.
+    explicit OutputFolder(std::filesystem::path folder);
+    ~OutputFolder();
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+
+    /// Where to write the file that will be called `name`.
+    [[nodiscard]] std::filesystem::path stage(const std::string& name);
+    /// Moves all staged files to their places. Throws std::runtime_error if one is missing or
+    /// cannot be moved.
+    void commit();
+    [[nodiscard]] const std::filesystem::path& folder() const { return m_folder; }
+
+private:
+    std::filesystem::path m_folder;
+    std::filesystem::path m_staging;
+    std::vector<std::string> m_names;
+    bool m_created = false;
+};
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,103 @@
+#include "tools/grasp_cli/plan_run.h"
+
+#include "grasp/sim/hand_simulation.h"
+#include "tools/grasp_cli/progress.h"
+#include "tools/grasp_cli/text_table.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+using grasp::RejectReason;
+
+/// One simulation world per thread; it keeps hand and object from grasp to grasp.
+grasp::CloseHand makeClosing(const grasp::HandModel& hand, const grasp::GraspObject& object)
+{
+    const auto simulation = std::make_shared<grasp::HandSimulation>(hand, object);
+    return [simulation](const grasp::HandModel&,
+                        const grasp::GraspObject&,
+                        const Eigen::Isometry3d& X_WH,
+                        const std::vector<double>& positions,
+                        const grasp::ClosingOptions& options)
+    { return simulation->close(X_WH, positions, options); };
+}
+
+void printNotes(const std::filesystem::path& file, const std::vector<std::string>& notes)
+{
+    for (const std::string& note : notes)
+    {
+        fmt::print(stderr, "{}: {}\n", file.filename().string(), note);
+    }
+}
+}  // namespace
+
+PlanRun runPlan(LoadedHand hand,
+                LoadedObject object,
+                const grasp::PlannerOptions& options,
+                bool quiet)
+{
+    PlanRun run{.hand = std::move(hand), .object = std::move(object), .grasps = {}, .seconds = 0.0};
+    if (!quiet)
+    {
+        printNotes(run.hand.file, run.hand.hand.notes);
+        printNotes(run.object.file, run.object.notes);
+    }
+    const grasp::HandModel& model = run.hand.hand;
+    const grasp::GraspObject& target = run.object.object;
+    Progress progress(
+        fmt::format("{} x {}", model.robot.name, target.name), options.candidates, quiet);
+    const auto start = std::chrono::steady_clock::now();
+    run.grasps = grasp::planGrasps(
+        model,
+        target,
+        options,
+        [&] { return makeClosing(model, target); },
+        [&](const grasp::Grasp& grasp) { progress.add(grasp); });
+    run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return run;
+}
+
+std::size_t forceClosures(const std::vector<grasp::Grasp>& grasps)
+{
+    return static_cast<std::size_t>(std::count_if(grasps.begin(),
+                                                  grasps.end(),
+                                                  [](const grasp::Grasp& g)
+                                                  { return g.reject == RejectReason::None; }));
+}
+
+std::size_t linksInContact(const grasp::Grasp& grasp)
+{
+    std::set<std::int32_t> links;
+    for (const grasp::GraspContact& contact : grasp.contacts)
+    {
+        links.insert(contact.link);
+    }
+    return links.size();
+}
+
+std::string rejectionCounts(const std::vector<grasp::Grasp>& grasps)
+{
+    std::map<RejectReason, int> counts;
+    for (const grasp::Grasp& g : grasps)
+    {
+        if (g.reject != RejectReason::None)
+        {
+            ++counts[g.reject];
+        }
+    }
+    std::vector<std::string> texts;
+    for (const auto& [reason, count] : counts)
+    {
+        texts.push_back(fmt::format("{} {}", count, grasp::toString(reason)));
+    }
+    return joined(texts, ", ");
+}
+}  // namespace bullet_ccd::tools

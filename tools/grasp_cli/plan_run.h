@@ -1,0 +1,30 @@
+/// Planning one hand with one object, with notes and progress on stderr.
+#pragma once
+
+#include "grasp/planner/grasp_planner.h"
+#include "tools/grasp_cli/catalogue.h"
+
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+struct PlanRun
+{
+    LoadedHand hand;
+    LoadedObject object;
+    std::vector<grasp::Grasp> grasps;  ///< best first
+    double seconds = 0.0;              ///< planning alone
+};
+
+/// Plans with the fingers closed in Bullet's multibody world.
+[[nodiscard]] PlanRun runPlan(LoadedHand hand,
+                              LoadedObject object,
+                              const grasp::PlannerOptions& options,
+                              bool quiet);
+
+[[nodiscard]] std::size_t forceClosures(const std::vector<grasp::Grasp>& grasps);
+[[nodiscard]] std::size_t linksInContact(const grasp::Grasp& grasp);
+/// Such as "3 no force closure, 1 no approach hit"; empty if nothing was rejected.
+[[nodiscard]] std::string rejectionCounts(const std::vector<grasp::Grasp>& grasps);
+}  // namespace bullet_ccd::tools
