@@ -86,8 +86,8 @@ std::vector<Contact> rawContacts(const SsvTree& treeA,
     contacts.reserve(pairs.size());
     for (const TrianglePair& pair : pairs)
     {
-        Contact contact = makeContact(
-            X_WB, pair, {.distance = pair.distance, .pointA = pair.pointA, .pointB = pair.pointB});
+        Contact contact =
+            makeContact(X_WB, pair, TriangleDistance{pair.distance, pair.pointA, pair.pointB});
         if (pair.distance > 0.0)
         {
             TriangleCorners a = treeA.corners(pair.triangleA);

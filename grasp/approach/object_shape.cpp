@@ -11,6 +11,15 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
+using TriangleCorners = std::array<Eigen::Vector3d, 3>;
+
+TriangleCorners cornersOf(const TriangleMesh& mesh, const Triangle& triangle)
+{
+    const auto vertex = [&](std::int32_t index)
+    { return mesh.vertices[static_cast<std::size_t>(index)]; };
+    return {vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])};
+}
+
 struct SurfaceMoments
 {
     double area = 0.0;
@@ -18,14 +27,13 @@ struct SurfaceMoments
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-SurfaceMoments surfaceMoments(const SsvTree& tree)
+SurfaceMoments surfaceMoments(const TriangleMesh& mesh)
 {
     SurfaceMoments moments;
     Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-    const auto count = static_cast<std::int32_t>(tree.mesh().triangles.size());
-    for (std::int32_t i = 0; i < count; ++i)
+    for (const Triangle& triangle : mesh.triangles)
     {
-        const auto [a, b, c] = tree.corners(i);
+        const auto [a, b, c] = cornersOf(mesh, triangle);
         const double area = 0.5 * (b - a).cross(c - a).norm();
         const Eigen::Vector3d sum = a + b + c;
         moments.area += area;
@@ -50,8 +58,6 @@ Eigen::Vector3d withFixedSign(const Eigen::Vector3d& axis)
     axis.cwiseAbs().maxCoeff(&largest);
     return axis[largest] < 0.0 ? Eigen::Vector3d(-axis) : axis;
 }
-
-using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
 /// The outermost surfaces on a line along x.
 struct RaySpan
@@ -111,7 +117,7 @@ void extend(RaySpan& span, const TriangleCorners& t, const Eigen::Vector2d& at)
 ObjectShape objectShape(const GraspObject& object)
 {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-        surfaceMoments(object.tree).covariance);
+        surfaceMoments(object.tree.mesh()).covariance);
     Eigen::Matrix3d axes;
     for (int k = 0; k < 3; ++k)
     {
@@ -144,10 +150,10 @@ LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, 
 {
     const Eigen::Isometry3d X_GW = X_WG.inverse();
     std::array<RaySpan, LocalWidth::kRays> spans;
-    const auto count = static_cast<std::int32_t>(object.tree.mesh().triangles.size());
-    for (std::int32_t i = 0; i < count; ++i)
+    const TriangleMesh& mesh = object.tree.mesh();
+    for (const Triangle& triangle : mesh.triangles)
     {
-        const auto [a, b, c] = object.tree.corners(i);
+        const auto [a, b, c] = cornersOf(mesh, triangle);
         const TriangleCorners corners{X_GW * a, X_GW * b, X_GW * c};
         if (reachesGrid(corners, spacing))
         {

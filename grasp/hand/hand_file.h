@@ -1,9 +1,10 @@
 /// URDF + SRDF -> HandModel.
 ///
 /// What URDF cannot say stands in an SRDF file, as MoveIt's users write it:
-///   <group name="thumb"><chain base_link=".." tip_link=".."/></group>   a finger (one a
-///       group; groups without a chain, or whose chain holds no movable joint or ends above another
-///       one's tip, are ignored)
+///   <group name="thumb"><chain base_link=".." tip_link=".."/></group>   a finger (one a group;
+///   groups
+///       without a chain, whose chain holds no movable joint or ends above another one's are
+///       ignored)
 ///   <group_state name="open" group="..."><joint name=".." value=".."/></group_state>   a preshape;
 ///       states of one name are one preshape, joints that are not listed stay at 0 clamped into
 ///       their limits; the state "open" comes first, then the order of the file; states in which

@@ -15,7 +15,7 @@ struct PlannerOptions
     std::int64_t candidates = 20;
     std::uint64_t seed = 1;
     int jobs = 0;  ///< threads; 0: one a core. Results do not depend on it.
-    ClosingOptions closing{};
+    ClosingOptions closing = {};
     double friction = 0.5;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;

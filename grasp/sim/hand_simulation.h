@@ -1,26 +1,41 @@
 /// The hand as a btMultiBody in a CCD world (double precision).
 #pragma once
 
-#include "grasp/closing/closing.h"
+#include "grasp/planner/grasp_planner.h"
 
 #include <memory>
 
 namespace bullet_ccd::grasp
 {
-/// Closes the hand as staged simulation steps in Bullet's multibody world: the closing joints are
-/// driven at constant speed by velocity motors, the world advances to the first contact of any link
-/// with the object or another link, that link and the joints between it and the palm are frozen,
-/// and the next stage begins. The object is fixed. An object of this class keeps the world of one
-/// hand and object and can close many times; one per thread.
+/// Closes the hand as staged simulation steps in Bullet's multibody world: the closing joints move
+/// at constant speed (1 rad/s, prismatic ones 0.1 m/s; mimic joints at their multiple), the world
+/// advances to the first contact of any link with the object or another link, that link and the
+/// joints between it and the root stop, and the next stage begins. The object is fixed.
+///
+/// The joints are ideal: their speeds are prescribed, and Bullet integrates them; no forces are
+/// solved, so neither gravity, inertia nor motor strength can spoil the coupling of joints, and the
+/// result does not depend on the length of the steps beyond rounding. A joint that mimics another
+/// and the joint that it mimics stop together, whichever of their links is stopped; of a hand with
+/// one motor, all fingers stop at the first contact. At their limits joints stop exactly.
+///
+/// An object of this class keeps the world of one hand and object and can close many times: a
+/// result depends on the arguments of close() alone, to the bit. One per thread; objects in
+/// different threads share nothing that is written.
 class HandSimulation
 {
 public:
+    /// Keeps references: both must outlive it, and their hierarchies must not move.
     HandSimulation(const HandModel& hand, const GraspObject& object);
     ~HandSimulation();
     HandSimulation(HandSimulation&&) noexcept;
     HandSimulation& operator=(HandSimulation&&) noexcept;
 
-    /// See CloseHand for the contract.
+    /// See CloseHand for the contract. Status: Hit if a link was stopped, Separated if all joints
+    /// reached their limits; Overlapping (nothing moved) if a link intersects the object or a link
+    /// that it is paired with at the start; IterationLimit if a query gave up (positions: so far).
+    /// Mimic joints start where the joints they follow want them, whatever `positions` says of
+    /// them. Throws std::invalid_argument if `positions` has not one finite entry a link or the
+    /// tolerance is not positive.
     [[nodiscard]] ClosingResult close(const Eigen::Isometry3d& X_WH,
                                       const std::vector<double>& positions,
                                       const ClosingOptions& options);
@@ -29,4 +44,9 @@ private:
     struct World;
     std::unique_ptr<World> m_world;
 };
+
+/// Closing engines for the planner: each makes a HandSimulation for the hand and object that it is
+/// called with and keeps it until it is called with others. Hand and object must stay alive and
+/// unchanged between calls with the same addresses.
+[[nodiscard]] MakeCloseHand simulatedClosing();
 }  // namespace bullet_ccd::grasp

@@ -33,13 +33,14 @@ double triangleDistance(const Eigen::Vector3d& p, const std::array<Eigen::Vector
     return inside ? std::min(distance, std::abs(normal.normalized().dot(p - t[0]))) : distance;
 }
 
-double meshDistance(const Eigen::Vector3d& p, const SsvTree& tree)
+double meshDistance(const Eigen::Vector3d& p, const TriangleMesh& mesh)
 {
     double distance = std::numeric_limits<double>::infinity();
-    const auto count = static_cast<std::int32_t>(tree.mesh().triangles.size());
-    for (std::int32_t i = 0; i < count; ++i)
+    const auto vertex = [&](std::int32_t index) -> const Eigen::Vector3d&
+    { return mesh.vertices[static_cast<std::size_t>(index)]; };
+    for (const auto& [a, b, c] : mesh.triangles)
     {
-        distance = std::min(distance, triangleDistance(p, tree.corners(i)));
+        distance = std::min(distance, triangleDistance(p, {vertex(a), vertex(b), vertex(c)}));
     }
     return distance;
 }
@@ -57,11 +58,11 @@ GraspAudit auditGrasp(const grasp::HandModel& hand,
     for (const grasp::GraspContact& contact : grasp.contacts)
     {
         const auto link = static_cast<std::size_t>(contact.link);
-        audit.largestGap =
-            std::max(audit.largestGap,
-                     meshDistance(X_WL[link].inverse() * contact.point, *hand.linkTrees[link]));
+        audit.largestGap = std::max(
+            audit.largestGap,
+            meshDistance(X_WL[link].inverse() * contact.point, hand.linkTrees[link]->mesh()));
         audit.largestOffset =
-            std::max(audit.largestOffset, meshDistance(contact.point, object.tree));
+            std::max(audit.largestOffset, meshDistance(contact.point, object.tree.mesh()));
         links.insert(contact.link);
     }
     audit.links = static_cast<int>(links.size());

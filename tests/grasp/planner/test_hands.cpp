@@ -37,9 +37,17 @@ void finish(grasp::HandModel& hand, double graspDepth)
     hand.X_RG.translation() = graspDepth * Eigen::Vector3d::UnitZ();
 }
 
+Link namedLink(std::string name, std::int32_t parent)
+{
+    Link link;
+    link.name = std::move(name);
+    link.parent = parent;
+    return link;
+}
+
 Link slidingJaw(const char* name, double x)
 {
-    Link link{.name = name, .parent = 0};
+    Link link = namedLink(name, 0);
     link.X_PL0.translation() = Eigen::Vector3d(x, 0.0, 0.0);
     link.joint.type = JointType::Prismatic;
     link.joint.axis =
@@ -54,7 +62,7 @@ grasp::HandModel makeGripper(bool coupled)
 {
     grasp::HandModel hand;
     hand.robot.name = "gripper";
-    addLink(hand, {.name = "palm"}, boxAt({0.06, 0.015, 0.02}, {0.0, 0.0, -0.025}), 0);
+    addLink(hand, namedLink("palm", kNone), boxAt({0.06, 0.015, 0.02}, {0.0, 0.0, -0.025}), 0);
     const TriangleMesh jaw = boxAt({0.005, 0.01, 0.03}, {0.0, 0.0, 0.03});
     const std::int32_t left = addLink(hand, slidingJaw("left", -0.045), jaw, 1);
     Link rightLink = slidingJaw("right", 0.045);
@@ -70,12 +78,12 @@ grasp::HandModel makeThreeFingers()
 {
     grasp::HandModel hand;
     hand.robot.name = "three_fingers";
-    addLink(hand, {.name = "palm"}, boxAt({0.05, 0.05, 0.01}, {0.0, 0.0, -0.02}), 0);
+    addLink(hand, namedLink("palm", kNone), boxAt({0.05, 0.05, 0.01}, {0.0, 0.0, -0.02}), 0);
     for (int k = 0; k < 3; ++k)
     {
         const double angle = 2.0 * std::numbers::pi * k / 3.0;
         const std::string name = "finger" + std::to_string(k);
-        Link proximal{.name = name + "_proximal", .parent = 0};
+        Link proximal = namedLink(name + "_proximal", 0);
         proximal.X_PL0 = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) *
                          Eigen::Translation3d(0.045, 0.0, 0.0);
         proximal.joint.type = JointType::Revolute;

@@ -1,0 +1,1 @@
+#include "bullet_ccd/io/urdf_file.h"
