@@ -1,6 +1,5 @@
 #include "grasp/planner/grasp_file.h"
 #include "grasp/report/grasp_picture.h"
-#include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/output_folder.h"
@@ -111,14 +110,15 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
             break;
         }
         const double along = (g.X_WH.translation() - g.X_WStart.translation()).dot(g.approach_W);
-        table.rows.push_back({fmt::format("{}", k + 1),
-                              fmt::format("{}", g.candidate),
-                              fmt::format("{:.4f}", g.quality.epsilon),
-                              fmt::format("{:.3g}", g.quality.volume),
-                              fmt::format("{}", g.contacts.size()),
-                              fmt::format("{}", linksInContact(g)),
-                              g.preshape,
-                              fmt::format("{:.1f}", 1e3 * (g.approachDistance - along) + 0.0)});
+        table.rows.push_back(
+            {fmt::format("{}", k + 1),
+             fmt::format("{}", g.candidate),
+             fmt::format("{:.4f}", g.quality.epsilon),
+             fmt::format("{:.3g}", g.quality.volume),
+             fmt::format("{}", g.contacts.size()),
+             fmt::format("{}", linksInContact(g)),
+             g.preshape,
+             fmt::format("{:.1f}", 1e3 * std::max(0.0, g.approachDistance - along))});
     }
     return alignedText(table);
 }
