@@ -40,7 +40,7 @@ std::vector<Contact> rawContacts(const SsvTree& treeA,
                         .triangleA = pair.triangleA,
                         .triangleB = pair.triangleB};
         contact.normal = pair.distance > 0.0
-                             ? Vector3d(X_WB.linear() * (pair.pointB - pair.pointA) / pair.distance)
+                             ? Vector3d(X_WB.linear() * (pair.pointB - pair.pointA).normalized())
                              : Vector3d(-X_WB.linear() * triangleNormal(treeB, pair.triangleB));
         contacts.push_back(contact);
     }

@@ -1,5 +1,8 @@
 #include "bullet_ccd/io/assimp_file.h"
 
+#include "bullet_ccd/io/assimp_guard.h"
+#include "bullet_ccd/io/child_process.h"
+
 #include <Eigen/Geometry>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
@@ -7,9 +10,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace bullet_ccd
@@ -105,23 +112,13 @@ void appendNodes(const aiScene& scene, PolygonSoup& soup, const std::string& nam
         }
     }
 }
-}  // namespace
-
-PolygonSoup readWithAssimp(const std::filesystem::path& path)
+/// Never returns normally with half a scene: throws what is to be said to the user.
+PolygonSoup readScene(const std::string& name)
 {
-    const std::string name = path.string();
     Assimp::Importer importer;
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-    const aiScene* scene = nullptr;
-    try
-    {
-        // No post-processing: assimp's steps trust indices, ours check them.
-        scene = importer.ReadFile(name, 0);
-    }
-    catch (const std::exception& error)
-    {
-        throw std::runtime_error(name + ": " + error.what() + ": export the mesh again");
-    }
+    // No post-processing: assimp's steps trust indices, ours check them.
+    const aiScene* const scene = importer.ReadFile(name, 0);
     if (scene == nullptr || scene->mRootNode == nullptr)
     {
         const std::string reason = importer.GetErrorString();
@@ -131,5 +128,85 @@ PolygonSoup readWithAssimp(const std::filesystem::path& path)
     PolygonSoup soup;
     appendNodes(*scene, soup, name);
     return soup;
+}
+
+template <class Value>
+void packArray(const std::vector<Value>& values, std::string& bytes)
+{
+    const std::uint64_t count = values.size();
+    bytes.append(reinterpret_cast<const char*>(&count), sizeof(count));
+    bytes.append(reinterpret_cast<const char*>(values.data()), count * sizeof(Value));
+}
+
+template <class Value>
+void unpackArray(std::string_view& bytes, std::vector<Value>& values)
+{
+    std::uint64_t count = 0;
+    std::memcpy(&count, bytes.data(), sizeof(count));
+    bytes.remove_prefix(sizeof(count));
+    values.resize(count);
+    if (count > 0)
+    {
+        std::memcpy(static_cast<void*>(values.data()), bytes.data(), count * sizeof(Value));
+    }
+    bytes.remove_prefix(count * sizeof(Value));
+}
+
+constexpr char kMeshFollows = 'm';
+constexpr char kErrorFollows = 'e';
+
+/// What the child sends: a mesh or a message.
+std::string readInChild(const std::string& name)
+{
+    try
+    {
+        const PolygonSoup soup = readScene(name);
+        std::string bytes(1, kMeshFollows);
+        packArray(soup.vertices, bytes);
+        packArray(soup.corners, bytes);
+        packArray(soup.polygonEnds, bytes);
+        packArray(std::vector<std::int64_t>{soup.droppedElements}, bytes);
+        return bytes;
+    }
+    catch (const std::exception& error)
+    {
+        const std::string what = error.what();
+        return kErrorFollows +
+               (what.rfind(name, 0) == 0 ? what : name + ": " + what + ": export the mesh again");
+    }
+}
+
+PolygonSoup unpack(std::string_view bytes)
+{
+    const char kind = bytes.front();
+    bytes.remove_prefix(1);
+    if (kind != kMeshFollows)
+    {
+        throw std::runtime_error(std::string(bytes));
+    }
+    PolygonSoup soup;
+    std::vector<std::int64_t> dropped;
+    unpackArray(bytes, soup.vertices);
+    unpackArray(bytes, soup.corners);
+    unpackArray(bytes, soup.polygonEnds);
+    unpackArray(bytes, dropped);
+    soup.droppedElements = dropped.front();
+    return soup;
+}
+}  // namespace
+
+PolygonSoup readWithAssimp(const std::filesystem::path& path, const std::string& extension)
+{
+    const std::string name = path.string();
+    std::ifstream file(path, std::ios::binary);
+    const std::string content((std::istreambuf_iterator<char>(file)),
+                              std::istreambuf_iterator<char>());
+    if (!file)
+    {
+        throw std::runtime_error(name + ": cannot be read: check its permissions");
+    }
+    requirePlausible(content, extension, name);
+    const std::string answer = runInChild([&] { return readInChild(name); }, content.size(), name);
+    return unpack(answer);
 }
 }  // namespace bullet_ccd

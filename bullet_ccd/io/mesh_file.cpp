@@ -97,7 +97,7 @@ MeshFile loadMeshFile(const std::filesystem::path& path, const MeshFileOptions& 
     const std::string extension = lowerExtension(path);
     requireReadable(path, extension);
 
-    PolygonSoup soup = extension == ".obj" ? readObj(path) : readWithAssimp(path);
+    PolygonSoup soup = extension == ".obj" ? readObj(path) : readWithAssimp(path, extension);
     MeshFile file;
     if (soup.droppedElements > 0)
     {

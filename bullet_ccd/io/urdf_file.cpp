@@ -1,5 +1,6 @@
 #include "bullet_ccd/io/urdf_file.h"
 
+#include "bullet_ccd/io/assimp_guard.h"
 #include "bullet_ccd/io/urdf_geometry.h"
 #include "bullet_ccd/io/urdf_joints.h"
 
@@ -7,7 +8,6 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <algorithm>
 #include <console_bridge/console.h>
 #include <fstream>
 #include <iterator>
@@ -59,31 +59,12 @@ std::string readText(const std::filesystem::path& path)
     return text;
 }
 
-/// The parser below recurses into elements; nothing real nests deeper than this.
-void requireShallow(const std::string& text, const std::string& file)
-{
-    constexpr int kMaxDepth = 200;
-    int depth = 0;
-    for (std::size_t i = 0; i + 1 < text.size() && depth <= kMaxDepth; ++i)
-    {
-        const bool isOpening =
-            text[i] == '<' && text[i + 1] != '/' && text[i + 1] != '!' && text[i + 1] != '?';
-        const bool isClosing =
-            (text[i] == '<' && text[i + 1] == '/') || (text[i] == '/' && text[i + 1] == '>');
-        depth = std::max(0, depth + static_cast<int>(isOpening) - static_cast<int>(isClosing));
-    }
-    if (depth > kMaxDepth)
-    {
-        throw std::runtime_error(file + ": more than " + std::to_string(kMaxDepth) +
-                                 " nested elements: close the elements");
-    }
-}
-
 urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& path)
 {
     const std::string file = path.string();
     const std::string text = readText(path);
-    requireShallow(text, file);
+    // The parser recurses into elements.
+    requireShallowXml(text, file);
 
     static std::mutex parserMutex;
     const std::lock_guard lock(parserMutex);

@@ -93,7 +93,8 @@ bool findContact(
     contact.gap = closest.distance;
     contact.pointLink = X_WB * closest.pointA;
     contact.pointOther = X_WB * closest.pointB;
-    contact.normal = X_WB.linear() * (closest.pointB - closest.pointA) / closest.distance;
+    // Not divided by the distance: the witnesses are rounded where the tree's origin is added.
+    contact.normal = X_WB.linear() * (closest.pointB - closest.pointA).normalized();
     return true;
 }
 

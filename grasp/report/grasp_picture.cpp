@@ -1,1 +1,208 @@
 #include "grasp/report/grasp_picture.h"
+
+#include "bullet_ccd/math/check.h"
+#include "grasp/report/canvas.h"
+#include "grasp/report/grasp_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+const Color kContactColor(0.86F, 0.07F, 0.24F);
+const Color kPaper(0.985F, 0.985F, 0.99F);
+const Color kPaperBelow(0.91F, 0.925F, 0.945F);
+const Color kInk(0.25F, 0.28F, 0.33F);
+/// Share of the object's colour where it lies in front of a link.
+constexpr float kObjectCover = 0.6F;
+constexpr float kHiddenOpacity = 0.45F;
+/// Everything is drawn this much larger and averaged.
+constexpr int kSupersampling = 2;
+
+/// Object over hand over paper. `front` receives the shape that is nearest in each pixel.
+Canvas compose(const Layer& hand, const Layer& object, std::vector<std::int32_t>& front)
+{
+    Canvas canvas(hand.width, hand.height);
+    for (int y = 0; y < canvas.height; ++y)
+    {
+        const float share = static_cast<float>(y) / static_cast<float>(canvas.height);
+        const Color paper = kPaper + share * (kPaperBelow - kPaper);
+        for (int x = 0; x < canvas.width; ++x)
+        {
+            const std::size_t i = hand.at(x, y);
+            const bool objectInFront = object.depth[i] < hand.depth[i];
+            Color color = hand.id[i] != kNone ? hand.color[i] : paper;
+            if (objectInFront)
+            {
+                const float cover = hand.id[i] != kNone ? kObjectCover : 1.0F;
+                color += cover * (object.color[i] - color);
+            }
+            front[i] = objectInFront ? object.id[i] : hand.id[i];
+            canvas.at(x, y) = color;
+        }
+    }
+    return canvas;
+}
+
+/// Darkens the pixels where one shape ends and another begins, or the depth jumps.
+void drawOutlines(Canvas& canvas,
+                  const Layer& hand,
+                  const Layer& object,
+                  const std::vector<std::int32_t>& front,
+                  double jump)
+{
+    const auto depthAt = [&](std::size_t i) { return std::min(hand.depth[i], object.depth[i]); };
+    for (int y = 0; y + 1 < canvas.height; ++y)
+    {
+        for (int x = 0; x + 1 < canvas.width; ++x)
+        {
+            const std::size_t here = hand.at(x, y);
+            for (const std::size_t there : {hand.at(x + 1, y), hand.at(x, y + 1)})
+            {
+                const bool edge =
+                    front[here] != front[there] ||
+                    (front[here] != kNone && std::abs(depthAt(here) - depthAt(there)) > jump);
+                if (edge)
+                {
+                    canvas.at(x, y) *= 0.62F;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+struct ContactStyle
+{
+    double arrowLength;  ///< [m]
+    double slack;        ///< depth within which a link does not hide the point it touches [m]
+    double unit;         ///< width of a thin line [pixels]
+};
+
+/// Disc at the point, arrow along the normal into the object; faint where a link hides the point.
+void drawContact(Canvas& canvas,
+                 const GraspContact& contact,
+                 const Camera& camera,
+                 const Layer& hand,
+                 const ContactStyle& style)
+{
+    const Eigen::Vector3d place = camera.project(contact.point);
+    const Eigen::Vector3d end = camera.project(contact.point + style.arrowLength * contact.normal);
+    const bool hidden = isHidden(hand, place, style.slack);
+    const float opacity = hidden ? kHiddenOpacity : 1.0F;
+    const Ink halo{Color::Ones(), 0.85F * opacity};
+    const Ink ink{kContactColor, opacity};
+
+    const double unit = style.unit;
+    const Eigen::Vector2d from = place.head<2>();
+    const Eigen::Vector2d along = end.head<2>() - from;
+    const double length = along.norm();
+    const double head = 9.0 * unit;
+    if (length > head)
+    {
+        const Eigen::Vector2d direction = along / length;
+        const Eigen::Vector2d neck = from + (length - 0.8 * head) * direction;
+        drawLine(canvas, from, neck, 4.4 * unit, halo);
+        drawArrowHead(
+            canvas, from + (length + 2.0 * unit) * direction, direction, head + 4.0 * unit, halo);
+        drawLine(canvas, from, neck, 2.2 * unit, ink);
+        drawArrowHead(canvas, from + length * direction, direction, head, ink);
+    }
+    drawLine(canvas, from, from, 10.0 * unit, halo);
+    drawLine(canvas, from, from, 7.0 * unit, ink);
+}
+
+/// From the farthest to the nearest.
+void drawContacts(Canvas& canvas, const GraspScene& scene, const Camera& camera, const Layer& hand)
+{
+    std::vector<std::size_t> order(scene.contacts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto depth = [&](std::size_t i) { return camera.project(scene.contacts[i].point).z(); };
+    std::stable_sort(order.begin(),
+                     order.end(),
+                     [&](std::size_t a, std::size_t b) { return depth(a) > depth(b); });
+    // Many contacts are drawn smaller, so that single ones can still be told apart.
+    const double crowd = order.size() > 24 ? 0.7 : 1.0;
+    const ContactStyle style{.arrowLength = 0.34 * crowd * scene.objectRadius,
+                             .slack = 0.04 * scene.objectRadius,
+                             .unit = crowd * canvas.height / 640.0};
+    for (const std::size_t i : order)
+    {
+        drawContact(canvas, scene.contacts[i], camera, hand, style);
+    }
+}
+
+/// Bar of 1, 2 or 5 times a power of ten millimetres, about a fifth of the panel wide.
+void drawScaleBar(Canvas& canvas, double pixelsPerMetre, int left, int panelWidth)
+{
+    const double wanted = 0.2 * panelWidth / pixelsPerMetre * 1000.0;  // [mm]
+    const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+    const double mantissa = wanted / power;
+    const double millimetres = power * (mantissa >= 5.0 ? 5.0 : (mantissa >= 2.0 ? 2.0 : 1.0));
+    if (millimetres < 1.0 || millimetres > 1e6)
+    {
+        return;  // no whole number of millimetres to write
+    }
+    const double length = millimetres / 1000.0 * pixelsPerMetre;
+    const Ink ink{kInk, 0.9F};
+    const double x = left + 18.0;
+    const double y = canvas.height - 18.0;
+    drawLine(canvas, {x, y}, {x + length, y}, 2.5, ink);
+    drawLine(canvas, {x, y - 4.0}, {x, y + 4.0}, 1.5, ink);
+    drawLine(canvas, {x + length, y - 4.0}, {x + length, y + 4.0}, 1.5, ink);
+    const std::string text = std::to_string(static_cast<int>(millimetres)) + " mm";
+    const int labelLeft = static_cast<int>(std::max(x, x + 0.5 * (length - labelWidth(text, 2))));
+    drawLabel(canvas, text, {labelLeft, canvas.height - 42}, 2, ink);
+}
+
+/// One view, supersampled.
+Canvas drawView(const GraspScene& scene, const Camera& camera)
+{
+    Layer hand(camera.width, camera.height);
+    for (const Shape& shape : scene.hand)
+    {
+        drawShape(hand, camera, shape);
+    }
+    Layer object(camera.width, camera.height);
+    drawShape(object, camera, scene.object);
+    std::vector<std::int32_t> front(hand.id.size(), kNone);
+    Canvas canvas = compose(hand, object, front);
+    drawOutlines(canvas, hand, object, front, 0.08 * scene.objectRadius);
+    drawContacts(canvas, scene, camera, hand);
+    return canvas;
+}
+}  // namespace
+
+void drawGrasp(const HandModel& hand,
+               const GraspObject& object,
+               const Grasp& grasp,
+               const PictureOptions& options,
+               const std::filesystem::path& file)
+{
+    require(options.width >= 64 && options.height >= 64,
+            file.string() + ": picture of " + std::to_string(options.width) + " x " +
+                std::to_string(options.height) + " pixels: ask for at least 64 x 64");
+    const GraspScene scene = makeScene(hand, object, grasp);
+    Canvas picture(options.width, options.height);
+    const int panelWidth = options.width / 2;
+    int left = 0;
+    for (const Eigen::Vector3d& direction : chooseViews(scene))
+    {
+        const Camera camera = frameScene(
+            scene, direction, kSupersampling * panelWidth, kSupersampling * options.height);
+        shrinkInto(picture, left, drawView(scene, camera));
+        drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, left, panelWidth);
+        left += panelWidth;
+    }
+    drawLine(picture,
+             {panelWidth + 0.0, 0.0},
+             {panelWidth + 0.0, options.height + 0.0},
+             2.0,
+             {Color(0.80F, 0.82F, 0.85F), 1.0F});
+    writePng(picture, file);
+}
+}  // namespace bullet_ccd::grasp

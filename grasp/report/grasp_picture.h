@@ -15,14 +15,22 @@ struct PictureOptions
 };
 
 /// Renders hand, object and contacts (points and normals) of a grasp to a PNG: two views, shaded,
-/// hidden surfaces removed, the object see-through enough that contacts behind it are found.
+/// hidden surfaces removed, the object see-through enough that contacts behind it are found,
+/// contacts behind a link drawn faintly. The views are chosen so that few contacts are hidden; a
+/// bar gives the scale. Throws std::runtime_error if the file cannot be written,
+/// std::invalid_argument for a size below 64 pixels.
 void drawGrasp(const HandModel& hand,
                const GraspObject& object,
                const Grasp& grasp,
                const PictureOptions& options,
                const std::filesystem::path& file);
 
-/// One HTML page: the run, a table of all grasps, the pictures of the best. Works from a file.
+/// One HTML page: what was found, the pictures of the best, a table of all grasps that sorts by any
+/// column, and the settings of the run. Needs nothing but itself and the pictures, to which it
+/// links relative to its own folder.
+/// @param grasps    best first
+/// @param pictures  of the first grasps, in their order
+/// Throws std::runtime_error if the file cannot be written.
 void writeReport(const GraspRun& run,
                  const HandModel& hand,
                  const GraspObject& object,

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <queue>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -13,20 +16,154 @@ namespace
 constexpr double kFloorStep = 1e-9;
 constexpr double kBracket = 1e-15;
 
-/// Crossing in (apart, crossed], as narrow as doubles allow.
-double bisectCrossing(const OracleBody& a, const OracleBody& b, double apart, double crossed)
+/// A triangle at rest in its mesh and a ball about it.
+struct Piece
 {
-    while (crossed - apart > kBracket)
+    Corners corners;
+    Eigen::Vector3d center;
+    double radius = 0.0;
+};
+
+std::vector<Piece> piecesOf(const TriangleMesh& mesh)
+{
+    std::vector<Piece> pieces(mesh.triangles.size());
+    for (std::size_t i = 0; i < pieces.size(); ++i)
     {
-        const double middle = 0.5 * (apart + crossed);
-        if (middle <= apart || middle >= crossed)
+        Piece& piece = pieces[i];
+        piece.corners = cornersOf(mesh, i);
+        piece.center = (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0;
+        for (const Eigen::Vector3d& corner : piece.corners)
         {
-            break;
+            piece.radius = std::max(piece.radius, (corner - piece.center).norm());
         }
-        (oracleDistanceAt(a, b, middle) > 0.0 ? apart : crossed) = middle;
+        piece.radius += 1e-14 * (piece.radius + piece.center.norm());
     }
-    return crossed;
+    return pieces;
 }
+
+/// One pair of triangles on its way.
+struct Pair
+{
+    std::size_t a = 0;
+    std::size_t b = 0;
+    double safeUntil = 0.0;  ///< no contact of this pair before, or not looked at before (floor)
+    double lastApart = 0.0;
+    double floorStep = kFloorStep;
+
+    /// The queue serves the earliest.
+    bool operator<(const Pair& other) const { return safeUntil > other.safeUntil; }
+};
+
+class March
+{
+public:
+    March(const OracleBody& a, const OracleBody& b)
+        : m_a(a), m_b(b), m_piecesA(piecesOf(*a.mesh)), m_piecesB(piecesOf(*b.mesh))
+    {
+        for (std::size_t i = 0; i < m_piecesA.size(); ++i)
+        {
+            for (std::size_t j = 0; j < m_piecesB.size(); ++j)
+            {
+                m_pairs.push({.a = i, .b = j});
+            }
+        }
+    }
+
+    OracleToi run()
+    {
+        while (!m_pairs.empty() && m_pairs.top().safeUntil <= 1.0 && !m_result.contact)
+        {
+            Pair pair = m_pairs.top();
+            m_pairs.pop();
+            const double t = pair.safeUntil;
+            advance(pair, t, relativePose(t));
+            m_pairs.push(pair);
+        }
+        if (m_result.contact)
+        {
+            m_result.minDistance = 0.0;
+            m_result.low = std::min(m_result.low, *m_result.contact);
+        }
+        return m_result;
+    }
+
+private:
+    [[nodiscard]] Eigen::Isometry3d relativePose(double t) const
+    {
+        return m_b.poseAt(t).inverse() * m_a.poseAt(t);
+    }
+
+    [[nodiscard]] double distance(const Pair& pair, const Eigen::Isometry3d& X) const
+    {
+        Corners moved = m_piecesA[pair.a].corners;
+        for (Eigen::Vector3d& corner : moved)
+        {
+            corner = X * corner;
+        }
+        return bruteForceTriangleDistance(moved, m_piecesB[pair.b].corners).distance;
+    }
+
+    void advance(Pair& pair, double t, const Eigen::Isometry3d& X)
+    {
+        const double speed = m_a.speed + m_b.speed;
+        const Piece& a = m_piecesA[pair.a];
+        const Piece& b = m_piecesB[pair.b];
+        double gap = (X * a.center - b.center).norm() - a.radius - b.radius;
+        // Balls are good enough while they are well apart.
+        if (gap < a.radius + b.radius)
+        {
+            gap = distance(pair, X);
+            m_result.minDistance = std::min(m_result.minDistance, gap);
+        }
+        if (gap == 0.0)
+        {
+            const double crossing = bisect(pair, t);
+            m_result.contact = std::min(m_result.contact.value_or(crossing), crossing);
+            return;
+        }
+        pair.lastApart = t;
+        if (speed == 0.0)
+        {
+            pair.safeUntil = std::numeric_limits<double>::infinity();
+        }
+        else if (gap / speed >= pair.floorStep)
+        {
+            pair.safeUntil = t + gap / speed;
+            pair.floorStep = kFloorStep;
+        }
+        else
+        {
+            m_result.low = std::min(m_result.low, t);
+            pair.safeUntil = t < 1.0 ? std::min(1.0, t + pair.floorStep) : 2.0;
+            pair.floorStep *= 2.0;
+        }
+    }
+
+    /// Crossing in (lastApart, crossed], as narrow as doubles allow.
+    [[nodiscard]] double bisect(const Pair& pair, double crossed) const
+    {
+        double apart = pair.lastApart;
+        while (crossed - apart > kBracket)
+        {
+            const double middle = 0.5 * (apart + crossed);
+            if (middle <= apart || middle >= crossed)
+            {
+                break;
+            }
+            (distance(pair, relativePose(middle)) > 0.0 ? apart : crossed) = middle;
+        }
+        return crossed;
+    }
+
+    const OracleBody& m_a;
+    const OracleBody& m_b;
+    std::vector<Piece> m_piecesA;
+    std::vector<Piece> m_piecesB;
+    std::priority_queue<Pair> m_pairs;
+    OracleToi m_result{.low = 1.0,
+                       .contact = std::nullopt,
+                       .minDistance = std::numeric_limits<double>::infinity()};
+};
 }  // namespace
 
 Eigen::Isometry3d oraclePose(const RigidMotion& motion, double t)
@@ -114,45 +251,6 @@ double oracleDistanceAt(const OracleBody& a, const OracleBody& b, double t)
 
 OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b)
 {
-    const double speed = a.speed + b.speed;
-    OracleToi result;
-    double t = 0.0;
-    double distance = oracleDistanceAt(a, b, t);
-    result.minDistance = distance;
-    if (distance == 0.0)
-    {
-        result.low = 0.0;
-        result.contact = 0.0;
-        return result;
-    }
-    bool certified = true;
-    double floorStep = kFloorStep;
-    while (t < 1.0 && speed > 0.0)
-    {
-        double step = distance / speed;
-        if (step >= floorStep)
-        {
-            floorStep = kFloorStep;
-        }
-        else
-        {
-            result.low = certified ? t : result.low;
-            certified = false;
-            step = floorStep;
-            floorStep *= 2.0;
-        }
-        const double next = std::min(1.0, t + step);
-        distance = oracleDistanceAt(a, b, next);
-        result.minDistance = std::min(result.minDistance, distance);
-        if (distance == 0.0)
-        {
-            result.contact = bisectCrossing(a, b, t, next);
-            // Certified steps only: the crossing lies at the very end of the last one.
-            result.low = certified ? *result.contact : result.low;
-            break;
-        }
-        t = next;
-    }
-    return result;
+    return March(a, b).run();
 }
 }  // namespace bullet_ccd::tests

@@ -31,7 +31,7 @@ struct OracleToi
     /// A time at which the surfaces cross, while they do not cross 1e-15 earlier. The first contact
     /// is not later. None if no crossing was seen.
     std::optional<double> contact;
-    double minDistance = 0.0;  ///< smallest distance that was sampled; 0 with a contact
+    double minDistance = 0.0;  ///< smallest distance that was sampled, 0 with a contact
 };
 
 /// exp(t [w]) R0 about the moving origin x0 + t v.

@@ -1,0 +1,189 @@
+#include "grasp/report/grasp_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+const Color kObjectColor(0.93F, 0.62F, 0.27F);
+const Color kPalmColor(0.63F, 0.66F, 0.71F);
+const std::array<Color, 5> kFingerColors = {Color(0.36F, 0.56F, 0.72F),
+                                            Color(0.40F, 0.66F, 0.62F),
+                                            Color(0.53F, 0.53F, 0.75F),
+                                            Color(0.52F, 0.68F, 0.45F),
+                                            Color(0.42F, 0.62F, 0.80F)};
+constexpr double kMargin = 0.06;  ///< of the picture's size, on each side
+
+/// Finger that the link belongs to, or kNone.
+std::int32_t fingerOf(const HandModel& hand, std::int32_t link)
+{
+    for (std::size_t i = 0; i < hand.fingers.size(); ++i)
+    {
+        const std::vector<std::int32_t>& links = hand.fingers[i].links;
+        if (std::find(links.begin(), links.end(), link) != links.end())
+        {
+            return static_cast<std::int32_t>(i);
+        }
+    }
+    return kNone;
+}
+
+Color colorOf(const HandModel& hand, std::int32_t link)
+{
+    const std::int32_t finger = fingerOf(hand, link);
+    if (finger == kNone)
+    {
+        return kPalmColor;
+    }
+    const std::vector<std::int32_t>& links = hand.fingers[static_cast<std::size_t>(finger)].links;
+    const auto place = std::find(links.begin(), links.end(), link) - links.begin();
+    // Neighbouring links of a finger alternate a little.
+    const float tone = place % 2 == 0 ? 1.0F : 1.14F;
+    return tone * kFingerColors[static_cast<std::size_t>(finger) % kFingerColors.size()];
+}
+
+/// How well the scene is seen from `direction`.
+double scoreView(const GraspScene& scene, const Eigen::Vector3d& direction)
+{
+    constexpr int kSize = 140;
+    const Camera camera = frameScene(scene, direction, kSize, kSize);
+    Layer handLayer(kSize, kSize);
+    for (const Shape& shape : scene.hand)
+    {
+        drawShape(handLayer, camera, shape);
+    }
+    Layer objectLayer(kSize, kSize);
+    drawShape(objectLayer, camera, scene.object);
+
+    double objectPixels = 0.0;
+    double objectInFront = 0.0;
+    for (std::size_t i = 0; i < objectLayer.id.size(); ++i)
+    {
+        const bool there = objectLayer.id[i] != kNone;
+        objectPixels += there ? 1.0 : 0.0;
+        objectInFront += there && objectLayer.depth[i] < handLayer.depth[i] ? 1.0 : 0.0;
+    }
+    double visible = 0.0;
+    for (const GraspContact& contact : scene.contacts)
+    {
+        const bool hidden =
+            isHidden(handLayer, camera.project(contact.point), 0.04 * scene.objectRadius);
+        // Seen from the side a contact shows its arrow, head on only its disc.
+        visible += hidden ? 0.0 : 1.0 - 0.5 * std::abs(contact.normal.dot(direction));
+    }
+    const double contactShare =
+        scene.contacts.empty() ? 0.0 : visible / static_cast<double>(scene.contacts.size());
+    const double objectShare = objectPixels > 0.0 ? objectInFront / objectPixels : 0.0;
+    const double fromSide = 1.0 - std::abs(scene.approach_W.dot(direction));
+    return contactShare + 0.5 * objectShare + 0.5 * fromSide;
+}
+}  // namespace
+
+GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Grasp& grasp)
+{
+    const KinematicTree& tree = hand.robot.tree;
+    const std::vector<Eigen::Isometry3d> poses = linkPoses(tree, grasp.X_WH, grasp.positions);
+    GraspScene scene;
+    for (std::size_t i = 0; i < tree.size(); ++i)
+    {
+        if (hand.robot.linkMeshes[i].triangles.empty())
+        {
+            continue;
+        }
+        const auto link = static_cast<std::int32_t>(i);
+        // Links above the palm (a forearm) may be cut by the frame.
+        if (link == hand.palm || fingerOf(hand, link) != kNone)
+        {
+            scene.framed.push_back(static_cast<std::int32_t>(scene.hand.size()));
+        }
+        Shape& shape = scene.hand.emplace_back(makeShape(hand.robot.linkMeshes[i], poses[i]));
+        shape.color = colorOf(hand, link);
+        shape.id = link;
+    }
+    scene.object = makeShape(object.tree.mesh(), Eigen::Isometry3d::Identity());
+    scene.object.color = kObjectColor;
+    scene.object.id = static_cast<std::int32_t>(tree.size());
+    scene.contacts = grasp.contacts;
+    scene.objectRadius = object.radius;
+    const Eigen::Vector3d approach = grasp.approach_W;
+    scene.approach_W = approach.norm() > 0.5
+                           ? approach
+                           : Eigen::Vector3d(grasp.X_WH.linear() * hand.X_RG.linear().col(2));
+    return scene;
+}
+
+Camera frameScene(const GraspScene& scene, const Eigen::Vector3d& direction, int width, int height)
+{
+    // World z is up in the picture, unless seen along it: then the hand comes from above.
+    const bool alongZ = std::abs(direction.z()) > 0.95;
+    const Eigen::Vector3d up =
+        alongZ ? Eigen::Vector3d(-scene.approach_W) : Eigen::Vector3d::UnitZ();
+    Camera camera;
+    camera.R_CW = lookFrom(direction, up);
+    camera.width = width;
+    camera.height = height;
+    Eigen::AlignedBox3d box;
+    const auto extend = [&](const Shape& shape)
+    {
+        for (const Eigen::Vector3d& vertex : shape.vertices)
+        {
+            box.extend(camera.R_CW * vertex);
+        }
+    };
+    extend(scene.object);
+    for (const std::int32_t i : scene.framed)
+    {
+        extend(scene.hand[static_cast<std::size_t>(i)]);
+    }
+    const Eigen::Vector3d size = box.sizes().cwiseMax(1e-9);
+    camera.center_W = camera.R_CW.transpose() * box.center();
+    camera.pixelsPerMetre = (1.0 - 2.0 * kMargin) * std::min(width / size.x(), height / size.y());
+    return camera;
+}
+
+std::array<Eigen::Vector3d, 2> chooseViews(const GraspScene& scene)
+{
+    struct View
+    {
+        Eigen::Vector3d direction;
+        double score;
+    };
+    std::vector<View> views;
+    for (const double elevation : {0.25, 0.7})
+    {
+        constexpr int kAround = 10;
+        for (int i = 0; i < kAround; ++i)
+        {
+            const double azimuth = 2.0 * std::numbers::pi * (i + 0.25) / kAround;
+            const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
+                                            std::cos(elevation) * std::sin(azimuth),
+                                            std::sin(elevation));
+            views.push_back({direction, scoreView(scene, direction)});
+        }
+    }
+    const auto better = [](const View& a, const View& b) { return a.score < b.score; };
+    const View first = *std::max_element(views.begin(), views.end(), better);
+    std::erase_if(views,
+                  [&](const View& view) {
+                      return view.direction.dot(first.direction) >
+                             std::cos(75.0 / 180.0 * std::numbers::pi);
+                  });
+    const View second = *std::max_element(views.begin(), views.end(), better);
+    return {first.direction, second.direction};
+}
+
+bool isHidden(const Layer& handLayer, const Eigen::Vector3d& projected, double slack)
+{
+    const double x = std::floor(projected.x());
+    const double y = std::floor(projected.y());
+    if (!(x >= 0.0 && y >= 0.0 && x < handLayer.width && y < handLayer.height))
+    {
+        return false;
+    }
+    const std::size_t pixel = handLayer.at(static_cast<int>(x), static_cast<int>(y));
+    return handLayer.depth[pixel] < projected.z() - slack;
+}
+}  // namespace bullet_ccd::grasp

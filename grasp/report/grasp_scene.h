@@ -1,0 +1,40 @@
+/// A grasp as shapes in W, and the two directions from which it is seen best.
+#pragma once
+
+#include "grasp/grasp.h"
+#include "grasp/hand/hand_model.h"
+#include "grasp/report/raster.h"
+
+#include <array>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+struct GraspScene
+{
+    std::vector<Shape> hand;  ///< one a link with geometry; id = link
+    Shape object;             ///< id = number of links
+    std::vector<GraspContact> contacts;
+    Eigen::Vector3d approach_W = Eigen::Vector3d::UnitZ();
+    double objectRadius = 0.0;         ///< [m]
+    std::vector<std::int32_t> framed;  ///< entries of `hand` that must be in the picture
+};
+
+[[nodiscard]] GraspScene makeScene(const HandModel& hand,
+                                   const GraspObject& object,
+                                   const Grasp& grasp);
+
+/// Camera of the given size in pixels that looks from `direction` with the object, palm and fingers
+/// filling the picture up to a margin.
+[[nodiscard]] Camera frameScene(const GraspScene& scene,
+                                const Eigen::Vector3d& direction,
+                                int width,
+                                int height);
+
+/// Unit directions towards the viewer. The first shows most contacts that no link hides, most of
+/// the object, and the approach from the side; the second does so from at least 75 degrees away.
+[[nodiscard]] std::array<Eigen::Vector3d, 2> chooseViews(const GraspScene& scene);
+
+/// True if a link lies in front of the point: `handDepth` is a layer of the hand alone.
+[[nodiscard]] bool isHidden(const Layer& handLayer, const Eigen::Vector3d& projected, double slack);
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,221 @@
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/io/mesh_file.h"
+#include "grasp/hand/hand_file.h"
+#include "grasp/planner/penetration_check.h"
+#include "grasp/sim/hand_simulation.h"
+#include "tests/support/random.h"
+#include "tests/support/test_data.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+using Eigen::Isometry3d;
+using grasp::ClosingResult;
+using grasp::GraspObject;
+using grasp::HandModel;
+using grasp::HandSimulation;
+
+std::size_t at(std::int32_t index)
+{
+    return static_cast<std::size_t>(index);
+}
+
+HandModel handFrom(const std::filesystem::path& urdf)
+{
+    return grasp::loadHand(urdf, std::nullopt, BULLET_CCD_SHARE_FOLDER);
+}
+
+/// The hand comes from a random direction, its fingers about the object.
+Isometry3d randomApproach(Random& random, const HandModel& hand, const GraspObject& object)
+{
+    Isometry3d X_WG = Isometry3d::Identity();
+    X_WG.linear() = random.rotation();
+    X_WG.translation() = object.centerOfMass + random.uniform(0.0, 0.03) * random.direction();
+    return X_WG * hand.X_RG.inverse();
+}
+
+double smallestGap(const HandModel& hand,
+                   const GraspObject& object,
+                   const Isometry3d& X_WH,
+                   const std::vector<double>& positions)
+{
+    double gap = 1.0;
+    const std::vector<Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        if (hand.linkTrees[i] != nullptr)
+        {
+            gap = treeDistance(*hand.linkTrees[i], object.tree, poses[i], gap).distance;
+        }
+    }
+    return gap;
+}
+
+/// Positions on the way: every joint moves at its constant speed until it stops for good.
+std::vector<double> positionsAt(const HandModel& hand,
+                                const std::vector<double>& from,
+                                const std::vector<double>& to,
+                                double time)
+{
+    std::vector<double> positions = from;
+    for (std::size_t i = 1; i < from.size(); ++i)
+    {
+        const Joint& joint = hand.robot.tree.links[i].joint;
+        if (joint.isMovable() && joint.mimicOf == kNone)
+        {
+            const double speed = joint.type == JointType::Prismatic ? 0.1 : 1.0;
+            const double way = std::min(speed * time, std::abs(to[i] - from[i]));
+            positions[i] += std::copysign(way, to[i] - from[i]);
+        }
+    }
+    applyMimics(hand.robot.tree, positions);
+    return positions;
+}
+
+struct Case
+{
+    const char* hand;
+    const char* object;
+};
+
+class RealHand : public testing::TestWithParam<Case>
+{
+};
+}  // namespace
+
+TEST_P(RealHand, NeverPenetratesOnTheWayNorAtTheEnd)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(handFile, std::string("hands/") + GetParam().hand);
+    BULLET_CCD_TEST_DATA_OR_SKIP(objectFile, std::string("objects/") + GetParam().object);
+    const HandModel hand = handFrom(handFile);
+    const GraspObject object = grasp::makeGraspObject("object", loadMeshFile(objectFile).mesh);
+    const std::vector<double>& open = hand.preshapes.front().positions;
+    HandSimulation simulation(hand, object);
+    Random random(7);
+    int closed = 0;
+    std::size_t stops = 0;
+    for (int trial = 0; trial < 60 && closed < 6; ++trial)
+    {
+        const Isometry3d X_WH = randomApproach(random, hand, object);
+        const ClosingResult result = simulation.close(X_WH, open, {});
+        if (result.status == ToiStatus::Overlapping)
+        {
+            EXPECT_EQ(smallestGap(hand, object, X_WH, open) > 1e-9 && hand.selfPairs.empty(),
+                      false);
+            continue;
+        }
+        ASSERT_NE(result.status, ToiStatus::IterationLimit);
+        ++closed;
+        stops += result.stops.size();
+        EXPECT_GT(smallestGap(hand, object, X_WH, result.positions), 0.0);
+        EXPECT_TRUE(grasp::checkPenetration(hand, object, X_WH, result.positions).clean());
+        for (std::size_t i = 1; i < result.stops.size(); ++i)
+        {
+            EXPECT_LE(result.stops[i - 1].time, result.stops[i].time);
+        }
+        for (const grasp::StopEvent& stop : result.stops)
+        {
+            const std::vector<Isometry3d> poses =
+                linkPoses(hand.robot.tree, X_WH, result.positions);
+            if (stop.byObject)
+            {
+                EXPECT_LE(
+                    treeDistance(
+                        *hand.linkTrees[at(stop.link)], object.tree, poses[at(stop.link)], 1.0)
+                        .distance,
+                    2.001e-5);
+            }
+        }
+        for (int sample = 0; sample < 40; ++sample)
+        {
+            const std::vector<double> on = positionsAt(hand, open, result.positions, 0.05 * sample);
+            EXPECT_GT(smallestGap(hand, object, X_WH, on), 0.0)
+                << "after " << 0.05 * sample << " s";
+        }
+        std::vector<double> coupled = result.positions;
+        applyMimics(hand.robot.tree, coupled);
+        for (std::size_t i = 0; i < coupled.size(); ++i)
+        {
+            EXPECT_NEAR(coupled[i], result.positions[i], 1e-9);
+        }
+    }
+    EXPECT_GE(closed, 3) << "the test is vacuous";
+    EXPECT_GE(stops, static_cast<std::size_t>(closed));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    HandSimulation,
+    RealHand,
+    testing::Values(Case{"schunk_sah/schunk_sah_right_mesh.urdf", "ycb_16k/025_mug.obj"},
+                    Case{"barrett/barrett_mesh.urdf", "ycb_16k/011_banana.obj"},
+                    Case{"panda_gripper/panda_gripper_mesh.urdf", "ycb_16k/037_scissors.obj"},
+                    Case{"shadow/shadow_right_mesh.urdf", "ycb_16k/035_power_drill.obj"}),
+    [](const auto& test)
+    {
+        const std::string hand = test.param.hand;
+        return hand.substr(0, hand.find('/'));
+    });
+
+namespace
+{
+bool same(const ClosingResult& a, const ClosingResult& b)
+{
+    return a.status == b.status && a.positions == b.positions && a.steps == b.steps &&
+           std::equal(a.stops.begin(),
+                      a.stops.end(),
+                      b.stops.begin(),
+                      b.stops.end(),
+                      [](const grasp::StopEvent& x, const grasp::StopEvent& y)
+                      { return x.link == y.link && x.time == y.time && x.byObject == y.byObject; });
+}
+}  // namespace
+
+TEST(HandSimulation, ResultsDoNotDependOnHistoryOrThreads)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(handFile, "hands/schunk_sah/schunk_sah_right_mesh.urdf");
+    BULLET_CCD_TEST_DATA_OR_SKIP(objectFile, "objects/ycb_4k/025_mug.obj");
+    const HandModel hand = handFrom(handFile);
+    const GraspObject object = grasp::makeGraspObject("mug", loadMeshFile(objectFile).mesh);
+    const std::vector<double>& open = hand.preshapes.front().positions;
+    Random random(3);
+    std::vector<Isometry3d> poses;
+    for (int i = 0; i < 8; ++i)
+    {
+        poses.push_back(randomApproach(random, hand, object));
+    }
+
+    const auto closeAll = [&](bool backwards)
+    {
+        const grasp::CloseHand close = grasp::simulatedClosing()();
+        std::vector<ClosingResult> results(poses.size());
+        for (std::size_t i = 0; i < poses.size(); ++i)
+        {
+            const std::size_t k = backwards ? poses.size() - 1 - i : i;
+            results[k] = close(hand, object, poses[k], open, {});
+        }
+        return results;
+    };
+    std::vector<ClosingResult> forwards;
+    std::vector<ClosingResult> backwards;
+    std::thread first([&] { forwards = closeAll(false); });
+    std::thread second([&] { backwards = closeAll(true); });
+    first.join();
+    second.join();
+    int moved = 0;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        const ClosingResult fresh = HandSimulation(hand, object).close(poses[i], open, {});
+        EXPECT_TRUE(same(fresh, forwards[i]));
+        EXPECT_TRUE(same(fresh, backwards[i]));
+        moved += fresh.steps > 0 ? 1 : 0;
+    }
+    EXPECT_GE(moved, 3) << "the test is vacuous";
+}
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,358 @@
+/// articulatedToi against brute force on random trees among moving and resting obstacles.
+#include "bullet_ccd/toi/articulated_toi.h"
+
+#include "tests/oracles/brute_force_toi.h"
+#include "tests/support/random_scenes.h"
+#include "tests/support/random_trees.h"
+#include "tests/support/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+struct ArticulatedScene
+{
+    KinematicTree tree;
+    JointMotion motion;
+    std::vector<TriangleMesh> linkMeshes;
+    std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
+    std::vector<TriangleMesh> obstacles;
+    std::vector<RigidMotion> obstacleMotions;
+};
+
+ArticulatedScene randomScene(Random& random)
+{
+    ArticulatedScene scene;
+    const int links = random.integer(2, 6);
+    scene.tree = randomTree(random, links, 0.3);
+    scene.motion = randomJointMotion(random, scene.tree, random.uniform(0.2, 3.0));
+    for (int i = 0; i < links; ++i)
+    {
+        scene.linkMeshes.push_back(random.chance(0.15) ? TriangleMesh{}
+                                                       : scaled(randomMesh(random), 0.25));
+        for (int k = 0; k + 1 < i; ++k)
+        {
+            if (random.chance(0.4))
+            {
+                scene.selfPairs.emplace_back(k, i);
+            }
+        }
+    }
+    for (int i = random.integer(1, 3); i > 0; --i)
+    {
+        scene.obstacles.push_back(scaled(randomMesh(random), 0.4));
+        RigidMotion motion = randomRigidMotion(random, random.chance(0.5) ? 1.5 : 0.0);
+        motion.X_W0.translation() =
+            scene.motion.root.X_W0.translation() + random.uniform(1.2, 3.5) * random.direction();
+        scene.obstacleMotions.push_back(motion);
+    }
+    return scene;
+}
+
+ArticulatedToiResult query(const ArticulatedScene& scene, double tolerance)
+{
+    std::vector<SsvTree> hierarchies;
+    hierarchies.reserve(scene.linkMeshes.size() + scene.obstacles.size());
+    std::vector<const SsvTree*> links;
+    for (const TriangleMesh& mesh : scene.linkMeshes)
+    {
+        if (!mesh.triangles.empty())
+        {
+            hierarchies.push_back(buildSsvTree(mesh));
+        }
+        links.push_back(mesh.triangles.empty() ? nullptr : &hierarchies.back());
+    }
+    std::vector<RigidBody> obstacles;
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    {
+        hierarchies.push_back(buildSsvTree(scene.obstacles[i]));
+        obstacles.push_back({&hierarchies.back(), scene.obstacleMotions[i]});
+    }
+    ToiWorkspace work;
+    return articulatedToi({&scene.tree, links, &scene.motion, scene.selfPairs},
+                          obstacles,
+                          {.tolerance = tolerance},
+                          work);
+}
+
+/// One pair of bodies that is to be tested, with its brute-force answer.
+struct Reference
+{
+    std::int32_t link = kNone;
+    std::int32_t obstacle = kNone;
+    std::int32_t otherLink = kNone;
+    OracleBody a;
+    OracleBody b;
+    OracleToi toi;
+};
+
+/// Whether the pair moves relative to each other, by looking at its poses.
+bool movesRelatively(const OracleBody& a, const OracleBody& b)
+{
+    const Eigen::Matrix4d start = (b.poseAt(0.0).inverse() * a.poseAt(0.0)).matrix();
+    for (const double t : {0.31, 0.77, 1.0})
+    {
+        if (((b.poseAt(t).inverse() * a.poseAt(t)).matrix() - start).norm() > 1e-9)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+std::vector<Reference> references(const ArticulatedScene& scene)
+{
+    std::vector<Reference> all;
+    const auto linkBody = [&](std::int32_t link)
+    {
+        return oracleLink(
+            scene.linkMeshes[static_cast<std::size_t>(link)], scene.tree, scene.motion, link);
+    };
+    const auto add = [&](Reference reference)
+    {
+        if (!reference.a.mesh->triangles.empty() && !reference.b.mesh->triangles.empty() &&
+            movesRelatively(reference.a, reference.b))
+        {
+            reference.toi = bruteForceToi(reference.a, reference.b);
+            all.push_back(reference);
+        }
+    };
+    for (std::int32_t link = 0; link < static_cast<std::int32_t>(scene.tree.size()); ++link)
+    {
+        for (std::size_t k = 0; k < scene.obstacles.size(); ++k)
+        {
+            add({.link = link,
+                 .obstacle = static_cast<std::int32_t>(k),
+                 .a = linkBody(link),
+                 .b = oracleBody(scene.obstacles[k], scene.obstacleMotions[k]),
+                 .toi = {}});
+        }
+    }
+    for (const auto& [first, second] : scene.selfPairs)
+    {
+        add({.link = first,
+             .otherLink = second,
+             .a = linkBody(first),
+             .b = linkBody(second),
+             .toi = {}});
+    }
+    return all;
+}
+
+const Reference* findReference(const std::vector<Reference>& all, const LinkContact& contact)
+{
+    for (const Reference& reference : all)
+    {
+        const bool straight =
+            reference.link == contact.link && reference.otherLink == contact.otherLink;
+        const bool crossed =
+            reference.otherLink == contact.link && reference.link == contact.otherLink;
+        if (reference.obstacle == contact.obstacle && (straight || crossed))
+        {
+            return &reference;
+        }
+    }
+    return nullptr;
+}
+
+struct Tally
+{
+    int hits = 0;
+    int overlapping = 0;
+    int selfHits = 0;
+};
+
+void checkScene(const ArticulatedScene& scene, double tolerance, Tally& tally)
+{
+    constexpr double kRounding = 2e-13;
+    const ArticulatedToiResult result = query(scene, tolerance);
+    const std::vector<Reference> all = references(scene);
+    std::optional<double> contactTime;
+    for (const Reference& reference : all)
+    {
+        if (reference.toi.contact)
+        {
+            contactTime = std::min(contactTime.value_or(2.0), *reference.toi.contact);
+        }
+    }
+    ASSERT_NE(result.status, ToiStatus::IterationLimit);
+    if (contactTime)
+    {
+        EXPECT_NE(result.status, ToiStatus::Separated) << "missed " << *contactTime;
+        EXPECT_LE(result.time, *contactTime + 1e-12) << "late";
+    }
+    if (result.status == ToiStatus::Separated)
+    {
+        EXPECT_EQ(result.time, 1.0);
+        EXPECT_TRUE(result.contacts.empty());
+        return;
+    }
+    ASSERT_FALSE(result.contacts.empty());
+    tally.hits += result.status == ToiStatus::Hit ? 1 : 0;
+    tally.overlapping += result.status == ToiStatus::Overlapping ? 1 : 0;
+    for (const LinkContact& contact : result.contacts)
+    {
+        const Reference* reference = findReference(all, contact);
+        ASSERT_NE(reference, nullptr) << "contact of a pair that was not asked for";
+        const double distance = oracleDistanceAt(reference->a, reference->b, result.time);
+        EXPECT_LE(distance, contact.gap + kRounding);
+        EXPECT_LE(contact.gap, tolerance);
+        if (result.status == ToiStatus::Hit)
+        {
+            EXPECT_GT(distance, 0.0);
+            EXPECT_NEAR((contact.pointLink - contact.pointOther).norm(), contact.gap, kRounding);
+            const Eigen::Vector3d across = contact.pointOther - contact.pointLink;
+            EXPECT_GE(contact.normal.dot(across), contact.gap - kRounding);
+        }
+        tally.selfHits += contact.otherLink != kNone ? 1 : 0;
+    }
+}
+
+TEST(ArticulatedToi, AgreesWithBruteForceOnRandomTrees)
+{
+    Random random(90);
+    Tally tally;
+    constexpr int kScenes = 250;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        SCOPED_TRACE(i);
+        checkScene(randomScene(random), random.logUniform(1e-7, 1e-3), tally);
+    }
+    EXPECT_GT(tally.hits, kScenes / 4);
+    EXPECT_LT(tally.hits + tally.overlapping, kScenes * 9 / 10);
+    EXPECT_GT(tally.selfHits, kScenes / 40);
+}
+
+TEST(ArticulatedToi, AgreesWithBruteForceOnRandomFingers)
+{
+    // Planar chains that close around a resting obstacle: many links near it at the same time.
+    Random random(91);
+    Tally tally;
+    constexpr int kScenes = 200;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        SCOPED_TRACE(i);
+        ArticulatedScene scene;
+        const std::vector<double> lengths(static_cast<std::size_t>(random.integer(1, 4)),
+                                          random.uniform(0.3, 0.7));
+        scene.tree = planarChain(lengths);
+        scene.linkMeshes.resize(1);
+        scene.motion.positions = {0.0};
+        scene.motion.rates = {0.0};
+        for (const double length : lengths)
+        {
+            scene.linkMeshes.push_back(box({0.05, -0.03, -0.03}, {length - 0.05, 0.03, 0.03}));
+            scene.motion.positions.push_back(random.uniform(-0.3, 0.3));
+            scene.motion.rates.push_back(random.uniform(-0.3, 1.8));
+        }
+        scene.obstacles = {randomMesh(random)};
+        scene.obstacleMotions = {
+            restAt(poseOf({random.uniform(0.2, 1.2), random.uniform(0.8, 1.8), 0.0}))};
+        for (std::int32_t a = 1; a < static_cast<std::int32_t>(scene.tree.size()); ++a)
+        {
+            for (std::int32_t b = a + 2; b < static_cast<std::int32_t>(scene.tree.size()); ++b)
+            {
+                scene.selfPairs.emplace_back(a, b);
+            }
+        }
+        checkScene(scene, 1e-6, tally);
+    }
+    EXPECT_GT(tally.hits, kScenes / 5);
+    EXPECT_LT(tally.hits + tally.overlapping, kScenes * 9 / 10);
+}
+
+TEST(ArticulatedToi, OneLinkMovesLikeARigidBody)
+{
+    Random random(92);
+    int hits = 0;
+    for (int i = 0; i < 200; ++i)
+    {
+        const RigidScene rigid = randomRigidScene(random);
+        ArticulatedScene scene;
+        scene.tree.links.resize(1);
+        scene.motion = {.root = rigid.motionA, .positions = {0.0}, .rates = {0.0}};
+        scene.linkMeshes = {rigid.meshA};
+        scene.obstacles = {rigid.meshB};
+        scene.obstacleMotions = {rigid.motionB};
+        const ToiResult expected = queryToi(rigid, 1e-6);
+        const ArticulatedToiResult result = query(scene, 1e-6);
+        ASSERT_EQ(result.status, expected.status) << i;
+        EXPECT_NEAR(result.time, expected.time, 1e-5) << i;
+        hits += result.status == ToiStatus::Hit ? 1 : 0;
+    }
+    EXPECT_GT(hits, 60);
+}
+
+TEST(ArticulatedToi, TouchingPairsThatDoNotMoveAreSkipped)
+{
+    // The first link rests on the obstacle, the second turns away from it.
+    ArticulatedScene scene;
+    scene.tree = planarChain({1.0, 1.0});
+    scene.linkMeshes = {{}, segment({0, 0, 0}, {1, 0, 0}), segment({0.1, 0, 0}, {1, 0, 0})};
+    scene.obstacles = {box({0.2, -1, -1}, {0.8, 0, 1})};
+    scene.obstacleMotions = {{}};
+    scene.motion = {.root = {}, .positions = {0, 0, 0}, .rates = {0, 0, 1.5}};
+    EXPECT_EQ(query(scene, 1e-6).status, ToiStatus::Separated);
+    scene.motion.rates = {0, 0.5, 0};
+    EXPECT_EQ(query(scene, 1e-6).status, ToiStatus::Overlapping);
+}
+
+TEST(ArticulatedToi, CommonMotionOfTheTreeDoesNotMatterForItsSelfPairs)
+{
+    // G04 on a base that turns many times.
+    ArticulatedScene scene;
+    scene.tree = planarChain({1.5, 1.0, 1.0});
+    scene.linkMeshes = {{},
+                        segment({0, 0, 0}, {1.5, 0, 0}),
+                        segment({0, 0, 0}, {1, 0, 0}),
+                        segment({0, 0, 0}, {1, 0, 0})};
+    scene.selfPairs = {{1, 3}};
+    scene.motion = {.root = {.v_W = {100, 50, 0}, .w_W = {30, -40, 200}},
+                    .positions = {0, 0, 0, 0},
+                    .rates = {0, 0, 2.5, 2.5}};
+    const ArticulatedToiResult result = query(scene, 1e-6);
+    ASSERT_EQ(result.status, ToiStatus::Hit);
+    EXPECT_NEAR(result.time, std::acos(-0.5) / 2.5, 1e-6);
+    EXPECT_LT(result.counters.states, 200);
+}
+
+TEST(ArticulatedToi, RejectsSizesThatDoNotMatchAndMotionsThatAreNotFinite)
+{
+    Random random(93);
+    const ArticulatedScene good = randomScene(random);
+    ArticulatedScene scene = good;
+    scene.linkMeshes.pop_back();
+    EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+    scene = good;
+    scene.motion.rates.pop_back();
+    EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+    scene = good;
+    scene.motion.positions.push_back(0.0);
+    EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+    for (const double bad :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    {
+        scene = good;
+        scene.motion.rates.back() = bad;
+        EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+        scene = good;
+        scene.motion.positions.back() = bad;
+        EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+        scene = good;
+        scene.motion.root.v_W.x() = bad;
+        EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+        scene = good;
+        scene.obstacleMotions[0].w_W.z() = bad;
+        EXPECT_THROW((void)query(scene, 1e-6), std::invalid_argument);
+    }
+}
+}  // namespace
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,157 @@
+/// rigidToi against brute force on random scenes: never late, never a miss, never a false hit.
+#include "bullet_ccd/toi/rigid_toi.h"
+
+#include "tests/support/random_scenes.h"
+#include "tests/support/random_trees.h"
+#include "tests/support/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+struct Tally
+{
+    int hits = 0;
+    int overlapping = 0;
+    int separated = 0;
+
+    void count(const ToiResult& result)
+    {
+        hits += result.status == ToiStatus::Hit ? 1 : 0;
+        overlapping += result.status == ToiStatus::Overlapping ? 1 : 0;
+        separated += result.status == ToiStatus::Separated ? 1 : 0;
+    }
+};
+
+/// The whole contract for one query.
+void expectAgreement(const RigidScene& scene,
+                     const ToiResult& result,
+                     double tolerance,
+                     const std::string& what)
+{
+    expectHonest(scene, result, tolerance, what);
+    const OracleToi expected = bruteForceToi(oracleBody(scene.meshA, scene.motionA),
+                                             oracleBody(scene.meshB, scene.motionB));
+    if (expected.contact)
+    {
+        EXPECT_NE(result.status, ToiStatus::Separated) << what << ": missed " << *expected.contact;
+        EXPECT_LE(result.time, *expected.contact + 1e-12) << what;
+    }
+    else
+    {
+        EXPECT_NE(result.status, ToiStatus::Overlapping) << what;
+    }
+}
+
+TEST(RigidToi, AgreesWithBruteForceOnRandomScenes)
+{
+    Random random(70);
+    Tally tally;
+    constexpr int kScenes = 2000;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        const RigidScene scene = randomRigidScene(random);
+        const double tolerance = random.logUniform(1e-8, 1e-3);
+        const ToiResult result = queryToi(scene, tolerance);
+        tally.count(result);
+        expectAgreement(scene, result, tolerance, "scene " + std::to_string(i));
+        if (HasFatalFailure())
+        {
+            return;
+        }
+    }
+    EXPECT_GT(tally.hits, kScenes * 3 / 10);
+    EXPECT_LT(tally.hits, kScenes * 7 / 10);
+    EXPECT_GT(tally.separated, kScenes * 2 / 10);
+}
+
+TEST(RigidToi, AgreesWithBruteForceFromOverlappingAndCloseStarts)
+{
+    Random random(71);
+    Tally tally;
+    constexpr int kScenes = 400;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        RigidScene scene = randomRigidScene(random);
+        scene.motionA.X_W0.translation() =
+            scene.motionB.X_W0.translation() + random.uniform(0.3, 1.6) * random.direction();
+        const ToiResult result = queryToi(scene, 1e-6);
+        tally.count(result);
+        expectAgreement(scene, result, 1e-6, "scene " + std::to_string(i));
+    }
+    EXPECT_GT(tally.overlapping, kScenes / 10);
+    EXPECT_GT(tally.hits, kScenes / 10);
+}
+
+TEST(RigidToi, FindsNearlyGrazingContactsOfSpinningBodies)
+{
+    // The obstacle is a plane at the highest point that the body reaches, or just above: the
+    // tangent family of inverse-designed scenes, where most steps are small.
+    Random random(72);
+    Tally tally;
+    constexpr int kScenes = 250;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        RigidScene scene{.meshA = soup(random, random.integer(1, 5), 0.6, 0.4),
+                         .motionA = randomRigidMotion(random, 5.0)};
+        double highest = -1e9;
+        double start = -1e9;
+        for (int k = 0; k <= 4000; ++k)
+        {
+            const Eigen::Isometry3d X = oraclePose(scene.motionA, k / 4000.0);
+            for (const Eigen::Vector3d& v : scene.meshA.vertices)
+            {
+                highest = std::max(highest, (X * v).z());
+            }
+            start = k == 0 ? highest : start;
+        }
+        const double sign = random.chance(0.5) ? 1.0 : -1.0;
+        const double height = highest + sign * random.logUniform(1e-7, 1e-3);
+        if (height - start < 1e-3)
+        {
+            continue;
+        }
+        scene.meshB = floorAt(height, 40.0);
+        const ToiResult result = queryToi(scene, 1e-7);
+        tally.count(result);
+        expectAgreement(scene, result, 1e-7, "scene " + std::to_string(i));
+    }
+    EXPECT_GT(tally.hits, 60);
+    EXPECT_GT(tally.separated, 40);
+}
+
+TEST(RigidToi, IsSeparatedUpToJustBeforeTheContact)
+{
+    Random random(73);
+    int rerun = 0;
+    for (int i = 0; i < 600; ++i)
+    {
+        RigidScene scene = randomRigidScene(random);
+        const double tolerance = 1e-7;
+        const ToiResult result = queryToi(scene, tolerance);
+        if (result.status != ToiStatus::Hit)
+        {
+            continue;
+        }
+        ++rerun;
+        for (RigidMotion* motion : {&scene.motionA, &scene.motionB})
+        {
+            motion->v_W *= 0.99 * result.time;
+            motion->w_W *= 0.99 * result.time;
+        }
+        const ToiResult shorter = queryToi(scene, tolerance);
+        // A grazing approach may be within the tolerance already.
+        const bool near = oracleDistanceAt(oracleBody(scene.meshA, scene.motionA),
+                                           oracleBody(scene.meshB, scene.motionB),
+                                           1.0) < 2.0 * tolerance;
+        EXPECT_TRUE(near || shorter.status == ToiStatus::Separated) << i;
+    }
+    EXPECT_GT(rerun, 200);
+}
+}  // namespace
+}  // namespace bullet_ccd::tests
