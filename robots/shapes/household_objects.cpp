@@ -106,7 +106,7 @@ Recipe bottle(Sizes& sizes)
     const double radius = sizes.between(0.028, 0.034, 0.042);
     const double height = sizes.between(0.180, 0.220, 0.260);
     const double neck = sizes.between(0.011, 0.013, 0.016);
-    const double shoulder = height * sizes.between(0.55, 0.62, 0.70);
+    const double shoulder = height - sizes.between(0.088, 0.090, 0.110);
     constexpr double kRound = 0.003;
     Profile curve = smoothCurve(Profile{{radius - kRound, shoulder},
                                         {radius - 0.007, shoulder + 0.018},

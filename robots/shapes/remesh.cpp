@@ -135,6 +135,13 @@ private:
         return result;
     }
 
+    [[nodiscard]] bool areNeighbours(std::int32_t a, std::int32_t b)
+    {
+        return std::ranges::any_of(
+            around(a),
+            [&](std::int32_t t) { return std::ranges::find(triangle(t), b) != triangle(t).end(); });
+    }
+
     [[nodiscard]] std::vector<Edge> edges() const
     {
         std::vector<Edge> result;
@@ -377,8 +384,7 @@ private:
                 }
             }
         }
-        if (left == kNone || right == kNone || c == d ||
-            std::ranges::binary_search(neighbours(c), d) || around(e.first).size() < 5 ||
+        if (left == kNone || right == kNone || c == d || around(e.first).size() < 5 ||
             around(e.second).size() < 5)
         {
             return;
@@ -387,7 +393,7 @@ private:
         const Triangle newRight = {d, e.second, c};
         const double before = std::min(qualityOf(triangle(left)), qualityOf(triangle(right)));
         const double after = std::min(qualityOf(newLeft), qualityOf(newRight));
-        if (after <= std::max(0.0, 1.05 * before))
+        if (after <= std::max(0.0, 1.05 * before) || areNeighbours(c, d))
         {
             return;
         }
