@@ -197,13 +197,14 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--srdf",
                      arguments->srdf,
-                     "fingers and preshapes; default: the file beside the URDF, else a shipped "
-                     "one for the robot's name, else inferred")
+                     "fingers and preshapes; default: the one beside the URDF,
+                     "
+                     "else a shipped one for the robot's name, else inferred")
         ->type_name("FILE")
         ->group("Input");
     command->add_option("--object-scale", arguments->objectScale, "object units in metres")
         ->type_name("S")
-        ->check(CLI::Range(1e-9, 1e9))
+        ->check(within(1e-9, 1e9))
         ->capture_default_str()
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
@@ -215,7 +216,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->group("Output");
     command->add_option("--pictures", arguments->pictures, "draw the best K grasps")
         ->type_name("K")
-        ->check(CLI::Range(0, 99))
+        ->check(within(0, 99))
         ->capture_default_str()
         ->group("Output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and no notes on stderr")
