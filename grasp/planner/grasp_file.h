@@ -28,12 +28,6 @@ struct GraspRun
     PlannerOptions options;
 };
 
-/// Hash of everything about a hand that planning depends on: kinematics, meshes, closing
-/// directions, preshapes, grasp frame. 16 hexadecimal digits.
-[[nodiscard]] std::string contentHash(const HandModel& hand);
-/// Hash of the object's mesh, 16 hexadecimal digits.
-[[nodiscard]] std::string contentHash(const GraspObject& object);
-
 /// Writes the grasps in the order given; the first has rank 1.
 void writeGrasps(std::ostream& out,
                  const GraspRun& run,

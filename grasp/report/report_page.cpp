@@ -61,8 +61,9 @@ document.querySelectorAll('#grasps th button').forEach((button) => button.addEve
   const head = button.parentNode;
   const column = head.cellIndex;
   const body = document.querySelector('#grasps tbody');
+  const sorted = head.getAttribute('aria-sort');
   const numeric = !head.classList.contains('text');
-  const down = head.ariaSort ? head.ariaSort === 'ascending' : numeric && column > 1;
+  const down = sorted ? sorted === 'ascending' : numeric && column > 1;
   document.querySelectorAll('#grasps th').forEach((other) => other.removeAttribute('aria-sort'));
   head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
   const key = (row) => row.cells[column].dataset.value ?? row.cells[column].textContent;
@@ -191,7 +192,8 @@ void writeFigures(std::ostream& out,
     {
         const Grasp& grasp = grasps[i];
         // The page and its pictures can be moved together.
-        const std::filesystem::path relative = pictures[i].lexically_proximate(folder);
+        const std::filesystem::path relative =
+            std::filesystem::absolute(pictures[i]).lexically_proximate(folder);
         out << "<figure><img src=\"" << address(relative) << "\" alt=\"Grasp of candidate "
             << grasp.candidate << " from two sides\">\n<figcaption><strong>Candidate "
             << grasp.candidate << "</strong> <div><span>epsilon</span> "
@@ -300,7 +302,7 @@ void writeReport(const GraspRun& run,
          << escaped(title) << "</h1>\n<p class=\"sub\">" << grasps.size() << " candidates, seed "
          << run.options.seed << ", friction " << number(run.options.friction, 4) << "</p>\n";
     writeTiles(page, grasps);
-    writeFigures(page, grasps, pictures, file.parent_path());
+    writeFigures(page, grasps, pictures, std::filesystem::absolute(file).parent_path());
     writeTable(page, grasps);
     writeFacts(page, run, hand, object);
     page << "<script>" << kScript << "</script>\n</body></html>\n";

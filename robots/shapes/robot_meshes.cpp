@@ -174,12 +174,12 @@ RobotMeshes threeFingerGripperMeshes()
 {
     RobotMeshes meshes{"three_finger_gripper", {}};
     Solid palm = roundedCylinder(0.045, 0.0, 0.068, 0.004);
-    palm = blend(palm, boxBetween(box(-0.064, -0.030, -0.011, 0.011, 0.040, 0.094), 0.005), 0.004);
+    palm = blend(palm, boxBetween(box(-0.064, -0.030, -0.011, 0.011, 0.040, 0.088), 0.005), 0.004);
     meshes.links.push_back(
         {"palm", polygonizeBlock(palm, box(-0.066, 0.046, -0.046, 0.046, -0.001, 0.096))});
-    Solid spread = roundedCylinder(0.0135, 0.001, 0.024, 0.003);
+    Solid spread = roundedCylinder(0.0135, 0.001, 0.019, 0.003);
     spread =
-        blend(spread, boxBetween(box(-0.004, 0.060, -0.011, 0.011, 0.001, 0.023), 0.005), 0.004);
+        blend(spread, boxBetween(box(-0.004, 0.060, -0.011, 0.011, 0.001, 0.018), 0.005), 0.004);
     meshes.links.push_back(
         {"finger_spread", polygonizeBlock(spread, box(-0.015, 0.062, -0.015, 0.015, 0.0, 0.026))});
     meshes.links.push_back({"finger_proximal",

@@ -11,26 +11,43 @@ namespace
 {
 constexpr double kDifference = 1e-5;  // [m]: far below every fillet, far above rounding
 
-double segmentDistanceSquared(const Eigen::Vector2d& p,
-                              const Eigen::Vector2d& a,
-                              const Eigen::Vector2d& b)
+/// The pieces of a profile, ready for many distance queries.
+class Polyline
 {
-    const Eigen::Vector2d ab = b - a;
-    const double lengthSquared = ab.squaredNorm();
-    const double t =
-        lengthSquared > 0.0 ? std::clamp((p - a).dot(ab) / lengthSquared, 0.0, 1.0) : 0.0;
-    return (p - a - t * ab).squaredNorm();
-}
-
-double polylineDistanceSquared(const Profile& points, const Eigen::Vector2d& p)
-{
-    double best = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+public:
+    explicit Polyline(const Profile& points)
     {
-        best = std::min(best, segmentDistanceSquared(p, points[i], points[i + 1]));
+        for (std::size_t i = 0; i + 1 < points.size(); ++i)
+        {
+            const Eigen::Vector2d along = points[i + 1] - points[i];
+            if (along.squaredNorm() > 0.0)
+            {
+                m_pieces.push_back({points[i], along, 1.0 / along.squaredNorm()});
+            }
+        }
     }
-    return best;
-}
+
+    [[nodiscard]] double distance(const Eigen::Vector2d& p) const
+    {
+        double best = std::numeric_limits<double>::infinity();
+        for (const Piece& piece : m_pieces)
+        {
+            const Eigen::Vector2d q = p - piece.start;
+            const double t = std::clamp(q.dot(piece.along) * piece.inverse, 0.0, 1.0);
+            best = std::min(best, (q - t * piece.along).squaredNorm());
+        }
+        return std::sqrt(best);
+    }
+
+private:
+    struct Piece
+    {
+        Eigen::Vector2d start;
+        Eigen::Vector2d along;
+        double inverse = 0.0;  ///< 1 / |along|²
+    };
+    std::vector<Piece> m_pieces;
+};
 
 /// Whether a ray in +r from `p` crosses the profile an odd number of times.
 bool isInsideProfile(const Profile& points, const Eigen::Vector2d& p)
@@ -51,7 +68,7 @@ bool isInsideProfile(const Profile& points, const Eigen::Vector2d& p)
 
 Eigen::Vector2d halfPlane(const Eigen::Vector3d& p)
 {
-    return {std::hypot(p.x(), p.y()), p.z()};
+    return {std::sqrt(p.x() * p.x() + p.y() * p.y()), p.z()};
 }
 
 /// Polynomial smooth minimum: differs from the minimum only where |a - b| < 2 radius.
@@ -111,25 +128,26 @@ Solid roundedCylinder(double radius, double low, double high, double rounding)
     return [=](const Eigen::Vector3d& p)
     {
         const Eigen::Vector2d q =
-            Eigen::Vector2d(std::hypot(p.x(), p.y()), std::abs(p.z() - middle)) - core;
+            Eigen::Vector2d(std::sqrt(p.x() * p.x() + p.y() * p.y()), std::abs(p.z() - middle)) -
+            core;
         return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
     };
 }
 
 Solid lathe(const Profile& profile, double growth)
 {
-    return [=](const Eigen::Vector3d& p)
+    return [=, polyline = Polyline(profile)](const Eigen::Vector3d& p)
     {
         const Eigen::Vector2d q = halfPlane(p);
-        const double distance = std::sqrt(polylineDistanceSquared(profile, q));
+        const double distance = polyline.distance(q);
         return (isInsideProfile(profile, q) ? -distance : distance) - growth;
     };
 }
 
 Solid latheShell(const Profile& profile, double thickness)
 {
-    return [=](const Eigen::Vector3d& p)
-    { return std::sqrt(polylineDistanceSquared(profile, halfPlane(p))) - 0.5 * thickness; };
+    return [polyline = Polyline(profile), thickness](const Eigen::Vector3d& p)
+    { return polyline.distance(halfPlane(p)) - 0.5 * thickness; };
 }
 
 Solid tube(const std::vector<TubePoint>& points)

@@ -1,3 +1,4 @@
+#include "grasp/planner/content_hash.h"
 #include "grasp/planner/grasp_file.h"
 #include "tools/grasp_cli/audit.h"
 #include "tools/grasp_cli/catalogue.h"

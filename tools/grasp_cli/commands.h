@@ -21,6 +21,13 @@ void addCheckCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
 void addTableCommand(CLI::App& app, int& exitCode);
 
+/// Accepts values from low to high; the range shows in errors, not in the help.
+template <typename T>
+[[nodiscard]] CLI::Validator within(T low, T high)
+{
+    return CLI::Range(low, high).description("");
+}
+
 /// Options that plan and table share: candidates, seed, jobs, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
 }  // namespace bullet_ccd::tools

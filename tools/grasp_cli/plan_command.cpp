@@ -1,6 +1,5 @@
 #include "grasp/planner/grasp_file.h"
 #include "grasp/report/grasp_picture.h"
-#include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/output_folder.h"
@@ -111,14 +110,15 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
             break;
         }
         const double along = (g.X_WH.translation() - g.X_WStart.translation()).dot(g.approach_W);
-        table.rows.push_back({fmt::format("{}", k + 1),
-                              fmt::format("{}", g.candidate),
-                              fmt::format("{:.4f}", g.quality.epsilon),
-                              fmt::format("{:.3g}", g.quality.volume),
-                              fmt::format("{}", g.contacts.size()),
-                              fmt::format("{}", linksInContact(g)),
-                              g.preshape,
-                              fmt::format("{:.1f}", 1e3 * (g.approachDistance - along) + 0.0)});
+        table.rows.push_back(
+            {fmt::format("{}", k + 1),
+             fmt::format("{}", g.candidate),
+             fmt::format("{:.4f}", g.quality.epsilon),
+             fmt::format("{:.3g}", g.quality.volume),
+             fmt::format("{}", g.contacts.size()),
+             fmt::format("{}", linksInContact(g)),
+             g.preshape,
+             fmt::format("{:.1f}", 1e3 * std::max(0.0, g.approachDistance - along))});
     }
     return alignedText(table);
 }
@@ -197,13 +197,14 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--srdf",
                      arguments->srdf,
-                     "fingers and preshapes; default: the file beside the URDF, else a shipped "
-                     "one for the robot's name, else inferred")
+                     "fingers and preshapes; default: the one beside the URDF,
+                     "
+                     "else a shipped one for the robot's name, else inferred")
         ->type_name("FILE")
         ->group("Input");
     command->add_option("--object-scale", arguments->objectScale, "object units in metres")
         ->type_name("S")
-        ->check(CLI::Range(1e-9, 1e9))
+        ->check(within(1e-9, 1e9))
         ->capture_default_str()
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
@@ -215,7 +216,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->group("Output");
     command->add_option("--pictures", arguments->pictures, "draw the best K grasps")
         ->type_name("K")
-        ->check(CLI::Range(0, 99))
+        ->check(within(0, 99))
         ->capture_default_str()
         ->group("Output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and no notes on stderr")

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <fmt/format.h>
 #include <map>
-#include <memory>
 #include <set>
 #include <utility>
 
@@ -17,18 +16,6 @@ namespace bullet_ccd::tools
 namespace
 {
 using grasp::RejectReason;
-
-/// One simulation world per thread; it keeps hand and object from grasp to grasp.
-grasp::CloseHand makeClosing(const grasp::HandModel& hand, const grasp::GraspObject& object)
-{
-    const auto simulation = std::make_shared<grasp::HandSimulation>(hand, object);
-    return [simulation](const grasp::HandModel&,
-                        const grasp::GraspObject&,
-                        const Eigen::Isometry3d& X_WH,
-                        const std::vector<double>& positions,
-                        const grasp::ClosingOptions& options)
-    { return simulation->close(X_WH, positions, options); };
-}
 
 void printNotes(const std::filesystem::path& file, const std::vector<std::string>& notes)
 {
@@ -55,12 +42,11 @@ PlanRun runPlan(LoadedHand hand,
     Progress progress(
         fmt::format("{} x {}", model.robot.name, target.name), options.candidates, quiet);
     const auto start = std::chrono::steady_clock::now();
-    run.grasps = grasp::planGrasps(
-        model,
-        target,
-        options,
-        [&] { return makeClosing(model, target); },
-        [&](const grasp::Grasp& grasp) { progress.add(grasp); });
+    run.grasps = grasp::planGrasps(model,
+                                   target,
+                                   options,
+                                   grasp::simulatedClosing(),
+                                   [&](const grasp::Grasp& grasp) { progress.add(grasp); });
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
 }

@@ -7,26 +7,26 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
     const auto add = [&](const char* names, auto& value, const char* type, const char* text)
     { return command.add_option(names, value, text)->type_name(type)->capture_default_str(); };
     add("-n,--candidates", options.candidates, "N", "approaches to try")
-        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000}))
+        ->check(within(std::int64_t{1}, std::int64_t{1'000'000}))
         ->group("Search");
     add("--seed", options.seed, "N", "of the sampling sequence")->group("Search");
     add("-j,--jobs",
         options.jobs,
         "N",
         "threads, 0 for one a core; the result does not depend on it")
-        ->check(CLI::Range(0, 1024))
+        ->check(within(0, 1024))
         ->group("Search");
     add("--friction", options.friction, "MU", "Coulomb coefficient of all contacts")
-        ->check(CLI::Range(1e-3, 10.0))
+        ->check(within(1e-3, 10.0))
         ->group("Quality");
     add("--cone-edges", options.coneEdges, "N", "edges of the friction pyramids")
-        ->check(CLI::Range(3, 64))
+        ->check(within(3, 64))
         ->group("Quality");
     add("--min-epsilon",
         options.forceClosureThreshold,
         "EPS",
         "epsilon from which a grasp counts as force closure")
-        ->check(CLI::Range(0.0, 1.0))
+        ->check(within(0.0, 1.0))
         ->group("Quality");
 }
 }  // namespace bullet_ccd::tools

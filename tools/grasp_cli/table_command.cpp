@@ -269,7 +269,7 @@ void addTableCommand(CLI::App& app, int& exitCode)
         ->group("Input");
     command->add_option("--object-scale", arguments->objectScale, "object units in metres")
         ->type_name("S")
-        ->check(CLI::Range(1e-9, 1e9))
+        ->check(within(1e-9, 1e9))
         ->capture_default_str()
         ->group("Input");
     addPlannerOptions(*command, arguments->options);

@@ -1,6 +1,7 @@
 #include "grasp/planner/grasp_file.h"
 
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/planner/content_hash.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

@@ -32,21 +32,23 @@ HandModel handFrom(const std::filesystem::path& urdf)
     return grasp::loadHand(urdf, std::nullopt, BULLET_CCD_SHARE_FOLDER);
 }
 
-/// The hand comes from a random direction, its fingers about the object.
+/// The hand comes from a random direction and ends with its fingers about the object.
 Isometry3d randomApproach(Random& random, const HandModel& hand, const GraspObject& object)
 {
     Isometry3d X_WG = Isometry3d::Identity();
     X_WG.linear() = random.rotation();
-    X_WG.translation() = object.centerOfMass + random.uniform(0.0, 0.03) * random.direction();
+    X_WG.translation() =
+        object.centerOfMass + random.inBox(0.01) - random.uniform(0.0, 0.05) * X_WG.linear().col(2);
     return X_WG * hand.X_RG.inverse();
 }
 
+/// Distance of the hand from the object, or 1 mm if it is more.
 double smallestGap(const HandModel& hand,
                    const GraspObject& object,
                    const Isometry3d& X_WH,
                    const std::vector<double>& positions)
 {
-    double gap = 1.0;
+    double gap = 1e-3;  // farther is far enough
     const std::vector<Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
     for (std::size_t i = 0; i < poses.size(); ++i)
     {
@@ -107,8 +109,7 @@ TEST_P(RealHand, NeverPenetratesOnTheWayNorAtTheEnd)
         const ClosingResult result = simulation.close(X_WH, open, {});
         if (result.status == ToiStatus::Overlapping)
         {
-            EXPECT_EQ(smallestGap(hand, object, X_WH, open) > 1e-9 && hand.selfPairs.empty(),
-                      false);
+            EXPECT_LT(smallestGap(hand, object, X_WH, open), 1e-9);
             continue;
         }
         ASSERT_NE(result.status, ToiStatus::IterationLimit);
@@ -133,11 +134,11 @@ TEST_P(RealHand, NeverPenetratesOnTheWayNorAtTheEnd)
                     2.001e-5);
             }
         }
-        for (int sample = 0; sample < 40; ++sample)
+        for (int sample = 0; sample < 25; ++sample)
         {
-            const std::vector<double> on = positionsAt(hand, open, result.positions, 0.05 * sample);
+            const std::vector<double> on = positionsAt(hand, open, result.positions, 0.08 * sample);
             EXPECT_GT(smallestGap(hand, object, X_WH, on), 0.0)
-                << "after " << 0.05 * sample << " s";
+                << "after " << 0.08 * sample << " s";
         }
         std::vector<double> coupled = result.positions;
         applyMimics(hand.robot.tree, coupled);
@@ -156,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Case{"schunk_sah/schunk_sah_right_mesh.urdf", "ycb_16k/025_mug.obj"},
                     Case{"barrett/barrett_mesh.urdf", "ycb_16k/011_banana.obj"},
                     Case{"panda_gripper/panda_gripper_mesh.urdf", "ycb_16k/037_scissors.obj"},
-                    Case{"shadow/shadow_right_mesh.urdf", "ycb_16k/035_power_drill.obj"}),
+                    Case{"shadow/shadow_right_mesh.urdf", "ycb_16k/056_tennis_ball.ply"}),
     [](const auto& test)
     {
         const std::string hand = test.param.hand;

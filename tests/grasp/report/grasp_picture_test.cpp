@@ -1,0 +1,194 @@
+#include "grasp/report/grasp_picture.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/report/grasp_scene.h"
+#include "tests/grasp/report/report_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <png.h>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using tests::makeBoxGrasp;
+using tests::makeBoxHand;
+
+struct Picture
+{
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> bytes;  ///< red, green, blue
+};
+
+Picture readPng(const std::filesystem::path& file)
+{
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    EXPECT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0) << image.message;
+    image.format = PNG_FORMAT_RGB;
+    Picture picture;
+    picture.width = static_cast<int>(image.width);
+    picture.height = static_cast<int>(image.height);
+    picture.bytes.resize(PNG_IMAGE_SIZE(image));
+    EXPECT_NE(png_image_finish_read(&image, nullptr, picture.bytes.data(), 0, nullptr), 0);
+    return picture;
+}
+
+/// Pixels of the three kinds of things, told by which channel leads.
+struct Census
+{
+    int object = 0;   ///< orange
+    int contact = 0;  ///< crimson
+    int hand = 0;     ///< blue, green, or grey well below the paper
+    int paper = 0;
+};
+
+Census countPixels(const Picture& picture, int firstColumn, int lastColumn)
+{
+    Census census;
+    for (int y = 0; y < picture.height; ++y)
+    {
+        for (int x = firstColumn; x < lastColumn; ++x)
+        {
+            const std::size_t i = 3 * static_cast<std::size_t>(y * picture.width + x);
+            const int r = picture.bytes[i];
+            const int g = picture.bytes[i + 1];
+            const int b = picture.bytes[i + 2];
+            const bool isContact = r > 180 && g < 60 && b < 100;
+            const bool isObject = !isContact && r > g + 15 && g > b + 15;
+            const bool isPaper = r > 225 && g > 225 && b > 225;
+            census.contact += isContact ? 1 : 0;
+            census.object += isObject ? 1 : 0;
+            census.paper += isPaper ? 1 : 0;
+            census.hand += !isContact && !isObject && !isPaper && std::max(g, b) > r ? 1 : 0;
+        }
+    }
+    return census;
+}
+
+GraspObject makeBall()
+{
+    return makeGraspObject("ball", makeSphere(0.05, 3));
+}
+
+TEST(DrawGrasp, BothViewsShowHandObjectContactsAndPaper)
+{
+    const std::filesystem::path file = tests::outputFile("grasp.png");
+    drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(6), {.width = 800, .height = 420}, file);
+    const Picture picture = readPng(file);
+    ASSERT_EQ(picture.width, 800);
+    ASSERT_EQ(picture.height, 420);
+    for (const int first : {0, 400})
+    {
+        const Census census = countPixels(picture, first, first + 400);
+        const int panel = 400 * 420;
+        EXPECT_GT(census.object, panel / 50);
+        EXPECT_GT(census.hand, panel / 50);
+        EXPECT_GT(census.paper, panel / 10);
+        EXPECT_GT(census.contact, 100);
+        EXPECT_LT(census.contact, panel / 20);
+    }
+}
+
+TEST(DrawGrasp, WithoutContactsThereIsNoCrimson)
+{
+    const std::filesystem::path file = tests::outputFile("no_contacts.png");
+    drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(0), {.width = 400, .height = 300}, file);
+    const Census census = countPixels(readPng(file), 0, 400);
+    EXPECT_EQ(census.contact, 0);
+    EXPECT_GT(census.object, 1000);
+}
+
+TEST(DrawGrasp, TheSameGraspGivesTheSameBytes)
+{
+    const std::filesystem::path first = tests::outputFile("first.png");
+    const std::filesystem::path second = tests::outputFile("second.png");
+    drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(4), {.width = 300, .height = 200}, first);
+    drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(4), {.width = 300, .height = 200}, second);
+    EXPECT_EQ(readPng(first).bytes, readPng(second).bytes);
+}
+
+TEST(DrawGrasp, AFolderThatIsMissingIsNamedInTheError)
+{
+    const std::filesystem::path file = tests::outputFile("missing") / "folder" / "grasp.png";
+    try
+    {
+        drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(2), {.width = 100, .height = 100}, file);
+        FAIL() << "no exception";
+    }
+    catch (const std::runtime_error& error)
+    {
+        EXPECT_NE(std::string(error.what()).find(file.string()), std::string::npos);
+    }
+    EXPECT_THROW(drawGrasp(makeBoxHand(), makeBall(), makeBoxGrasp(2), {.width = 10}, file),
+                 std::invalid_argument);
+}
+
+TEST(GraspScene, BothViewsFrameHandAndObject)
+{
+    const GraspScene scene = makeScene(makeBoxHand(), makeBall(), makeBoxGrasp(4));
+    const auto views = chooseViews(scene);
+    EXPECT_LT(views[0].dot(views[1]), std::cos(75.0 / 180.0 * std::numbers::pi) + 1e-9);
+    for (const Eigen::Vector3d& direction : views)
+    {
+        EXPECT_NEAR(direction.norm(), 1.0, 1e-12);
+        const Camera camera = frameScene(scene, direction, 300, 200);
+        for (const Shape& shape : scene.hand)
+        {
+            for (const Eigen::Vector3d& vertex : shape.vertices)
+            {
+                const Eigen::Vector3d pixel = camera.project(vertex);
+                EXPECT_GE(pixel.x(), 0.0);
+                EXPECT_LE(pixel.x(), 300.0);
+                EXPECT_GE(pixel.y(), 0.0);
+                EXPECT_LE(pixel.y(), 200.0);
+            }
+        }
+    }
+}
+
+// Seen along +x, the finger at +x covers the contact there; seen along +y nothing does.
+TEST(GraspScene, AContactBehindAFingerIsHidden)
+{
+    const GraspScene scene = makeScene(makeBoxHand(), makeBall(), makeBoxGrasp(1));
+    const auto hiddenFrom = [&](const Eigen::Vector3d& direction)
+    {
+        const Camera camera = frameScene(scene, direction, 300, 200);
+        Layer layer(300, 200);
+        for (const Shape& shape : scene.hand)
+        {
+            drawShape(layer, camera, shape);
+        }
+        return isHidden(layer, camera.project(scene.contacts[0].point), 0.002);
+    };
+    EXPECT_TRUE(hiddenFrom(Eigen::Vector3d::UnitX()));
+    EXPECT_FALSE(hiddenFrom(Eigen::Vector3d::UnitY()));
+}
+
+// The disc of a ball: area and depth by closed form.
+TEST(Raster, ABallCoversItsDiscAndIsNearestInTheMiddle)
+{
+    const Eigen::Isometry3d pose(Eigen::Translation3d(0.1, 0.2, 0.3));
+    Shape ball = makeShape(makeSphere(1.0, 4), pose);
+    ball.id = 7;
+    Camera camera;
+    camera.R_CW = lookFrom(Eigen::Vector3d(1, 2, 2) / 3.0, Eigen::Vector3d::UnitZ());
+    camera.center_W = pose.translation();
+    camera.pixelsPerMetre = 80.0;
+    camera.width = 200;
+    camera.height = 201;
+    Layer layer(200, 201);
+    drawShape(layer, camera, ball);
+    const auto covered = std::count(layer.id.begin(), layer.id.end(), 7);
+    EXPECT_NEAR(static_cast<double>(covered), std::numbers::pi * 80.0 * 80.0, 150.0);
+    EXPECT_NEAR(layer.depth[layer.at(100, 100)], -1.0, 2e-3);
+    EXPECT_EQ(layer.id[layer.at(1, 1)], kNone);
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp

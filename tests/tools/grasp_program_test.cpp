@@ -1,0 +1,235 @@
+// Runs the program as a user does and looks at exit codes, messages and files.
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+struct Outcome
+{
+    int exitCode = -1;
+    std::string out;
+    std::string err;
+};
+
+std::string contentOf(const fs::path& path)
+{
+    std::stringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+}
+
+class GraspProgram : public ::testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        m_folder = fs::path(::testing::TempDir()) / "grasp_program" /
+                   ::testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(m_folder);
+        fs::create_directories(m_folder);
+        m_ball = m_folder / "ball.obj";
+        writeObj(makeSphere(0.03, 3), m_ball);
+    }
+    void TearDown() override { fs::remove_all(m_folder); }
+
+    [[nodiscard]] Outcome run(const std::string& arguments) const
+    {
+        const fs::path errors = m_folder / "stderr.txt";
+        const std::string command = std::string(BULLET_CCD_GRASP_PROGRAM) + " " + arguments +
+                                    " 2> '" + errors.string() + "'";
+        Outcome outcome;
+        std::FILE* pipe = ::popen(command.c_str(), "r");
+        std::array<char, 4096> buffer{};
+        for (std::size_t got = 1; got > 0;)
+        {
+            got = std::fread(buffer.data(), 1, buffer.size(), pipe);
+            outcome.out.append(buffer.data(), got);
+        }
+        const int status = ::pclose(pipe);
+        outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        outcome.err = contentOf(errors);
+        return outcome;
+    }
+
+    /// Plans with the shipped gripper and the ball into `folder`.
+    [[nodiscard]] Outcome plan(const fs::path& folder, const std::string& more = "") const
+    {
+        return run("plan --hand three_finger_gripper --object '" + m_ball.string() +
+                   "' -n 4 --pictures 1 -o '" + folder.string() + "' " + more);
+    }
+
+    fs::path m_folder;
+    fs::path m_ball;
+};
+
+TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
+{
+    const Outcome help = run("--help");
+    EXPECT_EQ(help.exitCode, 0);
+    for (const char* word : {"plan", "check", "hand", "table", "Exit codes", "Examples"})
+    {
+        EXPECT_THAT(help.out, HasSubstr(word));
+    }
+    for (const char* verb : {"plan", "check", "hand", "table"})
+    {
+        const Outcome ofVerb = run(std::string(verb) + " --help");
+        EXPECT_EQ(ofVerb.exitCode, 0);
+        EXPECT_THAT(ofVerb.out, HasSubstr(std::string("grasp ") + verb));
+    }
+    EXPECT_EQ(run("--version").exitCode, 0);
+}
+
+TEST_F(GraspProgram, UsageErrorsExitWith2AndSayWhy)
+{
+    EXPECT_EQ(run("").exitCode, 2);
+    EXPECT_EQ(run("juggle").exitCode, 2);
+    const Outcome unknown = run("plan --hand a --object b --colour red");
+    EXPECT_EQ(unknown.exitCode, 2);
+    EXPECT_THAT(unknown.err, HasSubstr("--colour"));
+    const Outcome missing = run("plan --object b");
+    EXPECT_EQ(missing.exitCode, 2);
+    EXPECT_THAT(missing.err, HasSubstr("--hand"));
+    EXPECT_EQ(run("plan --hand a --object b -n 0").exitCode, 2);
+    EXPECT_EQ(run("plan --hand a --object b --friction -1").exitCode, 2);
+}
+
+TEST_F(GraspProgram, UnknownNamesExitWith3AndListTheKnownOnes)
+{
+    const Outcome hand = run("plan --hand left_foot --object '" + m_ball.string() + "'");
+    EXPECT_EQ(hand.exitCode, 3);
+    EXPECT_THAT(hand.err, HasSubstr("left_foot"));
+    EXPECT_THAT(hand.err, HasSubstr("anthropomorphic_hand"));
+    const Outcome object = run("plan --hand three_finger_gripper --object unicorn");
+    EXPECT_EQ(object.exitCode, 3);
+    EXPECT_THAT(object.err, HasSubstr("unicorn"));
+    const Outcome folder = run("hand '" + m_folder.string() + "'");
+    EXPECT_EQ(folder.exitCode, 3);
+    EXPECT_THAT(folder.err, HasSubstr("is a folder"));
+}
+
+TEST_F(GraspProgram, PlansWritesAndChecks)
+{
+    const fs::path out = m_folder / "out";
+    const Outcome planned = plan(out);
+    EXPECT_EQ(planned.exitCode, 0) << planned.err;
+    EXPECT_THAT(planned.out, HasSubstr("force closures"));
+    EXPECT_THAT(planned.err, HasSubstr("4/4 candidates"));
+    for (const char* name : {"grasps.jsonl", "grasp_01.png", "report.html"})
+    {
+        EXPECT_TRUE(fs::exists(out / name)) << name;
+    }
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 3);
+    const Outcome checked = run("check '" + (out / "grasps.jsonl").string() + "'");
+    EXPECT_EQ(checked.exitCode, 0) << checked.out << checked.err;
+    EXPECT_THAT(checked.out, HasSubstr("0 of them penetrate"));
+}
+
+TEST_F(GraspProgram, ResultDoesNotDependOnJobs)
+{
+    EXPECT_EQ(plan(m_folder / "one", "-q --jobs 1").exitCode, 0);
+    EXPECT_EQ(plan(m_folder / "two", "-q --jobs 2").exitCode, 0);
+    const std::string one = contentOf(m_folder / "one" / "grasps.jsonl");
+    EXPECT_FALSE(one.empty());
+    EXPECT_EQ(one, contentOf(m_folder / "two" / "grasps.jsonl"));
+}
+
+TEST_F(GraspProgram, QuietPlansSayNothingOnStderr)
+{
+    EXPECT_EQ(plan(m_folder / "out", "-q").err, "");
+}
+
+TEST_F(GraspProgram, ExitsWith1WhenNothingIsFound)
+{
+    // Nothing holds a ball as large as a house.
+    const Outcome planned = plan(m_folder / "out", "--object-scale 100");
+    EXPECT_EQ(planned.exitCode, 1) << planned.err;
+    EXPECT_THAT(planned.out, HasSubstr("0 of 4 candidates"));
+    EXPECT_THAT(planned.out, HasSubstr("rejected: "));
+}
+
+TEST_F(GraspProgram, BadInputLeavesEarlierOutputAlone)
+{
+    const fs::path out = m_folder / "out";
+    ASSERT_EQ(plan(out, "-q").exitCode, 0);
+    const std::string before = contentOf(out / "grasps.jsonl");
+    std::ofstream(m_ball) << "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n";
+    const Outcome broken = plan(out, "-q");
+    EXPECT_EQ(broken.exitCode, 3);
+    EXPECT_THAT(broken.err, HasSubstr("ball.obj"));
+    EXPECT_EQ(contentOf(out / "grasps.jsonl"), before);
+}
+
+TEST_F(GraspProgram, AFolderThatCannotBeWrittenExitsWith3)
+{
+    std::ofstream(m_folder / "file") << "in the way";
+    const Outcome planned = plan(m_folder / "file" / "out", "-q");
+    EXPECT_EQ(planned.exitCode, 3);
+    EXPECT_THAT(planned.err, HasSubstr("cannot be written"));
+    EXPECT_EQ(contentOf(m_folder / "file"), "in the way");
+}
+
+TEST_F(GraspProgram, CheckNoticesWhatWasTamperedWith)
+{
+    const fs::path out = m_folder / "out";
+    ASSERT_EQ(plan(out, "-q").exitCode, 0);
+    const fs::path file = out / "grasps.jsonl";
+    std::string text = contentOf(file);
+    // The best hand pose, moved a centimetre: something must penetrate or lose its contacts.
+    const std::string key = "\"hand_pose_in_object\":{\"position_m\":[";
+    const std::size_t place = text.find(key) + key.size();
+    text.replace(place, text.find(',', place) - place, "0.01");
+    std::ofstream(file) << text;
+    const Outcome checked = run("check '" + file.string() + "'");
+    EXPECT_EQ(checked.exitCode, 1) << checked.out;
+    writeObj(makeSphere(0.031, 3), m_ball);
+    const Outcome changed = run("check '" + file.string() + "'");
+    EXPECT_EQ(changed.exitCode, 3);
+    EXPECT_THAT(changed.err, HasSubstr("content hash"));
+    std::ofstream(file) << "not json\n";
+    const Outcome broken = run("check '" + file.string() + "'");
+    EXPECT_EQ(broken.exitCode, 3);
+    EXPECT_THAT(broken.err, HasSubstr("grasps.jsonl:1: "));
+}
+
+TEST_F(GraspProgram, ShowsAHand)
+{
+    const Outcome shown = run("hand anthropomorphic_hand");
+    EXPECT_EQ(shown.exitCode, 0) << shown.err;
+    for (const char* word : {"thumb", "closes to its upper limit", "grasp frame", "pairs of links"})
+    {
+        EXPECT_THAT(shown.out, HasSubstr(word));
+    }
+}
+
+TEST_F(GraspProgram, TablesEveryPair)
+{
+    const fs::path out = m_folder / "out";
+    const Outcome table =
+        run("table --hand three_finger_gripper --hand parallel_gripper --object '" +
+            m_ball.string() + "' -n 3 -q -o '" + out.string() + "'");
+    EXPECT_EQ(table.exitCode, 0) << table.err;
+    EXPECT_THAT(table.out, HasSubstr("postures penetrate"));
+    EXPECT_TRUE(fs::exists(out / "table.md"));
+    EXPECT_TRUE(fs::exists(out / "parallel_gripper_ball.jsonl"));
+    const std::string csv = contentOf(out / "table.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
+}
+}  // namespace
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,94 @@
+#include "tools/grasp_cli/output_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+class OutputFolderTest : public ::testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        m_folder = fs::path(::testing::TempDir()) /
+                   ::testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(m_folder);
+    }
+    void TearDown() override { fs::remove_all(m_folder); }
+
+    static void write(const fs::path& path, const char* text) { std::ofstream(path) << text; }
+    [[nodiscard]] std::string read(const char* name) const
+    {
+        std::stringstream text;
+        text << std::ifstream(m_folder / name).rdbuf();
+        return text.str();
+    }
+    [[nodiscard]] long entries() const
+    {
+        return std::distance(fs::directory_iterator(m_folder), fs::directory_iterator());
+    }
+
+    fs::path m_folder;
+};
+
+TEST_F(OutputFolderTest, CommitReplacesFilesAndLeavesNothingElse)
+{
+    fs::create_directories(m_folder);
+    write(m_folder / "a", "old");
+    write(m_folder / "mine", "kept");
+    OutputFolder output(m_folder);
+    write(output.stage("a"), "new");
+    write(output.stage("b"), "new too");
+    EXPECT_EQ(read("a"), "old");
+    output.commit();
+    EXPECT_EQ(read("a"), "new");
+    EXPECT_EQ(read("b"), "new too");
+    EXPECT_EQ(read("mine"), "kept");
+}
+
+TEST_F(OutputFolderTest, WithoutCommitNothingChanges)
+{
+    fs::create_directories(m_folder);
+    write(m_folder / "a", "old");
+    {
+        OutputFolder output(m_folder);
+        write(output.stage("a"), "new");
+    }
+    EXPECT_EQ(read("a"), "old");
+    EXPECT_EQ(entries(), 1);
+}
+
+TEST_F(OutputFolderTest, AFolderThatItMadeGoesAgainWithoutCommit)
+{
+    {
+        const OutputFolder output(m_folder);
+        EXPECT_TRUE(fs::exists(m_folder));
+    }
+    EXPECT_FALSE(fs::exists(m_folder));
+}
+
+TEST_F(OutputFolderTest, AMissingFileFailsTheWholeCommit)
+{
+    fs::create_directories(m_folder);
+    write(m_folder / "a", "old");
+    OutputFolder output(m_folder);
+    write(output.stage("a"), "new");
+    static_cast<void>(output.stage("never written"));
+    EXPECT_THROW(output.commit(), std::runtime_error);
+    EXPECT_EQ(read("a"), "old");
+}
+
+TEST_F(OutputFolderTest, AFileInThePlaceOfTheFolderIsAnError)
+{
+    write(m_folder, "a file");
+    EXPECT_THROW(OutputFolder{m_folder}, std::runtime_error);
+    EXPECT_THROW(OutputFolder{m_folder / "below"}, std::runtime_error);
+}
+}  // namespace
+}  // namespace bullet_ccd::tools
