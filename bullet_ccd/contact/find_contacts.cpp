@@ -1,6 +1,7 @@
 #include "bullet_ccd/contact/find_contacts.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/distance/triangle_distance.h"
 
 #include <algorithm>
 #include <array>
@@ -21,27 +22,87 @@ Vector3d triangleNormal(const SsvTree& tree, std::int32_t triangle)
     return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
 }
 
+/// A contact of two points, given in the frame of B.
+Contact makeContact(const Eigen::Isometry3d& X_WB,
+                    const TrianglePair& pair,
+                    const TriangleDistance& closest)
+{
+    return {.pointA = X_WB * closest.pointA,
+            .pointB = X_WB * closest.pointB,
+            .normal = X_WB.linear() * (closest.pointB - closest.pointA).normalized(),
+            .gap = closest.distance,
+            .triangleA = pair.triangleA,
+            .triangleB = pair.triangleB};
+}
+
+/// Closest points of all corners with the other triangle and of all edges with each other, where
+/// they are as near as `threshold`: two parallel triangles have one closest pair of points among
+/// many, but the corners of their overlap are among these. Oblique ones are left out; they belong
+/// to other faces.
+void appendFeatureContacts(const TriangleCorners& a,
+                           const TriangleCorners& b,
+                           const Contact& nearest,
+                           const ContactOptions& options,
+                           const TrianglePair& pair,
+                           const Eigen::Isometry3d& X_WB,
+                           std::vector<Contact>& contacts)
+{
+    const auto offer = [&](const TriangleCorners& featureA, const TriangleCorners& featureB)
+    {
+        const TriangleDistance closest = triangleDistance(featureA, featureB);
+        if (closest.distance > 0.0 && closest.distance <= options.threshold)
+        {
+            const Contact contact = makeContact(X_WB, pair, closest);
+            if (contact.normal.dot(nearest.normal) >= std::cos(options.mergeAngle))
+            {
+                contacts.push_back(contact);
+            }
+        }
+    };
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        offer({a[i], a[i], a[i]}, b);
+        offer(a, {b[i], b[i], b[i]});
+        const Vector3d& nextA = a[(i + 1) % 3];
+        for (std::size_t j = 0; j < 3; ++j)
+        {
+            const Vector3d& nextB = b[(j + 1) % 3];
+            offer({a[i], nextA, nextA}, {b[j], nextB, nextB});
+        }
+    }
+}
+
 /// Contacts of all pairs of triangles, in W.
 std::vector<Contact> rawContacts(const SsvTree& treeA,
                                  const Eigen::Isometry3d& X_WA,
                                  const SsvTree& treeB,
                                  const Eigen::Isometry3d& X_WB,
-                                 double threshold)
+                                 const ContactOptions& options)
 {
+    const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
     std::vector<TrianglePair> pairs;
-    trianglePairsWithin(treeA, treeB, X_WB.inverse() * X_WA, threshold, pairs);
+    trianglePairsWithin(treeA, treeB, X_BA, options.threshold, pairs);
     std::vector<Contact> contacts;
     contacts.reserve(pairs.size());
     for (const TrianglePair& pair : pairs)
     {
-        Contact contact{.pointA = X_WB * pair.pointA,
-                        .pointB = X_WB * pair.pointB,
-                        .gap = pair.distance,
-                        .triangleA = pair.triangleA,
-                        .triangleB = pair.triangleB};
-        contact.normal = pair.distance > 0.0
-                             ? Vector3d(X_WB.linear() * (pair.pointB - pair.pointA).normalized())
-                             : Vector3d(-X_WB.linear() * triangleNormal(treeB, pair.triangleB));
+        Contact contact =
+            makeContact(X_WB, pair, TriangleDistance{pair.distance, pair.pointA, pair.pointB});
+        if (pair.distance > 0.0)
+        {
+            TriangleCorners a = treeA.corners(pair.triangleA);
+            TriangleCorners b = treeB.corners(pair.triangleB);
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                a[k] = X_BA * (a[k] + treeA.origin());
+                b[k] += treeB.origin();
+            }
+            appendFeatureContacts(a, b, contact, options, pair, X_WB, contacts);
+        }
+        else
+        {
+            contact.normal = -X_WB.linear() * triangleNormal(treeB, pair.triangleB);
+        }
         contacts.push_back(contact);
     }
     return contacts;
@@ -173,7 +234,7 @@ std::vector<Contact> findContacts(const SsvTree& treeA,
                                   const Eigen::Isometry3d& X_WB,
                                   const ContactOptions& options)
 {
-    std::vector<Contact> contacts = rawContacts(treeA, X_WA, treeB, X_WB, options.threshold);
+    std::vector<Contact> contacts = rawContacts(treeA, X_WA, treeB, X_WB, options);
     const double cell = 1e-3 * options.threshold;
     keepNearest(contacts, cell, [](const Contact& c) { return c.pointA; });
     keepNearest(contacts, cell, [](const Contact& c) { return c.pointB; });

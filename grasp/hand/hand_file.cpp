@@ -197,7 +197,7 @@ private:
         }
         if (!closes)
         {
-            throw std::runtime_error(m_hand.robot.file.string() +
+            throw std::runtime_error(m_srdf.file.string() +
                                      ": no joint closes the hand: add <closing joint=\"..\" "
                                      "direction=\"+1\"/> elements to its SRDF");
         }

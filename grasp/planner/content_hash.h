@@ -1,6 +1,7 @@
 /// Names of hands and objects by their content, so that a result can tell that they changed.
 #pragma once
 
+#include "grasp/grasp.h"
 #include "grasp/hand/hand_model.h"
 
 #include <string>

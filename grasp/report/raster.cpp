@@ -8,7 +8,7 @@ namespace bullet_ccd::grasp
 namespace
 {
 /// Faces that meet at less than this angle are shaded as one smooth surface.
-constexpr float kCreaseCosine = 0.75F;
+constexpr float kCreaseCosine = 0.8F;
 
 const Eigen::Vector3f kKeyLight = Eigen::Vector3f(-0.42F, 0.62F, 0.66F).normalized();
 const Eigen::Vector3f kFillLight = Eigen::Vector3f(0.75F, 0.05F, 0.45F).normalized();
@@ -24,10 +24,6 @@ Color shade(const Color& color, Eigen::Vector3f normal)
 {
     const float length = normal.norm();
     normal = length > 0.0F ? Eigen::Vector3f(normal / length) : Eigen::Vector3f::UnitZ();
-    if (normal.z() < 0.0F)
-    {
-        normal = -normal;  // seen from behind: open surfaces have two sides
-    }
     const float diffuse = 0.36F + 0.08F * normal.y() +
                           0.56F * std::max(0.0F, normal.dot(kKeyLight)) +
                           0.16F * std::max(0.0F, normal.dot(kFillLight));
@@ -92,6 +88,39 @@ void drawTriangle(Layer& layer,
         }
     }
 }
+/// Corner by corner the mean, weighted by area, of the faces around it that meet smoothly.
+std::vector<std::array<Eigen::Vector3f, 3>> cornerNormals(const Shape& shape)
+{
+    std::vector<Eigen::Vector3f> faces;  // length: twice the area
+    std::vector<std::vector<std::size_t>> facesAround(shape.vertices.size());
+    for (const Triangle& t : shape.triangles)
+    {
+        const Eigen::Vector3d& a = shape.vertices[static_cast<std::size_t>(t[0])];
+        const Eigen::Vector3d& b = shape.vertices[static_cast<std::size_t>(t[1])];
+        const Eigen::Vector3d& c = shape.vertices[static_cast<std::size_t>(t[2])];
+        for (const std::int32_t corner : t)
+        {
+            facesAround[static_cast<std::size_t>(corner)].push_back(faces.size());
+        }
+        faces.push_back((b - a).cross(c - a).cast<float>());
+    }
+    std::vector<std::array<Eigen::Vector3f, 3>> normals(faces.size());
+    for (std::size_t i = 0; i < faces.size(); ++i)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+            for (const std::size_t j : facesAround[static_cast<std::size_t>(shape.triangles[i][k])])
+            {
+                const bool smooth =
+                    faces[i].dot(faces[j]) > kCreaseCosine * faces[i].norm() * faces[j].norm();
+                sum += smooth || i == j ? faces[j] : Eigen::Vector3f(Eigen::Vector3f::Zero());
+            }
+            normals[i][k] = sum.normalized();
+        }
+    }
+    return normals;
+}
 }  // namespace
 
 Eigen::Matrix3d lookFrom(const Eigen::Vector3d& direction, const Eigen::Vector3d& up)
@@ -112,30 +141,7 @@ Shape makeShape(const TriangleMesh& mesh, const Eigen::Isometry3d& pose)
     {
         shape.vertices.emplace_back(pose * vertex);
     }
-    std::vector<Eigen::Vector3d> faceNormals;
-    std::vector<Eigen::Vector3d> vertexNormals(mesh.vertices.size(), Eigen::Vector3d::Zero());
-    for (const Triangle& t : mesh.triangles)
-    {
-        const Eigen::Vector3d& a = shape.vertices[static_cast<std::size_t>(t[0])];
-        const Eigen::Vector3d& b = shape.vertices[static_cast<std::size_t>(t[1])];
-        const Eigen::Vector3d& c = shape.vertices[static_cast<std::size_t>(t[2])];
-        faceNormals.emplace_back((b - a).cross(c - a));  // length: twice the area
-        for (const std::int32_t corner : t)
-        {
-            vertexNormals[static_cast<std::size_t>(corner)] += faceNormals.back();
-        }
-    }
-    shape.normals.resize(mesh.triangles.size());
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    {
-        const Eigen::Vector3f face = faceNormals[i].normalized().cast<float>();
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto corner = static_cast<std::size_t>(mesh.triangles[i][k]);
-            const Eigen::Vector3f smooth = vertexNormals[corner].normalized().cast<float>();
-            shape.normals[i][k] = smooth.dot(face) > kCreaseCosine ? smooth : face;
-        }
-    }
+    shape.normals = cornerNormals(shape);
     return shape;
 }
 
@@ -151,13 +157,17 @@ void drawShape(Layer& layer, const Camera& camera, const Shape& shape)
     for (std::size_t i = 0; i < shape.triangles.size(); ++i)
     {
         const Triangle& t = shape.triangles[i];
-        const auto& normals = shape.normals[i];
-        drawTriangle(layer,
-                     {projected[static_cast<std::size_t>(t[0])],
-                      projected[static_cast<std::size_t>(t[1])],
-                      projected[static_cast<std::size_t>(t[2])]},
-                     {R_CW * normals[0], R_CW * normals[1], R_CW * normals[2]},
-                     shape);
+        const std::array<Eigen::Vector3f, 3>& normals = shape.normals[i];
+        const Eigen::Vector3f mean = R_CW * (normals[0] + normals[1] + normals[2]);
+        // Seen from behind: open surfaces have two sides.
+        const float side = mean.z() < 0.0F ? -1.0F : 1.0F;
+        drawTriangle(
+            layer,
+            {projected[static_cast<std::size_t>(t[0])],
+             projected[static_cast<std::size_t>(t[1])],
+             projected[static_cast<std::size_t>(t[2])]},
+            {side * (R_CW * normals[0]), side * (R_CW * normals[1]), side * (R_CW * normals[2])},
+            shape);
     }
 }
 }  // namespace bullet_ccd::grasp

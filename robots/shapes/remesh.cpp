@@ -63,6 +63,7 @@ public:
         }
         collapseShortEdges();
         flipEdges();
+        removeSlivers();
         TriangleMesh result;
         result.vertices = m_points;
         for (std::size_t t = 0; t < m_triangles.size(); ++t)
@@ -275,10 +276,11 @@ private:
     /// Merges the ends of an edge into its middle on the surface, unless that would change the
     /// topology (the ends share a neighbour beyond the two opposite corners), make a long edge or
     /// a bad triangle.
-    bool tryCollapse(const Edge& e)
+    /// @param whateverLength  collapses edges that are as long as wanted, too
+    bool tryCollapse(const Edge& e, bool whateverLength = false)
     {
         const auto [keep, drop] = e;
-        if (length(e) >= kCollapseBelow * wantedLength(e))
+        if (!whateverLength && length(e) >= kCollapseBelow * wantedLength(e))
         {
             return false;
         }
@@ -292,7 +294,8 @@ private:
         }
         const Eigen::Vector3d middle = 0.5 * (point(keep) + point(drop));
         const double size = wantedLength(e);
-        if (makesLongEdge(a, e, middle, size) || makesLongEdge(b, e, middle, size))
+        if (!whateverLength &&
+            (makesLongEdge(a, e, middle, size) || makesLongEdge(b, e, middle, size)))
         {
             return false;
         }
@@ -345,6 +348,24 @@ private:
             {
                 std::erase(around(v), t);
             }
+        }
+    }
+
+    /// What the rules for edge lengths left over: collapses the shortest edge of bad triangles.
+    void removeSlivers()
+    {
+        for (std::size_t t = 0; t < m_triangles.size(); ++t)
+        {
+            if (!m_alive[t] || qualityOf(m_triangles[t]) >= kLeastShape)
+            {
+                continue;
+            }
+            const Triangle corners = m_triangles[t];
+            std::array<Edge, 3> sides = {Edge(std::minmax(corners[0], corners[1])),
+                                         Edge(std::minmax(corners[1], corners[2])),
+                                         Edge(std::minmax(corners[2], corners[0]))};
+            std::ranges::sort(sides, {}, [&](const Edge& e) { return length(e); });
+            static_cast<void>(tryCollapse(sides[0], true) || tryCollapse(sides[1], true));
         }
     }
 

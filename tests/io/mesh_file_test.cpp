@@ -9,6 +9,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <numbers>
+#include <ostream>
 #include <random>
 #include <stdexcept>
 
@@ -210,6 +211,11 @@ struct BrokenFile
     std::string content;
     std::string message;
 };
+
+void PrintTo(const BrokenFile& broken, std::ostream* stream)
+{
+    *stream << broken.name << ": " << broken.content;
+}
 
 class BrokenMeshFile : public testing::TestWithParam<BrokenFile>
 {

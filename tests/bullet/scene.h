@@ -1,0 +1,81 @@
+/// Bullet worlds for tests, stock or ours, in whichever precision is compiled.
+#pragma once
+
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <memory>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+inline constexpr bool kDouble = sizeof(btScalar) == 8;
+
+[[nodiscard]] inline btVector3 vec(double x, double y, double z)
+{
+    return {btScalar(x), btScalar(y), btScalar(z)};
+}
+
+/// Rotation about z, then a shift.
+[[nodiscard]] btTransform poseAt(const btVector3& origin, double angleAboutZ = 0.0);
+
+enum class Kind
+{
+    Stock,
+    Ccd,
+};
+
+/// One world and everything in it; no gravity, no damping.
+class Scene
+{
+public:
+    explicit Scene(Kind kind);
+    ~Scene();
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    btMultiBodyDynamicsWorld& world() { return *m_world; }
+    btCcdMultiBodyDynamicsWorld& ccd();
+    void step(double seconds) { m_world->stepSimulation(btScalar(seconds), 0); }
+
+    btBoxShape* box(const btVector3& halfExtents);
+    btCcdMeshShape* mesh(TriangleMesh triangles);
+    btCcdMeshShape* boxMesh(const btVector3& halfExtents);
+    /// Keeps a shape alive until the world is gone.
+    template <typename Shape>
+    Shape* keep(std::unique_ptr<Shape> shape)
+    {
+        Shape* raw = shape.get();
+        m_shapes.push_back(std::move(shape));
+        return raw;
+    }
+
+    /// Mass 0: static.
+    btRigidBody* body(btCollisionShape* shape, double mass, const btTransform& pose);
+    /// Chain on a fixed base without geometry: hinges about z, links along x of the shape's length,
+    /// centres of mass in the middle. All links may collide, parents with children not.
+    btMultiBody* chain(const std::vector<btCollisionShape*>& links,
+                       double halfLength,
+                       const btTransform& base);
+    /// After joints were set by hand.
+    static void placeColliders(btMultiBody& body);
+
+private:
+    btDefaultCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher;
+    btDbvtBroadphase m_broadphase;
+    btMultiBodyConstraintSolver m_solver;
+    std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
+    std::vector<std::unique_ptr<btMultiBody>> m_multiBodies;
+    std::vector<std::unique_ptr<btMultiBodyLinkCollider>> m_colliders;
+    std::vector<std::unique_ptr<btRigidBody>> m_bodies;
+    std::unique_ptr<btMultiBodyDynamicsWorld> m_world;
+};
+}  // namespace bullet_ccd::tests
