@@ -197,8 +197,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--srdf",
                      arguments->srdf,
-                     "fingers and preshapes; default: the one beside the URDF,
-                     "
+                     "fingers and preshapes; default: the one beside the URDF,\n"
                      "else a shipped one for the robot's name, else inferred")
         ->type_name("FILE")
         ->group("Input");
