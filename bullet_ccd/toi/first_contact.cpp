@@ -317,11 +317,7 @@ private:
     /// touch already, so that there is nothing to be done.
     [[nodiscard]] bool startsClose(PairConstants& c, const PairState& state, double upperBound)
     {
-        Isometry3d X_BA = Isometry3d::Identity();
-        X_BA.linear() = state.R;
-        X_BA.translation() = state.p + c.treeB->origin() - state.R * c.treeA->origin();
-        const double start =
-            std::min(upperBound, treeDistance(*c.treeA, *c.treeB, X_BA, upperBound).distance);
+        const double start = closestWithin(c, state, upperBound).distance;
         if (start <= 4.0 * state.rounding)
         {
             return true;
@@ -330,24 +326,48 @@ private:
         return false;
     }
 
+    /// The closest triangles of the two meshes if they are closer than `upperBound`.
+    [[nodiscard]] static TrianglePair closestWithin(const PairConstants& c,
+                                                    const PairState& state,
+                                                    double upperBound)
+    {
+        Isometry3d X_BA = Isometry3d::Identity();
+        X_BA.linear() = state.R;
+        X_BA.translation() = state.p + c.treeB->origin() - state.R * c.treeA->origin();
+        return treeDistance(*c.treeA, *c.treeB, X_BA, upperBound);
+    }
+
+    /// The first triangles that came up within the tolerance need not be the closest at that time:
+    /// those are what is reported.
     void finish(const Entry& entry,
                 const TriangleDistance& d,
                 std::int32_t triangleA,
                 std::int32_t triangleB)
     {
+        const PairConstants& c = m_scene.constants(entry.pair);
+        TrianglePair closest = closestWithin(
+            c, m_scene.stateAt(entry.pair, entry.time, m_result.counters), d.distance);
+        if (closest.triangleA == kNone)
+        {
+            closest = {.triangleA = triangleA,
+                       .triangleB = triangleB,
+                       .distance = d.distance,
+                       .pointA = d.pointA + c.treeB->origin(),
+                       .pointB = d.pointB + c.treeB->origin()};
+        }
         m_done = true;
         m_result.status = entry.time == 0.0 ? ToiStatus::Overlapping : ToiStatus::Hit;
         m_result.time = entry.time;
-        m_result.gap = d.distance;
+        m_result.gap = closest.distance;
         m_result.pair = entry.pair;
-        m_result.triangleA = triangleA;
-        m_result.triangleB = triangleB;
+        m_result.triangleA = closest.triangleA;
+        m_result.triangleB = closest.triangleB;
         const Isometry3d X_WB = m_scene.worldOfB(entry.pair, entry.time);
-        m_result.pointA = X_WB * d.pointA;
-        m_result.pointB = X_WB * d.pointB;
-        if (d.distance > 0.0)
+        m_result.pointA = X_WB * (closest.pointA - c.treeB->origin());
+        m_result.pointB = X_WB * (closest.pointB - c.treeB->origin());
+        if (closest.distance > 0.0)
         {
-            m_result.normal = X_WB.linear() * (d.pointB - d.pointA) / d.distance;
+            m_result.normal = X_WB.linear() * (closest.pointB - closest.pointA).stableNormalized();
         }
     }
 
