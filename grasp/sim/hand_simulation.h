@@ -13,10 +13,11 @@ namespace bullet_ccd::grasp
 /// joints between it and the root stop, and the next stage begins. The object is fixed.
 ///
 /// The joints are ideal: their speeds are prescribed, and Bullet integrates them; no forces are
-/// solved, so neither gravity, inertia nor motor strength can spoil the coupling of joints, and the
-/// result does not depend on the length of the steps beyond rounding. A joint that mimics another
-/// and the joint that it mimics stop together, whichever of their links is stopped; of a hand with
-/// one motor, all fingers stop at the first contact. At their limits joints stop exactly.
+/// solved, so neither gravity, inertia nor motor strength can spoil the coupling of joints, and a
+/// contact is found at its place to within the tolerance, however long the steps are. A joint that
+/// mimics another and the joint that it mimics stop together, whichever of their links is stopped;
+/// of a hand with one motor, all fingers stop at the first contact. At their limits joints stop
+/// exactly.
 ///
 /// An object of this class keeps the world of one hand and object and can close many times: a
 /// result depends on the arguments of close() alone, to the bit. One per thread; objects in
