@@ -32,7 +32,8 @@ public:
     {
         if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR)
         {
-            m_errors += (m_errors.empty() ? "" : "; ") + text;
+            const std::size_t end = text.find_last_not_of(". \n");
+            m_errors += (m_errors.empty() ? "" : "; ") + text.substr(0, end + 1);
         }
     }
 

@@ -148,8 +148,12 @@ TriangleMesh UrdfGeometry::meshOf(const urdf::Mesh& mesh, const std::string& whe
     const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
     for (int k = 0; k < 3; ++k)
     {
-        requirePositive(std::abs(scale[k]),
-                        where + ": mesh '" + mesh.filename + "': |scale| " + "xyz"[k]);
+        if (!(std::abs(scale[k]) > 0.0) || !std::isfinite(scale[k]))
+        {
+            throw std::runtime_error(where + ": mesh '" + mesh.filename + "': scale " + "xyz"[k] +
+                                     " is " + std::to_string(scale[k]) +
+                                     ": give a finite number other than 0");
+        }
     }
     const std::filesystem::path path = resolveMesh(m_urdf, mesh.filename, where);
     // The size goes into the reader, so that its notes speak of metres; proportions and mirroring

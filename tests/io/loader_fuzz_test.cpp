@@ -117,7 +117,7 @@ FuzzCount fuzz(const TempFolder& folder,
                std::uint64_t seed)
 {
     FuzzCount count;
-    const std::size_t step = std::max<std::size_t>(1, content.size() / 60);
+    const std::size_t step = std::max<std::size_t>(1, content.size() / 40);
     for (std::size_t length = 0; length < content.size(); length += step)
     {
         SCOPED_TRACE(name + " cut to " + std::to_string(length) + " bytes");
@@ -140,9 +140,9 @@ TEST(LoaderFuzz, MutatedMeshFilesAreValidOrRefusedWithAMessage)
     std::uint64_t seed = 1;
     for (const auto& [name, content] : tests::allTetraFiles())
     {
-        const FuzzCount count = fuzz(folder, name, content, tryMesh, 40, seed++);
-        EXPECT_GT(count.good, 5) << name;
-        EXPECT_GT(count.refused, 30) << name;
+        const FuzzCount count = fuzz(folder, name, content, tryMesh, 25, seed++);
+        EXPECT_GE(count.good, 3) << name;
+        EXPECT_GT(count.refused, 20) << name;
     }
 }
 

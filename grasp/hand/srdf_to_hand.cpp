@@ -1,0 +1,411 @@
+#include "grasp/hand/srdf_to_hand.h"
+
+#include "bullet_ccd/motion/joint_motion.h"
+#include "grasp/hand/hand_inference.h"
+#include "grasp/hand/self_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+/// Number of insertions, deletions and replacements that turn one word into the other.
+std::size_t editDistance(const std::string& a, const std::string& b)
+{
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i)
+    {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t k = 1; k <= b.size(); ++k)
+        {
+            const std::size_t replaced = diagonal + (a[i - 1] == b[k - 1] ? 0 : 1);
+            diagonal = row[k];
+            row[k] = std::min({replaced, row[k] + 1, row[k - 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+/// Applies one SRDF to a hand of which only `robot` and the trees are filled in.
+class SrdfToHand
+{
+public:
+    SrdfToHand(const Srdf& srdf, HandModel& hand) : m_srdf(srdf), m_hand(hand) {}
+
+    void apply()
+    {
+        readFingers();
+        readClosing();
+        readPreshapes();
+        const std::vector<std::pair<std::int32_t, std::int32_t>> disabled = readDisabled();
+        readGraspFrame();
+        setSelfPairs(m_hand, disabled);
+    }
+
+private:
+    [[nodiscard]] const KinematicTree& tree() const { return m_hand.robot.tree; }
+
+    void readFingers()
+    {
+        for (const SrdfGroup& group : m_srdf.groups)
+        {
+            if (group.hasChain)
+            {
+                readChain(group);
+            }
+        }
+        dropInnerChains();
+        if (m_hand.fingers.empty())
+        {
+            m_hand.fingers = inferFingers(m_hand.robot, m_hand.palm);
+            std::string names;
+            for (const Finger& finger : m_hand.fingers)
+            {
+                names += (names.empty() ? "" : ", ") + finger.name;
+            }
+            m_hand.notes.push_back("fingers inferred, by their tips: " + names);
+        }
+        else
+        {
+            m_hand.palm = palmAbove(tree(), m_hand.fingers);
+        }
+        if (m_hand.fingers.empty())
+        {
+            throw std::runtime_error(m_hand.robot.file.string() +
+                                     ": no finger: no link with geometry hangs from a movable "
+                                     "joint: add collision geometry");
+        }
+    }
+
+    void readChain(const SrdfGroup& group)
+    {
+        const std::string where = "group '" + group.name + "'";
+        const std::int32_t base = findLink(where, group.baseLink);
+        const std::int32_t tip = findLink(where, group.tipLink);
+        if (base == tip || !isAncestorOrSelf(tree(), base, tip))
+        {
+            fail(where,
+                 "tip_link '" + group.tipLink + "' does not hang from base_link '" +
+                     group.baseLink + "'",
+                 "exchange them or correct the names");
+        }
+        Finger finger;
+        finger.name = group.name;
+        bool moves = false;
+        for (std::int32_t link = tip; link != base; link = linkAt(link).parent)
+        {
+            finger.links.insert(finger.links.begin(), link);
+            moves = moves || linkAt(link).joint.isMovable();
+        }
+        if (moves)
+        {
+            m_hand.fingers.push_back(std::move(finger));
+        }
+    }
+
+    /// Chains that carry other chains are arms or wrists.
+    void dropInnerChains()
+    {
+        std::vector<Finger> outer;
+        for (const Finger& finger : m_hand.fingers)
+        {
+            const bool carries = std::any_of(
+                m_hand.fingers.begin(),
+                m_hand.fingers.end(),
+                [&](const Finger& other) {
+                    return &other != &finger &&
+                           isAncestorOrSelf(tree(), finger.links.back(), other.links.back());
+                });
+            if (carries)
+            {
+                m_hand.notes.push_back("group '" + finger.name +
+                                       "' is no finger: another group hangs from its tip");
+                continue;
+            }
+            outer.push_back(finger);
+        }
+        m_hand.fingers = std::move(outer);
+    }
+
+    void readClosing()
+    {
+        std::vector<bool> isPassive(tree().size(), false);
+        for (const std::string& name : m_srdf.passiveJoints)
+        {
+            isPassive[findJoint("passive_joint", name)] = true;
+        }
+        std::vector<int> listed(tree().size(), 0);
+        for (const auto& [name, direction] : m_srdf.closings)
+        {
+            const std::size_t link = findJoint("closing", name);
+            const Joint& joint = tree().links[link].joint;
+            if (isPassive[link] || !joint.isMovable() || joint.mimicOf != kNone)
+            {
+                fail("closing",
+                     "joint '" + name + "' is " +
+                         (isPassive[link]      ? "passive"
+                          : !joint.isMovable() ? "fixed"
+                                               : "driven by the joint it mimics"),
+                     "name a joint that moves by itself, or drop the element");
+            }
+            listed[link] = direction;
+        }
+        m_hand.closingDirections = inferClosingDirections(m_hand, isPassive);
+        std::string inferred;
+        for (std::size_t i = 0; i < listed.size(); ++i)
+        {
+            if (listed[i] != 0)
+            {
+                m_hand.closingDirections[i] = listed[i];
+            }
+            else if (m_hand.closingDirections[i] != 0)
+            {
+                inferred += (inferred.empty() ? "" : ", ") + tree().links[i].joint.name +
+                            (m_hand.closingDirections[i] > 0 ? " +" : " -");
+            }
+        }
+        if (!inferred.empty())
+        {
+            m_hand.notes.push_back("closing directions inferred: " + inferred);
+        }
+        followMimics();
+    }
+
+    void followMimics()
+    {
+        bool closes = false;
+        for (std::size_t i = 0; i < tree().size(); ++i)
+        {
+            const Joint& joint = tree().links[i].joint;
+            if (joint.mimicOf != kNone)
+            {
+                const int driver =
+                    m_hand.closingDirections[static_cast<std::size_t>(joint.mimicOf)];
+                const double m = joint.mimicMultiplier;
+                m_hand.closingDirections[i] = m > 0.0 ? driver : m < 0.0 ? -driver : 0;
+            }
+            closes = closes || m_hand.closingDirections[i] != 0;
+        }
+        if (!closes)
+        {
+            throw std::runtime_error(m_srdf.file.string() +
+                                     ": no joint closes the hand: add <closing joint=\"..\" "
+                                     "direction=\"+1\"/> elements to its SRDF");
+        }
+    }
+
+    void readPreshapes()
+    {
+        std::map<std::string, bool> isGroup;
+        for (const SrdfGroup& group : m_srdf.groups)
+        {
+            isGroup[group.name] = true;
+        }
+        for (const SrdfState& state : m_srdf.states)
+        {
+            const std::string where = "group_state '" + state.name + "'";
+            if (!isGroup.contains(state.group))
+            {
+                std::vector<std::string> names;
+                for (const auto& [name, unused] : isGroup)
+                {
+                    names.push_back(name);
+                }
+                failName(where, "group", state.group, names);
+            }
+            setJoints(where, state, preshapeNamed(state.name));
+        }
+        for (Preshape& preshape : m_hand.preshapes)
+        {
+            applyMimics(tree(), preshape.positions);
+        }
+        dropClosedPreshapes();
+        std::stable_partition(m_hand.preshapes.begin(),
+                              m_hand.preshapes.end(),
+                              [](const Preshape& preshape) { return preshape.name == "open"; });
+        if (m_hand.preshapes.empty())
+        {
+            m_hand.preshapes.push_back(inferPreshape(m_hand));
+            m_hand.notes.push_back(
+                "preshape inferred: closing joints opened, all others at 0 or the limit next to "
+                "it");
+        }
+    }
+
+    Preshape& preshapeNamed(const std::string& name)
+    {
+        for (Preshape& preshape : m_hand.preshapes)
+        {
+            if (preshape.name == name)
+            {
+                return preshape;
+            }
+        }
+        Preshape preshape{name, std::vector<double>(tree().size(), 0.0)};
+        for (std::size_t i = 0; i < tree().size(); ++i)
+        {
+            const Joint& joint = tree().links[i].joint;
+            preshape.positions[i] = joint.isMovable() ? clampToLimits(joint, 0.0) : 0.0;
+        }
+        m_hand.preshapes.push_back(std::move(preshape));
+        return m_hand.preshapes.back();
+    }
+
+    void setJoints(const std::string& where, const SrdfState& state, Preshape& preshape)
+    {
+        // Setup tools print limits with a few digits.
+        constexpr double kLimitTolerance = 1e-3;
+        for (const auto& [name, value] : state.joints)
+        {
+            const std::size_t link = findJoint(where, name);
+            const Joint& joint = tree().links[link].joint;
+            const double clamped = clampToLimits(joint, value);
+            if (!(std::abs(clamped - value) <= kLimitTolerance))
+            {
+                fail(where,
+                     "joint '" + name + "': value " + std::to_string(value) +
+                         " is outside its limits [" + std::to_string(joint.lower) + ", " +
+                         std::to_string(joint.upper) + "]",
+                     "use a value inside");
+            }
+            preshape.positions[link] = clamped;
+        }
+    }
+
+    /// A state at the closing limits is no place to start from.
+    void dropClosedPreshapes()
+    {
+        constexpr double kClosed = 0.8;
+        const auto isClosed = [&](const Preshape& preshape)
+        {
+            double sum = 0.0;
+            int count = 0;
+            for (std::size_t i = 0; i < tree().size(); ++i)
+            {
+                const Joint& joint = tree().links[i].joint;
+                const double range = joint.upper - joint.lower;
+                if (m_hand.closingDirections[i] != 0 && std::isfinite(range) && range > 0.0)
+                {
+                    const double part = (preshape.positions[i] - joint.lower) / range;
+                    sum += m_hand.closingDirections[i] > 0 ? part : 1.0 - part;
+                    ++count;
+                }
+            }
+            return count > 0 && sum > kClosed * count;
+        };
+        for (const Preshape& preshape : m_hand.preshapes)
+        {
+            if (isClosed(preshape))
+            {
+                m_hand.notes.push_back("group_state '" + preshape.name +
+                                       "' is no preshape: the fingers are closed in it");
+            }
+        }
+        std::erase_if(m_hand.preshapes, isClosed);
+    }
+
+    std::vector<std::pair<std::int32_t, std::int32_t>> readDisabled()
+    {
+        std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+        for (const auto& [a, b] : m_srdf.disabledPairs)
+        {
+            pairs.emplace_back(findLink("disable_collisions", a),
+                               findLink("disable_collisions", b));
+        }
+        return pairs;
+    }
+
+    void readGraspFrame()
+    {
+        if (!m_srdf.graspFrame)
+        {
+            m_hand.X_RG = inferGraspFrame(m_hand);
+            m_hand.notes.push_back(
+                "grasp frame inferred from the fingertips of the half-closed hand");
+            return;
+        }
+        const std::int32_t link = findLink("grasp_frame", m_srdf.graspFrame->link);
+        const std::vector<Eigen::Isometry3d> poses =
+            linkPoses(tree(), Eigen::Isometry3d::Identity(), m_hand.preshapes.front().positions);
+        m_hand.X_RG = poses[static_cast<std::size_t>(link)] * m_srdf.graspFrame->X_LG;
+    }
+
+    [[nodiscard]] const Link& linkAt(std::int32_t link) const
+    {
+        return tree().links[static_cast<std::size_t>(link)];
+    }
+
+    std::int32_t findLink(const std::string& where, const std::string& name)
+    {
+        const std::int32_t link = tree().findLink(name);
+        if (link == kNone)
+        {
+            std::vector<std::string> names;
+            for (const Link& other : tree().links)
+            {
+                names.push_back(other.name);
+            }
+            failName(where, "link", name, names);
+        }
+        return link;
+    }
+
+    std::size_t findJoint(const std::string& where, const std::string& name)
+    {
+        const std::int32_t link = tree().findJoint(name);
+        if (link == kNone)
+        {
+            std::vector<std::string> names;
+            for (std::size_t i = 1; i < tree().size(); ++i)
+            {
+                names.push_back(tree().links[i].joint.name);
+            }
+            failName(where, "joint", name, names);
+        }
+        return static_cast<std::size_t>(link);
+    }
+
+    [[noreturn]] void failName(const std::string& where,
+                               const std::string& kind,
+                               const std::string& name,
+                               const std::vector<std::string>& names)
+    {
+        const auto nearest =
+            std::min_element(names.begin(),
+                             names.end(),
+                             [&](const std::string& a, const std::string& b)
+                             { return editDistance(name, a) < editDistance(name, b); });
+        fail(where,
+             kind + " '" + name + "' does not exist",
+             nearest == names.end() ? "there is none to name, drop the element"
+                                    : "did you mean '" + *nearest + "'?");
+    }
+
+    [[noreturn]] void fail(const std::string& where,
+                           const std::string& what,
+                           const std::string& remedy) const
+    {
+        throw std::runtime_error(m_srdf.file.string() + ": " + where + ": " + what + ": " + remedy);
+    }
+
+    const Srdf& m_srdf;
+    HandModel& m_hand;
+};
+}  // namespace
+
+void applySrdf(const Srdf& srdf, HandModel& hand)
+{
+    SrdfToHand(srdf, hand).apply();
+}
+}  // namespace bullet_ccd::grasp
