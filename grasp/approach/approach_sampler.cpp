@@ -23,8 +23,9 @@ constexpr double kRayGrid = 0.006;     // [m] spacing of the rays that measure t
 constexpr double kThinShare =
     0.7;                       // of the tries oppose along the thinnest axis, others the middle
 constexpr double kFlat = 0.8;  // thinnest over longest extent below which the axes mean much
-constexpr double kKeepDirection = 0.3;  // cost of turning the direction of approach by a radian
+constexpr double kKeepDirection = 0.15;  // cost of turning the direction of approach by a radian
 constexpr int kTries = 8;
+constexpr int kFacingRounds = 3;
 constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
 
 /// Random numbers by counter: the k-th draw of candidate `number` depends on nothing but (seed,
@@ -147,9 +148,9 @@ Eigen::Matrix3d frameFrom(const Eigen::Vector3d& z, const Eigen::Vector3d& x)
     return rotation;
 }
 
-/// Orientation of the grasp frame for one try: the first keeps the direction of the sequence, some
-/// turn it square to a thin principal axis of the object and oppose the fingers along that axis,
-/// the others vary it within its neighbourhood.
+/// Orientation of the grasp frame for one try: the first keeps the direction of the sequence, odd
+/// ones turn it square to a thin principal axis of a flat object and oppose the fingers along that
+/// axis, the others vary it within its neighbourhood.
 Eigen::Matrix3d proposeOrientation(int attempt,
                                    const Eigen::Vector3d& direction,
                                    double cell,
@@ -174,6 +175,25 @@ Eigen::Matrix3d proposeOrientation(int attempt,
     return frameFrom(z, sign * opposition);
 }
 
+/// Turns the frame so that its x axis runs along the direction in which the object's surfaces
+/// oppose each other there, and moves its origin to the middle between them: flat jaws then lie
+/// flat.
+void faceTheSurfaces(Eigen::Isometry3d& X_WG, const GraspObject& object)
+{
+    for (int round = 0; round < kFacingRounds; ++round)
+    {
+        const LocalWidth local = localWidth(object, X_WG, kRayGrid);
+        if (local.hits == 0)
+        {
+            return;
+        }
+        const Eigen::Vector3d across = X_WG.linear() * local.opposition;
+        const Eigen::Vector3d z = X_WG.linear().col(2);
+        X_WG.translation() += 0.5 * (local.lower + local.upper) * X_WG.linear().col(0);
+        X_WG.linear() = frameFrom((z - z.dot(across) * across).normalized(), across);
+    }
+}
+
 /// Smaller is better. An object that does not fit costs what it is too wide; then faces that the
 /// fingers meet squarely are preferred, and narrow places a little.
 double cost(const LocalWidth& local, const OpenHand& open)
@@ -185,7 +205,9 @@ double cost(const LocalWidth& local, const OpenHand& open)
     const double room = kOpeningUsed * open.opening;
     const double excess = std::max(0.0, local.width() - room) / open.opening;
     const double missed = static_cast<double>(LocalWidth::kRays - local.hits) / LocalWidth::kRays;
-    return 4.0 * excess + (1.0 - local.squareness) + 0.5 * missed +
+    // A few degrees decide whether a flat jaw rests on a face or on one corner.
+    const double askew = std::acos(std::clamp(local.opposition.x(), -1.0, 1.0));
+    return 4.0 * excess + (1.0 - local.squareness) + 3.0 * std::min(askew, 0.35) + 0.5 * missed +
            0.2 * local.width() / open.opening;
 }
 
@@ -230,6 +252,10 @@ ApproachCandidate sampleApproach(const HandModel& hand,
         Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
         X_WG.linear() = proposeOrientation(attempt, direction, cell, shape, draws);
         X_WG.translation() = targetPoint(object, shape, draws);
+        if (attempt % 2 == 1)
+        {
+            faceTheSurfaces(X_WG, object);
+        }
         const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
         const double itsCost =
             cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;

@@ -64,8 +64,8 @@ struct RaySpan
 {
     double lower = std::numeric_limits<double>::infinity();
     double upper = -std::numeric_limits<double>::infinity();
-    double normalAtLower = 0.0;  ///< |n_x|
-    double normalAtUpper = 0.0;
+    Eigen::Vector3d normalAtLower = Eigen::Vector3d::Zero();  ///< unit, n_x <= 0
+    Eigen::Vector3d normalAtUpper = Eigen::Vector3d::Zero();  ///< unit, n_x >= 0
 };
 
 /// Quick rejection: the grid spans [-spacing, spacing] in y and z.
@@ -100,11 +100,13 @@ void extend(RaySpan& span, const TriangleCorners& t, const Eigen::Vector2d& at)
         return;
     }
     const double x = (weights[0] * t[0].x() + weights[1] * t[1].x() + weights[2] * t[2].x()) / sum;
-    const double normal = std::abs((t[1] - t[0]).cross(t[2] - t[0]).normalized().x());
+    // Turned by where it is seen from, because not every mesh is wound outwards.
+    const Eigen::Vector3d wound = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+    const Eigen::Vector3d normal = wound.x() < 0.0 ? Eigen::Vector3d(-wound) : wound;
     if (x < span.lower)
     {
         span.lower = x;
-        span.normalAtLower = normal;
+        span.normalAtLower = -normal;
     }
     if (x > span.upper)
     {
@@ -165,17 +167,23 @@ LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, 
         }
     }
     LocalWidth result;
+    Eigen::Vector3d opposition = Eigen::Vector3d::Zero();
     for (const RaySpan& span : spans)
     {
         if (span.lower <= span.upper)
         {
             result.lower = result.hits == 0 ? span.lower : std::min(result.lower, span.lower);
             result.upper = result.hits == 0 ? span.upper : std::max(result.upper, span.upper);
-            result.squareness += std::min(span.normalAtLower, span.normalAtUpper);
+            result.squareness += std::min(-span.normalAtLower.x(), span.normalAtUpper.x());
+            opposition += span.normalAtUpper - span.normalAtLower;
             ++result.hits;
         }
     }
     result.squareness /= std::max(1, result.hits);
+    if (opposition.norm() > 0.0)
+    {
+        result.opposition = opposition.normalized();
+    }
     return result;
 }
 }  // namespace bullet_ccd::grasp

@@ -32,6 +32,9 @@ struct LocalWidth
     /// Mean over the rays that hit of |n_x| at the outer surfaces, the smaller of both sides: 1
     /// where the fingers would meet two faces squarely, 0 where they would graze.
     double squareness = 0.0;
+    /// Direction in which the two outer surfaces oppose each other: mean of their outward normals,
+    /// upper less lower, over the rays that hit; unit, in the frame of the query; x if none hits.
+    Eigen::Vector3d opposition = Eigen::Vector3d::UnitX();
 
     static constexpr int kRays = 9;
     [[nodiscard]] double width() const { return upper - lower; }

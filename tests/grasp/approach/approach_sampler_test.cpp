@@ -136,6 +136,24 @@ TEST(ApproachSampler, FingersOpposeAlongTheThinDirectionOfAPlate)
     EXPECT_GT(aligned, kCount / 2);
 }
 
+TEST(ApproachSampler, FingersFaceTheSideOfACylinderSquarely)
+{
+    const HandModel hand = makeGripper(true);
+    TriangleMesh mesh = makeCylinder(0.025, 0.14, 64);
+    const Eigen::Affine3d turned(Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.0, 0.6, 0.8)));
+    transformMesh(mesh, turned);
+    const GraspObject object = makeObject(std::move(mesh));
+    const Eigen::Vector3d axis = turned.linear().col(2);
+    int square = 0;
+    constexpr int kCount = 40;
+    for (std::int64_t number = 0; number < kCount; ++number)
+    {
+        const ApproachCandidate candidate = sampleApproach(hand, object, 2, number, kCount);
+        square += std::abs(graspFrame(hand, candidate).linear().col(0).dot(axis)) < 0.02 ? 1 : 0;
+    }
+    EXPECT_GT(square, kCount / 2);
+}
+
 TEST(ApproachSampler, PreshapesTakeTurns)
 {
     HandModel hand = makeThreeFingers();
@@ -188,6 +206,17 @@ TEST(LocalWidth, IsWiderAndLessSquareAcrossATurnedBox)
     const LocalWidth local = localWidth(object, X_WG, 0.0);
     EXPECT_NEAR(local.width(), 0.04 / std::cos(0.3), 1e-12);
     EXPECT_NEAR(local.squareness, std::cos(0.3), 1e-12);
+}
+
+TEST(LocalWidth, KnowsHowTheFacesOfATurnedBoxOpposeEachOther)
+{
+    const GraspObject object = makeObject(makeBox({0.02, 0.05, 0.03}), {0.7, -0.2, 0.4});
+    Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+    X_WG.translation() = Eigen::Vector3d(0.7, -0.2, 0.4);
+    X_WG.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.0, 0.6, 0.8)).toRotationMatrix();
+    const LocalWidth local = localWidth(object, X_WG, 0.001);
+    EXPECT_EQ(local.hits, LocalWidth::kRays);
+    EXPECT_NEAR((X_WG.linear() * local.opposition - Eigen::Vector3d::UnitX()).norm(), 0.0, 1e-12);
 }
 
 TEST(LocalWidth, IsEmptyBesideTheObject)
