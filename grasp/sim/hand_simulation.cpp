@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace bullet_ccd::grasp
@@ -27,8 +28,8 @@ constexpr double kLongestStep = 0.2;  // [s]
 // Surfaces closer than this intersect, for all that double precision can tell [m].
 constexpr double kTouching = 1e-12;
 
-/// All that Bullet needs to make a world, as small as it comes: discrete contacts are never
-/// computed.
+/// All that Bullet needs to make a world, as small as it comes: two meshes make no discrete
+/// contacts.
 struct BulletParts
 {
     static btDefaultCollisionConstructionInfo sizes()
@@ -81,6 +82,34 @@ public:
 
 private:
     std::vector<std::pair<std::int32_t, std::int32_t>> m_pairs;
+};
+
+/// A CCD world in which the hand's joints move at prescribed speeds: what a velocity servo that
+/// never gives way would do. Bullet's forces act on everything else; on the joints they are
+/// overruled before positions are integrated, so that coupled joints and limits are met exactly.
+class DrivenWorld : public btCcdMultiBodyDynamicsWorld
+{
+public:
+    using btCcdMultiBodyDynamicsWorld::btCcdMultiBodyDynamicsWorld;
+
+    /// Speed of each of the body's links (revolute or prismatic; else ignored) from now on.
+    void drive(btMultiBody& body, int link, btScalar speed)
+    {
+        m_speeds[{&body, link}] = speed;
+        body.setJointVel(link, speed);
+    }
+
+    void integrateTransforms(btScalar timeStep) override
+    {
+        for (const auto& [joint, speed] : m_speeds)
+        {
+            joint.first->setJointVel(joint.second, speed);
+        }
+        btCcdMultiBodyDynamicsWorld::integrateTransforms(timeStep);
+    }
+
+private:
+    std::map<std::pair<btMultiBody*, int>, btScalar> m_speeds;
 };
 
 /// The joints that move as one: a closing joint and its mimics.
@@ -138,7 +167,7 @@ private:
     btCcdMeshShape m_objectShape;
     btCollisionObject m_objectCollider;
     BulletParts m_parts;
-    btCcdMultiBodyDynamicsWorld m_world;
+    DrivenWorld m_world;
 
     std::vector<Drive> m_drives;  // one entry a link; used where the link's joint is a driver
     std::vector<StopEvent> m_stops;
@@ -156,8 +185,10 @@ HandSimulation::World::World(const HandModel& handModel, const GraspObject& gras
       m_world(&m_parts.dispatcher, &m_parts.broadphase, &m_parts.solver, &m_parts.configuration)
 {
     m_parts.broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&m_handPairs);
+    m_world.setGravity(btVector3(0, 0, 0));
     m_world.setCcdImpactListener(this);
     m_world.setCcdMaxEvents(2 * static_cast<int>(handModel.robot.tree.size()) + 16);
+    m_multiBody.body->setCanSleep(false);
     m_world.addMultiBody(m_multiBody.body.get());
     for (const auto& collider : m_multiBody.colliders)
     {
@@ -202,7 +233,7 @@ void HandSimulation::World::place(const Eigen::Isometry3d& X_WH,
         if (isMovable(i))
         {
             setPosition(i, positions[i]);
-            body.setJointVel(static_cast<int>(i) - 1, 0.0);
+            m_world.drive(body, static_cast<int>(i) - 1, 0.0);
         }
     }
 }
@@ -261,7 +292,7 @@ void HandSimulation::World::start(const std::vector<double>& positions,
         if (isMovable(i) && drive.running)
         {
             const double ratio = driverOf(i) == i ? 1.0 : tree.links[i].joint.mimicMultiplier;
-            m_multiBody.body->setJointVel(static_cast<int>(i) - 1, ratio * drive.speed);
+            m_world.drive(*m_multiBody.body, static_cast<int>(i) - 1, ratio * drive.speed);
         }
     }
 }
@@ -281,7 +312,7 @@ double HandSimulation::World::stepLength() const
 
 void HandSimulation::World::advance(double step, const std::vector<double>& closed)
 {
-    m_world.integrateTransforms(step);
+    m_world.stepSimulation(step, 0);
     m_time += step;
     for (std::size_t driver = 0; driver < m_drives.size(); ++driver)
     {
@@ -314,7 +345,7 @@ void HandSimulation::World::stopDrive(std::size_t driver)
     {
         if (isMovable(i) && driverOf(i) == driver)
         {
-            m_multiBody.body->setJointVel(static_cast<int>(i) - 1, 0.0);
+            m_world.drive(*m_multiBody.body, static_cast<int>(i) - 1, 0.0);
         }
     }
 }
