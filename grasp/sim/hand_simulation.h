@@ -12,8 +12,9 @@ namespace bullet_ccd::grasp
 /// advances to the first contact of any link with the object or another link, that link and the
 /// joints between it and the root stop, and the next stage begins. The object is fixed.
 ///
-/// The joints are ideal: their speeds are prescribed, and Bullet integrates them; no forces are
-/// solved, so neither gravity, inertia nor motor strength can spoil the coupling of joints, and a
+/// The joints are ideal servos: every stage is a full step of Bullet's world, but before positions
+/// are integrated the joints' speeds are set to what is prescribed, so that neither inertia nor
+/// motor strength can spoil the coupling of joints, and a
 /// contact is found at its place to within the tolerance, however long the steps are. A joint that
 /// mimics another and the joint that it mimics stop together, whichever of their links is stopped;
 /// of a hand with one motor, all fingers stop at the first contact. At their limits joints stop
