@@ -302,6 +302,11 @@ KinematicTree buildTree(const urdf::ModelInterface& model,
                 lost.push_back(name);
             }
         }
+        // Links of a loop own each other.
+        for (const auto& [name, link] : model.links_)
+        {
+            link->child_links.clear();
+        }
         throw std::runtime_error(
             file + ": links " + listNames(lost) +
             " form a loop that does not "
