@@ -53,6 +53,10 @@ struct Recipe
 constexpr PolygonizeOptions kVessel = {
     .cell = 2.0e-3, .chordError = 2.5e-4, .shortestEdge = 2.8e-3, .longestEdge = 1.5e-2};
 
+/// Small enough for rims that look round.
+constexpr PolygonizeOptions kSmallVessel = {
+    .cell = 1.6e-3, .chordError = 1.0e-4, .shortestEdge = 1.6e-3, .longestEdge = 1.5e-2};
+
 Eigen::Isometry3d turnedTo(const Eigen::Vector3d& direction)
 {
     return Eigen::Isometry3d(
@@ -100,7 +104,8 @@ Recipe mug(Sizes& sizes)
                                               {radius, height - 0.5 * kWall}},
                                       5);
     const Solid handle = handleRing(radius - 0.002, 0.52 * height, depth, 0.33 * height, grip);
-    return {cut(blend(latheShell(curve, kWall), handle, 0.003), hollowOf(curve, kWall)), kVessel};
+    return {cut(blend(latheShell(curve, kWall), handle, 0.003), hollowOf(curve, kWall)),
+            kSmallVessel};
 }
 
 Recipe bottle(Sizes& sizes)
@@ -185,7 +190,7 @@ Recipe glass(Sizes& sizes)
                                            {top, height - 0.5 * kWall}},
                                    5),
                        kWall),
-            kVessel};
+            kSmallVessel};
 }
 
 /// Pulls the part of a vessel that lies towards -x outwards near its rim.
@@ -217,7 +222,7 @@ Recipe jug(Sizes& sizes)
                                       9);
     const Solid body = withSpout(latheShell(curve, kWall), throat, height, 0.016);
     const Solid ring = handleRing(throat - 0.002, 0.53 * height, 0.046, 0.30 * height, 0.0075);
-    PolygonizeOptions options = kVessel;
+    PolygonizeOptions options = kSmallVessel;
     options.chordError = 3.5e-4;
     options.shortestEdge = 3.2e-3;
     return {cut(blend(body, ring, 0.003), hollowOf(curve, kWall)), options};
