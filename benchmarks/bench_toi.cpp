@@ -1,7 +1,7 @@
 // Time of impact of two knotted tubes of growing size; the answer is checked before it is timed.
 //
-// Every query is one of 64 seeded motions that begin apart. "checked" means: a dense sampling of
-// the motion with the exact mesh distance finds no contact before the reported time, and at that
+// Every query is one of 64 seeded motions that begin apart. "checked" means: 31 samples of
+// the motion with the exact mesh distance find no contact before the reported time, and at that
 // time the surfaces are within the tolerance.
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-6;
 
-/// A tube of radius 0.012 along a (2, 3) torus knot of radius 0.1 m: interlocking, no convex parts to
-/// speak of.
+/// A tube of radius 0.012 along a (2, 3) torus knot of radius 0.05 to 0.11 m: interlocking, no
+/// convex parts to speak of.
 TriangleMesh makeKnot(int along, int around)
 {
     TriangleMesh mesh;

@@ -1,6 +1,5 @@
 // generate_robots: writes the link meshes of the robots that ship; run by the build.
 #include "bullet_ccd/io/mesh_file.h"
-
 #include "robots/shapes/robot_meshes.h"
 
 #include <exception>

@@ -1,6 +1,5 @@
 // make_objects: writes household objects as OBJ files, with a table of what was written.
 #include "bullet_ccd/io/mesh_file.h"
-
 #include "robots/shapes/household_objects.h"
 
 #include <CLI/CLI.hpp>

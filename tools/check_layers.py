@@ -29,7 +29,15 @@ ORDER = [
 ]
 SEES_THE_ADAPTER = {"bullet_ccd/bullet", "bullet_ccd/examples", "grasp/sim"}
 LEAVES = {"bullet_ccd/examples", "grasp/examples"}  # may include everything, nobody includes them
-INCLUDE = re.compile(r'^\s*#\s*include\s*["<]((?:bullet_ccd|grasp)/[^">]+)[">]')
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
+# Headers of other libraries, and the rooms that may see them.
+FOREIGN = [
+    (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), {"bullet_ccd/bullet", "grasp/sim"}),
+    (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
+    (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
+    (re.compile(r"^libqhull"), {"grasp/quality"}),
+    (re.compile(r"^(robots|tests|tools|benchmarks)/"), set()),
+]
 
 
 def check(root):
@@ -46,8 +54,14 @@ def check(root):
                 match = INCLUDE.match(line)
                 if not match:
                     continue
-                target = str(pathlib.PurePosixPath(match.group(1)).parent)
+                included = match.group(1)
                 where = f"{path.relative_to(root)}:{number}"
+                for pattern, rooms in FOREIGN:
+                    if pattern.match(included) and room not in rooms:
+                        problems.append(f"{where}: {room} must not include {included}")
+                if not included.startswith(("bullet_ccd/", "grasp/")):
+                    continue
+                target = str(pathlib.PurePosixPath(included).parent)
                 if room not in ORDER or target not in ORDER:
                     problems.append(f"{where}: {room} or {target} is not a known room")
                 elif ORDER.index(target) > ORDER.index(room):

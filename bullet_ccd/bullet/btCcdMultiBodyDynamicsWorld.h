@@ -38,7 +38,7 @@ struct btCcdImpactListener
 {
     virtual ~btCcdImpactListener() = default;
     /// May change velocities; must not add or remove objects. Continue without having ended the
-    /// approach is safe but slow: the pair is met again at half the distance.
+    /// approach is safe but slow: the pair is met again at three quarters of the distance.
     virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
 };
 

@@ -21,9 +21,9 @@ using bullet_ccd::ToiStatus;
 
 namespace
 {
-/// A pair that starts within the tolerance may halve its distance from step to step, but not come
-/// nearer than this part of the tolerance: below, single-precision coordinates no longer tell the
-/// sides apart.
+/// A pair that starts within the tolerance may lose a quarter of its distance from step to step,
+/// but not come nearer than this part of the tolerance: below, single-precision coordinates no
+/// longer tell the sides apart.
 constexpr double kSmallestGap = 1.0 / 8.0;
 
 MotionState stateAt(const MovingBody& body, double t)

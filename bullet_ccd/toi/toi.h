@@ -22,8 +22,8 @@ enum class ToiStatus : std::uint8_t
 struct ToiOptions
 {
     /// Two surfaces count as in contact at this distance [m]; > 0. Bodies that are already closer
-    /// at t = 0 must halve their distance (roughly) before they count as in contact again, so that
-    /// a query restarted from a contact can leave it or slide.
+    /// at t = 0 must close in to three quarters of that distance before they count as in contact
+    /// again, so that a query restarted from a contact can leave it or slide.
     double tolerance = 1e-5;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };

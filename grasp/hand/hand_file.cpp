@@ -1,13 +1,13 @@
 #include "grasp/hand/hand_file.h"
 
+#include "grasp/hand/srdf_file.h"
+#include "grasp/hand/srdf_to_hand.h"
+
 #include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
-
-#include "grasp/hand/srdf_file.h"
-#include "grasp/hand/srdf_to_hand.h"
 
 namespace bullet_ccd::grasp
 {

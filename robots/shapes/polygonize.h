@@ -7,8 +7,8 @@
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
-
 #include "robots/shapes/solid.h"
+
 #include <Eigen/Geometry>
 
 namespace bullet_ccd::shapes

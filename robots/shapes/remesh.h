@@ -2,7 +2,6 @@
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
-
 #include "robots/shapes/polygonize.h"
 
 namespace bullet_ccd::shapes

@@ -1,8 +1,8 @@
 // Solids and their polygons against closed forms.
-#include "tests/robots/mesh_checks.h"
-
 #include "robots/shapes/polygonize.h"
 #include "robots/shapes/solid.h"
+#include "tests/robots/mesh_checks.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

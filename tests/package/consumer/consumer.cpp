@@ -1,8 +1,8 @@
 #include <bullet_ccd/bullet/btCcdMeshShape.h>
 #include <bullet_ccd/mesh/make_mesh.h>
 #include <bullet_ccd/toi/rigid_toi.h>
-#include <grasp/sim/hand_simulation.h>
 
+#include <grasp/sim/hand_simulation.h>
 #include <memory>
 
 int main()
