@@ -279,9 +279,12 @@ void writeFacts(std::ostream& out,
     fact("Contacts",
          "features within " + number(1000.0 * options.closing.contactThreshold, 4) +
              " mm, one every " + number(1000.0 * options.minContactSpacing, 4) + " mm of a link");
-    for (const std::string& note : hand.notes)
+    for (const auto* notes : {&hand.robot.notes, &hand.notes})
     {
-        fact("Note", note);
+        for (const std::string& note : *notes)
+        {
+            fact("Note", note);
+        }
     }
     out << "</tbody></table></div>\n";
 }
