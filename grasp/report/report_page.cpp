@@ -260,10 +260,7 @@ void writeFacts(std::ostream& out,
     fact("Hand",
          hand.robot.name + ", " + std::to_string(hand.fingers.size()) + " fingers, " +
              std::to_string(hand.robot.tree.size()) + " links: " + run.handFile.string());
-    if (!run.srdfFile.empty())
-    {
-        fact("Semantics", run.srdfFile.string());
-    }
+    fact("Semantics", run.srdfFile.empty() ? "inferred, no SRDF" : run.srdfFile.string());
     fact("Object",
          object.name + ", " + std::to_string(object.tree.mesh().triangles.size()) + " triangles, " +
              (object.watertight ? "closed" : "not closed") + ", largest radius " +

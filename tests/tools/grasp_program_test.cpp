@@ -255,7 +255,19 @@ TEST_F(GraspProgram, WhatTheUrdfLeavesOutIsSaidEverywhere)
         EXPECT_THAT(text, HasSubstr("inertial"));
         EXPECT_THAT(text, HasSubstr("no SRDF found"));
     }
+    EXPECT_THAT(shown.out, HasSubstr("no SRDF is used"));
+    EXPECT_THAT(contentOf(m_folder / "out" / "grasps.jsonl"), HasSubstr("\"srdf\":null"));
     EXPECT_EQ(run(planOf + " -q").err, "");
+}
+
+TEST_F(GraspProgram, SaysWhichSrdfWasUsed)
+{
+    const std::string expected = "/robots/three_finger_gripper/three_finger_gripper.srdf";
+    EXPECT_THAT(run("hand three_finger_gripper").out, HasSubstr(expected));
+    const fs::path out = m_folder / "out";
+    ASSERT_EQ(plan(out, "-q").exitCode, 0);
+    EXPECT_THAT(contentOf(out / "report.html"), HasSubstr(expected));
+    EXPECT_THAT(contentOf(out / "grasps.jsonl"), HasSubstr(expected + "\",\"root_link\""));
 }
 
 TEST_F(GraspProgram, TablesEveryPair)
@@ -268,6 +280,8 @@ TEST_F(GraspProgram, TablesEveryPair)
     EXPECT_THAT(table.out, HasSubstr("postures penetrate"));
     EXPECT_TRUE(fs::exists(out / "table.md"));
     EXPECT_TRUE(fs::exists(out / "parallel_gripper_ball.jsonl"));
+    EXPECT_THAT(contentOf(out / "parallel_gripper_ball.jsonl"),
+                HasSubstr("parallel_gripper.srdf\",\"root_link\""));
     const std::string csv = contentOf(out / "table.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
 }

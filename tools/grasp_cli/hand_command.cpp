@@ -149,13 +149,16 @@ int show(const HandArguments& arguments)
     {
         triangles += tree.mesh().triangles.size();
     }
-    fmt::print("{} ({})\n{} links, {} with geometry, {} triangles; root {}\n\n",
-               hand.robot.name,
-               loaded.file.string(),
-               hand.robot.tree.size(),
-               hand.trees.size(),
-               triangles,
-               linkName(hand, 0));
+    fmt::print(
+        "{} ({})\nfingers and preshapes from {}\n{} links, {} with geometry, {} triangles; root "
+        "{}\n\n",
+        hand.robot.name,
+        loaded.file.string(),
+        hand.srdfFile.empty() ? "inference: no SRDF is used" : hand.srdfFile.string(),
+        hand.robot.tree.size(),
+        hand.trees.size(),
+        triangles,
+        linkName(hand, 0));
     printFingers(hand);
     fmt::print("\njoints; the last columns are the preshapes [rad or m]\n{}",
                alignedText(jointTable(hand)));
