@@ -72,7 +72,8 @@ HandModel loadHand(const std::filesystem::path& urdf,
     beside.replace_extension(".srdf");
     if (srdf || std::filesystem::is_regular_file(beside, error))
     {
-        applySrdf(readSrdf(srdf ? *srdf : beside), hand);
+        hand.srdfFile = srdf ? *srdf : beside;
+        applySrdf(readSrdf(hand.srdfFile), hand);
         return hand;
     }
     const std::optional<std::filesystem::path> shared =
@@ -82,6 +83,7 @@ HandModel loadHand(const std::filesystem::path& urdf,
         try
         {
             applySrdf(readSrdf(*shared), hand);
+            hand.srdfFile = *shared;
             return hand;
         }
         catch (const std::runtime_error& reason)

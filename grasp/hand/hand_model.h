@@ -4,6 +4,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/io/urdf_file.h"
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,7 +34,8 @@ struct HandModel
     HandModel& operator=(HandModel&&) = default;
 
     RobotModel robot;
-    std::vector<SsvTree> trees;  ///< of links that have geometry
+    std::filesystem::path srdfFile;  ///< that fingers and preshapes come from; empty: all inferred
+    std::vector<SsvTree> trees;      ///< of links that have geometry
     /// One entry a link: its hierarchy in `trees`, or null.
     std::vector<const SsvTree*> linkTrees;
     std::int32_t palm = 0;  ///< link that all fingers hang from

@@ -2,6 +2,7 @@
 
 #include "grasp/planner/content_hash.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -85,6 +86,16 @@ Json jointsToJson(const KinematicTree& tree, const std::vector<double>& position
         }
     }
     return json;
+}
+
+/// Null for a preshape that the hand does not have.
+Json preshapeToJson(const HandModel& hand, const std::string& name)
+{
+    const auto found =
+        std::find_if(hand.preshapes.begin(),
+                     hand.preshapes.end(),
+                     [&](const Preshape& preshape) { return preshape.name == name; });
+    return found == hand.preshapes.end() ? Json() : jointsToJson(hand.robot.tree, found->positions);
 }
 
 const std::string& linkName(const HandModel& hand, std::int32_t link)
@@ -364,6 +375,7 @@ void writeGrasps(std::ostream& out,
             {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
             {"contacts", contactsToJson(hand, grasp.contacts)},
             {"preshape", grasp.preshape},
+            {"preshape_joints", preshapeToJson(hand, grasp.preshape)},
             {"approach", approachToJson(grasp)},
             {"stops", stopsToJson(hand, grasp.stops)},
             {"hand", handToJson(run, hand, handHash)},
@@ -410,5 +422,28 @@ std::vector<Grasp> readGrasps(const std::filesystem::path& path, const HandModel
             return true;
         });
     return grasps;
+}
+
+std::vector<Preshape> readPreshapes(const std::filesystem::path& path, const HandModel& hand)
+{
+    std::vector<Preshape> preshapes;
+    forEachRecord(
+        path,
+        [&](const Json& json, const Place& place)
+        {
+            const auto name = value<std::string>(json, "preshape", place);
+            const bool known = std::any_of(preshapes.begin(),
+                                           preshapes.end(),
+                                           [&](const Preshape& p) { return p.name == name; });
+            // Records of earlier versions have no positions.
+            if (!known && json.contains("preshape_joints") && !json.at("preshape_joints").is_null())
+            {
+                preshapes.push_back(
+                    {.name = name,
+                     .positions = positionsFrom(json.at("preshape_joints"), hand, place)});
+            }
+            return true;
+        });
+    return preshapes;
 }
 }  // namespace bullet_ccd::grasp

@@ -22,7 +22,7 @@ inline constexpr const char* kGraspSchema = "bullet_ccd.grasp/1";
 struct GraspRun
 {
     std::filesystem::path handFile;
-    std::filesystem::path srdfFile;  ///< empty: none
+    std::filesystem::path srdfFile;  ///< that was used; empty: all was inferred
     std::filesystem::path objectFile;
     double objectScale = 1.0;
     PlannerOptions options;
@@ -52,4 +52,10 @@ struct GraspFileSource
 /// object than the first line's.
 [[nodiscard]] std::vector<Grasp> readGrasps(const std::filesystem::path& path,
                                             const HandModel& hand);
+
+/// Reads the preshapes that the grasps of a file started from, each once, in order of appearance;
+/// one entry a link of `hand`. Records of versions that kept only the names give none.
+/// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
+[[nodiscard]] std::vector<Preshape> readPreshapes(const std::filesystem::path& path,
+                                                  const HandModel& hand);
 }  // namespace bullet_ccd::grasp

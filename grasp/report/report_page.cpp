@@ -260,10 +260,7 @@ void writeFacts(std::ostream& out,
     fact("Hand",
          hand.robot.name + ", " + std::to_string(hand.fingers.size()) + " fingers, " +
              std::to_string(hand.robot.tree.size()) + " links: " + run.handFile.string());
-    if (!run.srdfFile.empty())
-    {
-        fact("Semantics", run.srdfFile.string());
-    }
+    fact("Semantics", run.srdfFile.empty() ? "inferred, no SRDF" : run.srdfFile.string());
     fact("Object",
          object.name + ", " + std::to_string(object.tree.mesh().triangles.size()) + " triangles, " +
              (object.watertight ? "closed" : "not closed") + ", largest radius " +
@@ -279,9 +276,12 @@ void writeFacts(std::ostream& out,
     fact("Contacts",
          "features within " + number(1000.0 * options.closing.contactThreshold, 4) +
              " mm, one every " + number(1000.0 * options.minContactSpacing, 4) + " mm of a link");
-    for (const std::string& note : hand.notes)
+    for (const auto* notes : {&hand.robot.notes, &hand.notes})
     {
-        fact("Note", note);
+        for (const std::string& note : *notes)
+        {
+            fact("Note", note);
+        }
     }
     out << "</tbody></table></div>\n";
 }

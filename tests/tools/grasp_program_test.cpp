@@ -35,6 +35,26 @@ std::string contentOf(const fs::path& path)
     return text.str();
 }
 
+/// Two fingers of one box each, whose URDF leaves out what many leave out: inertials and efforts.
+std::string bareGripper()
+{
+    const auto link = [](const std::string& name, const std::string& size, const std::string& at)
+    {
+        return "<link name=\"" + name + "\"><collision><origin xyz=\"" + at +
+               "\"/><geometry><box size=\"" + size + "\"/></geometry></collision></link>";
+    };
+    const auto hinge = [](const std::string& name, const std::string& x, const std::string& axis)
+    {
+        return "<joint name=\"" + name + "_joint\" type=\"revolute\"><parent link=\"palm\"/>" +
+               "<child link=\"" + name + "\"/><origin xyz=\"" + x + " 0 0.02\"/><axis xyz=\"" +
+               axis + "\"/><limit lower=\"0\" upper=\"1\" effort=\"0\" velocity=\"1\"/></joint>";
+    };
+    return "<?xml version=\"1.0\"?><robot name=\"bare\">" +
+           link("palm", "0.14 0.06 0.02", "0 0 0") + link("left", "0.01 0.02 0.1", "0 0 0.05") +
+           link("right", "0.01 0.02 0.1", "0 0 0.05") + hinge("left", "-0.05", "0 1 0") +
+           hinge("right", "0.05", "0 -1 0") + "</robot>";
+}
+
 class GraspProgram : public ::testing::Test
 {
 protected:
@@ -218,6 +238,38 @@ TEST_F(GraspProgram, ShowsAHand)
     }
 }
 
+TEST_F(GraspProgram, WhatTheUrdfLeavesOutIsSaidEverywhere)
+{
+    const fs::path hand = m_folder / "bare.urdf";
+    std::ofstream(hand) << bareGripper();
+    const Outcome shown = run("hand '" + hand.string() + "'");
+    EXPECT_EQ(shown.exitCode, 0) << shown.err;
+    const std::string planOf = "plan --hand '" + hand.string() + "' --object '" + m_ball.string() +
+                               "' -n 2 --pictures 0 -o '" + (m_folder / "out").string() + "'";
+    const Outcome planned = run(planOf);
+    EXPECT_THAT(planned.exitCode, ::testing::AnyOf(0, 1)) << planned.err;
+    const std::string report = contentOf(m_folder / "out" / "report.html");
+    for (const std::string& text : {shown.out, planned.err, report})
+    {
+        EXPECT_THAT(text, HasSubstr("effort limit 0 or missing, taken as unlimited"));
+        EXPECT_THAT(text, HasSubstr("inertial"));
+        EXPECT_THAT(text, HasSubstr("no SRDF found"));
+    }
+    EXPECT_THAT(shown.out, HasSubstr("no SRDF is used"));
+    EXPECT_THAT(contentOf(m_folder / "out" / "grasps.jsonl"), HasSubstr("\"srdf\":null"));
+    EXPECT_EQ(run(planOf + " -q").err, "");
+}
+
+TEST_F(GraspProgram, SaysWhichSrdfWasUsed)
+{
+    const std::string expected = "/robots/three_finger_gripper/three_finger_gripper.srdf";
+    EXPECT_THAT(run("hand three_finger_gripper").out, HasSubstr(expected));
+    const fs::path out = m_folder / "out";
+    ASSERT_EQ(plan(out, "-q").exitCode, 0);
+    EXPECT_THAT(contentOf(out / "report.html"), HasSubstr(expected));
+    EXPECT_THAT(contentOf(out / "grasps.jsonl"), HasSubstr(expected + "\",\"root_link\""));
+}
+
 TEST_F(GraspProgram, TablesEveryPair)
 {
     const fs::path out = m_folder / "out";
@@ -228,6 +280,8 @@ TEST_F(GraspProgram, TablesEveryPair)
     EXPECT_THAT(table.out, HasSubstr("postures penetrate"));
     EXPECT_TRUE(fs::exists(out / "table.md"));
     EXPECT_TRUE(fs::exists(out / "parallel_gripper_ball.jsonl"));
+    EXPECT_THAT(contentOf(out / "parallel_gripper_ball.jsonl"),
+                HasSubstr("parallel_gripper.srdf\",\"root_link\""));
     const std::string csv = contentOf(out / "table.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
 }

@@ -124,7 +124,12 @@ fs::path resolveObject(const std::string& nameOrPath)
 LoadedHand loadNamedHand(const std::string& nameOrPath, const std::optional<fs::path>& srdf)
 {
     const fs::path file = fs::absolute(resolveHand(nameOrPath)).lexically_normal();
-    return {.hand = grasp::loadHand(file, srdf, shareFolder()), .file = file};
+    LoadedHand loaded{.hand = grasp::loadHand(file, srdf, shareFolder()), .file = file};
+    if (fs::path& used = loaded.hand.srdfFile; !used.empty())
+    {
+        used = fs::absolute(used).lexically_normal();
+    }
+    return loaded;
 }
 
 LoadedObject loadNamedObject(const std::string& nameOrPath, double scale)

@@ -38,6 +38,7 @@ struct LoadedObject
     std::vector<std::string> notes;
 };
 
+/// Files are absolute, also HandModel::srdfFile.
 /// Throw std::runtime_error "<file>: <what>: <remedy>".
 [[nodiscard]] LoadedHand loadNamedHand(const std::string& nameOrPath,
                                        const std::optional<std::filesystem::path>& srdf);

@@ -84,9 +84,10 @@ int check(const CheckArguments& arguments)
 {
     const grasp::GraspFileSource source = grasp::readGraspSource(arguments.file);
     const grasp::GraspRun& run = source.run;
+    // An SRDF that is gone may have moved with its hand; the content hash tells another one.
     const LoadedHand hand =
         loadNamedHand(arguments.hand.empty() ? run.handFile.string() : arguments.hand,
-                      run.srdfFile.empty() ? std::nullopt : std::optional<fs::path>(run.srdfFile));
+                      fs::exists(run.srdfFile) ? std::optional(run.srdfFile) : std::nullopt);
     const LoadedObject object = loadNamedObject(
         arguments.object.empty() ? run.objectFile.string() : arguments.object, run.objectScale);
     requireSameContent(hand.file, grasp::contentHash(hand.hand), source.handHash);

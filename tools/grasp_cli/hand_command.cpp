@@ -124,6 +124,20 @@ void printFingers(const HandModel& hand)
     }
 }
 
+/// What reading the robot and then understanding it as a hand had to assume.
+void printNotes(const HandModel& hand)
+{
+    const bool none = hand.robot.notes.empty() && hand.notes.empty();
+    fmt::print("\n{}\n", none ? "nothing was inferred" : "notes:");
+    for (const auto* notes : {&hand.robot.notes, &hand.notes})
+    {
+        for (const std::string& note : *notes)
+        {
+            fmt::print("  {}\n", note);
+        }
+    }
+}
+
 int show(const HandArguments& arguments)
 {
     const LoadedHand loaded = loadNamedHand(
@@ -135,13 +149,16 @@ int show(const HandArguments& arguments)
     {
         triangles += tree.mesh().triangles.size();
     }
-    fmt::print("{} ({})\n{} links, {} with geometry, {} triangles; root {}\n\n",
-               hand.robot.name,
-               loaded.file.string(),
-               hand.robot.tree.size(),
-               hand.trees.size(),
-               triangles,
-               linkName(hand, 0));
+    fmt::print(
+        "{} ({})\nfingers and preshapes from {}\n{} links, {} with geometry, {} triangles; root "
+        "{}\n\n",
+        hand.robot.name,
+        loaded.file.string(),
+        hand.srdfFile.empty() ? "inference: no SRDF is used" : hand.srdfFile.string(),
+        hand.robot.tree.size(),
+        hand.trees.size(),
+        triangles,
+        linkName(hand, 0));
     printFingers(hand);
     fmt::print("\njoints; the last columns are the preshapes [rad or m]\n{}",
                alignedText(jointTable(hand)));
@@ -169,11 +186,7 @@ int show(const HandArguments& arguments)
     {
         fmt::print("  {}\n", pair);
     }
-    fmt::print("\n{}\n", hand.notes.empty() ? "nothing was inferred" : "notes:");
-    for (const std::string& note : hand.notes)
-    {
-        fmt::print("  {}\n", note);
-    }
+    printNotes(hand);
     return kFound;
 }
 }  // namespace

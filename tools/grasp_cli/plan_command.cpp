@@ -169,12 +169,11 @@ int plan(const PlanArguments& arguments)
     OutputFolder output(arguments.output);
     const PlanRun run =
         runPlan(std::move(hand), std::move(object), arguments.options, arguments.quiet);
-    const grasp::GraspRun description{
-        .handFile = run.hand.file,
-        .srdfFile = arguments.srdf.empty() ? fs::path() : fs::absolute(arguments.srdf),
-        .objectFile = run.object.file,
-        .objectScale = arguments.objectScale,
-        .options = arguments.options};
+    const grasp::GraspRun description{.handFile = run.hand.file,
+                                      .srdfFile = run.hand.hand.srdfFile,
+                                      .objectFile = run.object.file,
+                                      .objectScale = arguments.objectScale,
+                                      .options = arguments.options};
     const std::size_t pictures = writeOutputs(
         output, description, run.hand.hand, run.object.object, run.grasps, arguments.pictures);
     printSummary(arguments, run, pictures);

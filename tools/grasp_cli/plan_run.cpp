@@ -34,6 +34,7 @@ PlanRun runPlan(LoadedHand hand,
     PlanRun run{.hand = std::move(hand), .object = std::move(object), .grasps = {}, .seconds = 0.0};
     if (!quiet)
     {
+        printNotes(run.hand.file, run.hand.hand.robot.notes);
         printNotes(run.hand.file, run.hand.hand.notes);
         printNotes(run.object.file, run.object.notes);
     }

@@ -229,7 +229,7 @@ int table(const TableArguments& arguments)
                     fmt::format("{}_{}.jsonl", rows.back().hand, rows.back().object)));
                 grasp::writeGrasps(out,
                                    {.handFile = run.hand.file,
-                                    .srdfFile = {},
+                                    .srdfFile = run.hand.hand.srdfFile,
                                     .objectFile = run.object.file,
                                     .objectScale = arguments.objectScale,
                                     .options = arguments.options},

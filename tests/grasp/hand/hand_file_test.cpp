@@ -262,7 +262,20 @@ TEST(HandFile, ShareFolderIsSearchedByStemAndByRobotName)
     {
         const HandModel hand = loadHand(folder.write(name, pincer()), std::nullopt, share.path());
         EXPECT_EQ(hand.fingers[0].name, "left") << name;
+        EXPECT_EQ(hand.srdfFile, share.path() / "robots" / "srdf" / "pincer.srdf") << name;
     }
+}
+
+TEST(HandFile, KnowsWhichSrdfItWasUnderstoodBy)
+{
+    const TempFolder folder;
+    const auto urdf = folder.write("pincer.urdf", pincer());
+    EXPECT_TRUE(loadHand(urdf).srdfFile.empty());
+    const auto named = folder.write("named.srdf", srdf(kFingers));
+    EXPECT_EQ(loadHand(urdf, named).srdfFile, named);
+    const auto beside = folder.write("pincer.srdf", srdf(kFingers));
+    EXPECT_EQ(loadHand(urdf).srdfFile, beside);
+    EXPECT_EQ(loadHand(urdf, named).srdfFile, named);
 }
 
 TEST(HandFile, SharedSrdfThatDoesNotFitIsPutAside)
@@ -274,6 +287,7 @@ TEST(HandFile, SharedSrdfThatDoesNotFitIsPutAside)
         loadHand(folder.write("pincer.urdf", pincer()), std::nullopt, share.path());
     EXPECT_EQ(hand.fingers.size(), 2U);
     EXPECT_THAT(hand.notes, Contains(AllOf(HasSubstr("put aside"), HasSubstr("somebody"))));
+    EXPECT_TRUE(hand.srdfFile.empty());
 }
 
 TEST(HandFile, MovingTheModelKeepsItsHierarchies)

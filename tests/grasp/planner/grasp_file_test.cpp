@@ -47,6 +47,16 @@ protected:
                Eigen::AngleAxisd(m_normal(m_random), anyVector().normalized());
     }
 
+    [[nodiscard]] std::vector<double> anyPositions()
+    {
+        std::vector<double> positions(m_hand.robot.tree.size(), 0.0);
+        for (std::size_t k = 1; k < positions.size(); ++k)
+        {
+            positions[k] = m_normal(m_random) / 3.0;
+        }
+        return positions;
+    }
+
     [[nodiscard]] Grasp anyGrasp(std::int64_t candidate)
     {
         Grasp grasp;
@@ -56,11 +66,7 @@ protected:
         grasp.X_WH = anyPose();
         grasp.approach_W = anyVector().normalized();
         grasp.approachDistance = std::abs(m_normal(m_random));
-        grasp.positions.assign(m_hand.robot.tree.size(), 0.0);
-        for (std::size_t k = 1; k < grasp.positions.size(); ++k)
-        {
-            grasp.positions[k] = m_normal(m_random) / 3.0;
-        }
+        grasp.positions = anyPositions();
         for (std::int32_t link = 0; link < 4; ++link)
         {
             grasp.contacts.push_back({link, anyVector(), anyVector().normalized(), 1.0 / 3e5});
@@ -155,6 +161,33 @@ TEST_F(GraspFile, SourceRoundTripIsExact)
     EXPECT_EQ(source.run.options.friction, m_run.options.friction);
     EXPECT_EQ(source.handHash, contentHash(m_hand));
     EXPECT_EQ(source.objectHash, contentHash(m_object));
+}
+
+TEST_F(GraspFile, KeepsTheSrdfAndThePreshapes)
+{
+    m_run.srdfFile = "hands/three fingers.srdf";
+    m_hand.preshapes = {{.name = "open", .positions = anyPositions()},
+                        {.name = "unused", .positions = anyPositions()},
+                        {.name = "pinch", .positions = anyPositions()}};
+    std::vector<Grasp> grasps{anyGrasp(0), anyGrasp(1), anyGrasp(2)};
+    grasps[0].preshape = "pinch";
+    write(grasps);
+    EXPECT_EQ(readGraspSource(m_path).run.srdfFile, m_run.srdfFile);
+    const std::vector<Preshape> read = readPreshapes(m_path, m_hand);
+    ASSERT_EQ(read.size(), 2U);
+    EXPECT_EQ(read[0].name, "pinch");
+    EXPECT_EQ(read[0].positions, m_hand.preshapes[2].positions);
+    EXPECT_EQ(read[1].name, "open");
+    EXPECT_EQ(read[1].positions, m_hand.preshapes[0].positions);
+}
+
+TEST_F(GraspFile, RecordsWithoutThePositionsOfPreshapesCanBeRead)
+{
+    m_hand.preshapes.clear();
+    write({anyGrasp(0)});
+    EXPECT_THAT(text(), HasSubstr("\"preshape_joints\":null"));
+    EXPECT_TRUE(readPreshapes(m_path, m_hand).empty());
+    EXPECT_EQ(readGrasps(m_path, m_hand).size(), 1U);
 }
 
 TEST_F(GraspFile, KeepsEveryReasonOfRejection)
