@@ -115,34 +115,104 @@ Eigen::Vector3d palmCenter(const HandModel& hand, std::vector<double> positions)
     return mesh.triangles.empty() ? Eigen::Vector3d(X.translation()) : X * bounds(mesh).center();
 }
 
-/// How much nearer the fingertips come to `center` at best when joint `driver` alone moves from
-/// `positions` by up to `reach` in `direction`, summed over the fingers.
+/// The joints that flex one finger, and how.
+struct Flexion
+{
+    std::size_t finger = 0;
+    /// One entry a link: +1 or -1 for a driving joint that turns (or slides) with the finger's
+    /// common axis as it grows, against it, 0 for all others.
+    std::vector<int> senses;
+};
+
+/// Flexing are the joints whose axes are nearly parallel to the last one of the finger, at zero;
+/// the others spread or turn it.
+Flexion findFlexion(const HandModel& hand, std::size_t finger, const std::vector<bool>& isPassive)
+{
+    constexpr double kMinCosine = 0.9;
+    const KinematicTree& tree = hand.robot.tree;
+    std::vector<double> zero(tree.size(), 0.0);
+    for (std::size_t i = 1; i < tree.size(); ++i)
+    {
+        zero[i] = clampToLimits(tree.links[i].joint, 0.0);
+    }
+    applyMimics(tree, zero);
+    const std::vector<Eigen::Isometry3d> poses =
+        linkPoses(tree, Eigen::Isometry3d::Identity(), zero);
+    Flexion flexion{finger, std::vector<int>(tree.size(), 0)};
+    std::int32_t last = kNone;
+    for (const std::int32_t link : hand.fingers[finger].links)
+    {
+        last = linkAt(tree, link).joint.isMovable() ? link : last;
+    }
+    for (const std::int32_t link : hand.fingers[finger].links)
+    {
+        const Joint& joint = linkAt(tree, link).joint;
+        const std::size_t driver = driverOf(tree, link);
+        // The joint nearest to the palm decides how a driver moves the finger: those behind it may
+        // turn back to keep the tip upright.
+        if (!joint.isMovable() || isPassive[driver] || flexion.senses[driver] != 0 ||
+            (joint.type == JointType::Prismatic) !=
+                (linkAt(tree, last).joint.type == JointType::Prismatic))
+        {
+            continue;
+        }
+        const Eigen::Vector3d axis = poses[static_cast<std::size_t>(link)].linear() * joint.axis;
+        const Eigen::Vector3d common =
+            poses[static_cast<std::size_t>(last)].linear() * linkAt(tree, last).joint.axis;
+        const double ratio = joint.mimicOf == kNone ? 1.0 : joint.mimicMultiplier;
+        if (std::abs(axis.dot(common)) > kMinCosine && ratio != 0.0)
+        {
+            flexion.senses[driver] = (axis.dot(common) > 0.0) == (ratio > 0.0) ? 1 : -1;
+        }
+    }
+    return flexion;
+}
+
+/// How much nearer the fingertip comes to `center` at best when all flexing joints of the finger
+/// move together from `positions` to their limits, `sense` times their own senses.
 double closingGain(const HandModel& hand,
+                   const Flexion& flexion,
                    const std::vector<double>& positions,
                    const Eigen::Vector3d& center,
-                   std::size_t driver,
-                   int direction)
+                   int sense)
 {
-    constexpr int kSamples = 6;
-    const Joint& joint = hand.robot.tree.links[driver].joint;
-    const double limit = direction > 0 ? joint.upper : joint.lower;
-    const double target =
-        std::isfinite(limit) ? limit : positions[driver] + direction * 0.5 * std::numbers::pi;
-    const std::vector<Eigen::Vector3d> before = fingertips(hand, positions);
+    constexpr int kSamples = 12;
+    const double before = (fingertips(hand, positions)[flexion.finger] - center).norm();
     double best = 0.0;
     for (int k = 1; k <= kSamples; ++k)
     {
         std::vector<double> moved = positions;
-        moved[driver] += (target - positions[driver]) * k / kSamples;
-        const std::vector<Eigen::Vector3d> after = fingertips(hand, moved);
-        double gain = 0.0;
-        for (std::size_t i = 0; i < after.size(); ++i)
+        for (std::size_t i = 0; i < moved.size(); ++i)
         {
-            gain += (before[i] - center).norm() - (after[i] - center).norm();
+            const Joint& joint = hand.robot.tree.links[i].joint;
+            const int direction = sense * flexion.senses[i];
+            if (direction != 0)
+            {
+                const double limit = direction > 0 ? joint.upper : joint.lower;
+                const double target = std::isfinite(limit)
+                                          ? limit
+                                          : positions[i] + direction * 0.5 * std::numbers::pi;
+                moved[i] += (target - positions[i]) * k / kSamples;
+            }
         }
-        best = std::max(best, gain);
+        best = std::max(best, before - (fingertips(hand, moved)[flexion.finger] - center).norm());
     }
     return best;
+}
+
+/// How much farther from zero the limits of the flexing joints are on the positive side.
+double rangeExcess(const KinematicTree& tree, const Flexion& flexion)
+{
+    double sum = 0.0;
+    for (std::size_t i = 0; i < tree.size(); ++i)
+    {
+        const Joint& joint = tree.links[i].joint;
+        if (flexion.senses[i] != 0 && std::isfinite(joint.lower) && std::isfinite(joint.upper))
+        {
+            sum += flexion.senses[i] * (joint.lower + joint.upper);
+        }
+    }
+    return sum;
 }
 }  // namespace
 
@@ -213,8 +283,8 @@ Eigen::Vector3d fingertip(const RobotModel& robot,
 
 std::vector<int> inferClosingDirections(const HandModel& hand, const std::vector<bool>& isPassive)
 {
-    // Spreading joints also bring tips a little nearer to the centre; flexing ones do much more.
-    constexpr double kSidewaysShare = 0.35;
+    // Below this share of the better sense's gain, the difference of the two says nothing.
+    constexpr double kClearShare = 0.2;
 
     const KinematicTree& tree = hand.robot.tree;
     std::vector<double> positions(tree.size(), 0.0);
@@ -224,28 +294,26 @@ std::vector<int> inferClosingDirections(const HandModel& hand, const std::vector
     }
     const Eigen::Vector3d center =
         0.5 * (mean(fingertips(hand, positions)) + palmCenter(hand, positions));
-    std::vector<double> gains(tree.size(), 0.0);
+    std::vector<double> gains(tree.size(), -1.0);
     std::vector<int> directions(tree.size(), 0);
-    for (const Finger& finger : hand.fingers)
+    for (std::size_t finger = 0; finger < hand.fingers.size(); ++finger)
     {
-        double largest = 0.0;
-        for (const std::int32_t link : finger.links)
+        const Flexion flexion = findFlexion(hand, finger, isPassive);
+        const double with = closingGain(hand, flexion, positions, center, 1);
+        const double against = closingGain(hand, flexion, positions, center, -1);
+        const double gain = std::max(with, against);
+        const double excess = rangeExcess(tree, flexion);
+        const bool isClear =
+            std::abs(with - against) > kClearShare * gain || std::abs(excess) < 1e-9;
+        const int sense = (isClear ? with >= against : excess > 0.0) ? 1 : -1;
+        for (std::size_t i = 0; i < tree.size(); ++i)
         {
-            const std::size_t driver = driverOf(tree, link);
-            if (!linkAt(tree, link).joint.isMovable() || isPassive[driver])
+            // A joint that drives several fingers obeys the one that it helps most.
+            if (flexion.senses[i] != 0 && gain > gains[i])
             {
-                continue;
+                directions[i] = sense * flexion.senses[i];
+                gains[i] = gain;
             }
-            const double up = closingGain(hand, positions, center, driver, 1);
-            const double down = closingGain(hand, positions, center, driver, -1);
-            directions[driver] = up >= down ? 1 : -1;
-            gains[driver] = std::max(up, down);
-            largest = std::max(largest, gains[driver]);
-        }
-        for (const std::int32_t link : finger.links)
-        {
-            const std::size_t driver = driverOf(tree, link);
-            directions[driver] = gains[driver] > kSidewaysShare * largest ? directions[driver] : 0;
         }
     }
     return directions;

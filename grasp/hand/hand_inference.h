@@ -24,9 +24,11 @@ namespace bullet_ccd::grasp
                                         const Finger& finger,
                                         const std::vector<Eigen::Isometry3d>& poses);
 
-/// One entry a link: the direction in which the joint brings the fingertips below it nearer to a
-/// point between the fingers and the palm; 0 for joints that move them mainly sideways, are not
-/// part of a finger, or are passive.
+/// One entry a link: +1 or -1 for the joints whose axes are parallel, within 25 degrees and with
+/// driving joints at zero, to the last joint of their finger; 0 for joints that spread or turn it,
+/// are not part of a finger, mimic another one, or are passive. The joints of a finger turn the
+/// same way about their common axis: the way that brings its tip nearer to a point between the
+/// fingertips and the palm or, if both ways do so alike, the way in which they have more range.
 [[nodiscard]] std::vector<int> inferClosingDirections(const HandModel& hand,
                                                       const std::vector<bool>& isPassive);
 
