@@ -130,6 +130,43 @@ TEST_F(GraspProgram, UsageErrorsExitWith2AndSayWhy)
     EXPECT_EQ(run("plan --hand a --object b --friction -1").exitCode, 2);
 }
 
+TEST_F(GraspProgram, NumbersThatMakeNoSenseExitWith2AndAreNamed)
+{
+    struct Case
+    {
+        const char* verb;
+        const char* option;
+        const char* value;
+    };
+    for (const Case& c : {Case{"plan", "--min-epsilon", "nan"},
+                          Case{"plan", "--min-epsilon", "-0.1"},
+                          Case{"plan", "--friction", "nan"},
+                          Case{"plan", "--friction", "inf"},
+                          Case{"plan", "--object-scale", "nan"},
+                          Case{"plan", "--object-scale", "0"},
+                          Case{"plan", "--seed", "-1"},
+                          Case{"plan", "--seed", "1.5"},
+                          Case{"plan", "--candidates", "many"},
+                          Case{"plan", "--jobs", "-3"},
+                          Case{"plan", "--cone-edges", "nan"},
+                          Case{"plan", "--pictures", "-1"},
+                          Case{"table", "--friction", "nan"},
+                          Case{"table", "--object-scale", "nan"},
+                          Case{"check", "--max-gap", "nan"},
+                          Case{"check", "--max-gap", "-1"}})
+    {
+        const std::string input =
+            std::string(c.verb) == "check" ? " file.jsonl " : " --hand a --object b ";
+        const Outcome refused = run(c.verb + input + c.option + " " + c.value);
+        EXPECT_EQ(refused.exitCode, 2) << c.verb << ' ' << c.option << ' ' << c.value;
+        EXPECT_THAT(refused.err, HasSubstr(c.option)) << c.value;
+        EXPECT_THAT(refused.err, HasSubstr(c.value)) << c.option;
+    }
+    // The ends of a range belong to it.
+    EXPECT_EQ(run("check file.jsonl --max-gap 0").exitCode, 3);
+    EXPECT_EQ(run("plan --hand a --object b --seed 18446744073709551615").exitCode, 3);
+}
+
 TEST_F(GraspProgram, UnknownNamesExitWith3AndListTheKnownOnes)
 {
     const Outcome hand = run("plan --hand left_foot --object '" + m_ball.string() + "'");
