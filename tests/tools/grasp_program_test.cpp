@@ -322,5 +322,16 @@ TEST_F(GraspProgram, TablesEveryPair)
     const std::string csv = contentOf(out / "table.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
 }
+
+TEST_F(GraspProgram, RepairsOfAMeshAreSaidOnce)
+{
+    // A triangle without area.
+    std::ofstream(m_ball, std::ios::app) << "f 1 1 2\n";
+    const Outcome planned = plan(m_folder / "out");
+    const std::string word = "degenerate";
+    const std::size_t first = planned.err.find(word);
+    ASSERT_NE(first, std::string::npos) << planned.err;
+    EXPECT_EQ(planned.err.find(word, first + 1), std::string::npos) << planned.err;
+}
 }  // namespace
 }  // namespace bullet_ccd::tools
