@@ -323,6 +323,23 @@ TEST_F(GraspProgram, TablesEveryPair)
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
 }
 
+TEST_F(GraspProgram, ATableThatFailsACriterionExitsWith1)
+{
+    // One of two objects can be held: less than two thirds.
+    const fs::path house = m_folder / "house.obj";
+    writeObj(makeSphere(3.0, 3), house);
+    const std::string table =
+        "table --hand three_finger_gripper --object '" + m_ball.string() + "' -n 3 -q";
+    const Outcome good = run(table);
+    EXPECT_EQ(good.exitCode, 0) << good.out << good.err;
+    EXPECT_THAT(good.out, ::testing::Not(HasSubstr("FAIL")));
+    const Outcome bad = run(table + " --object '" + house.string() + "'");
+    EXPECT_EQ(bad.exitCode, 1) << bad.out << bad.err;
+    EXPECT_THAT(bad.out, HasSubstr("force closure on 1 of 2 objects"));
+    EXPECT_THAT(bad.out, HasSubstr("FAIL  0 of 1 hands"));
+    EXPECT_THAT(run("table --help").out, HasSubstr("no contact is wider than 0.2 mm"));
+}
+
 TEST_F(GraspProgram, RepairsOfAMeshAreSaidOnce)
 {
     // A triangle without area.

@@ -13,7 +13,7 @@ namespace bullet_ccd::tools
 enum ExitCode
 {
     kFound = 0,
-    kNothingFound = 1,  ///< no grasp, or a check that failed
+    kNothingFound = 1,  ///< no grasp, or a check or criterion that failed
     kUsage = 2,
     kBadInput = 3,
 };
