@@ -130,6 +130,43 @@ TEST_F(GraspProgram, UsageErrorsExitWith2AndSayWhy)
     EXPECT_EQ(run("plan --hand a --object b --friction -1").exitCode, 2);
 }
 
+TEST_F(GraspProgram, NumbersThatMakeNoSenseExitWith2AndAreNamed)
+{
+    struct Case
+    {
+        const char* verb;
+        const char* option;
+        const char* value;
+    };
+    for (const Case& c : {Case{"plan", "--min-epsilon", "nan"},
+                          Case{"plan", "--min-epsilon", "-0.1"},
+                          Case{"plan", "--friction", "nan"},
+                          Case{"plan", "--friction", "inf"},
+                          Case{"plan", "--object-scale", "nan"},
+                          Case{"plan", "--object-scale", "0"},
+                          Case{"plan", "--seed", "-1"},
+                          Case{"plan", "--seed", "1.5"},
+                          Case{"plan", "--candidates", "many"},
+                          Case{"plan", "--jobs", "-3"},
+                          Case{"plan", "--cone-edges", "nan"},
+                          Case{"plan", "--pictures", "-1"},
+                          Case{"table", "--friction", "nan"},
+                          Case{"table", "--object-scale", "nan"},
+                          Case{"check", "--max-gap", "nan"},
+                          Case{"check", "--max-gap", "-1"}})
+    {
+        const std::string input =
+            std::string(c.verb) == "check" ? " file.jsonl " : " --hand a --object b ";
+        const Outcome refused = run(c.verb + input + c.option + " " + c.value);
+        EXPECT_EQ(refused.exitCode, 2) << c.verb << ' ' << c.option << ' ' << c.value;
+        EXPECT_THAT(refused.err, HasSubstr(c.option)) << c.value;
+        EXPECT_THAT(refused.err, HasSubstr(c.value)) << c.option;
+    }
+    // The ends of a range belong to it.
+    EXPECT_EQ(run("check file.jsonl --max-gap 0").exitCode, 3);
+    EXPECT_EQ(run("plan --hand a --object b --seed 18446744073709551615").exitCode, 3);
+}
+
 TEST_F(GraspProgram, UnknownNamesExitWith3AndListTheKnownOnes)
 {
     const Outcome hand = run("plan --hand left_foot --object '" + m_ball.string() + "'");
@@ -284,6 +321,34 @@ TEST_F(GraspProgram, TablesEveryPair)
                 HasSubstr("parallel_gripper.srdf\",\"root_link\""));
     const std::string csv = contentOf(out / "table.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
+}
+
+TEST_F(GraspProgram, ATableThatFailsACriterionExitsWith1)
+{
+    // One of two objects can be held: less than two thirds.
+    const fs::path house = m_folder / "house.obj";
+    writeObj(makeSphere(3.0, 3), house);
+    const std::string table =
+        "table --hand three_finger_gripper --object '" + m_ball.string() + "' -n 3 -q";
+    const Outcome good = run(table);
+    EXPECT_EQ(good.exitCode, 0) << good.out << good.err;
+    EXPECT_THAT(good.out, ::testing::Not(HasSubstr("FAIL")));
+    const Outcome bad = run(table + " --object '" + house.string() + "'");
+    EXPECT_EQ(bad.exitCode, 1) << bad.out << bad.err;
+    EXPECT_THAT(bad.out, HasSubstr("force closure on 1 of 2 objects"));
+    EXPECT_THAT(bad.out, HasSubstr("FAIL  0 of 1 hands"));
+    EXPECT_THAT(run("table --help").out, HasSubstr("no contact is wider than 0.2 mm"));
+}
+
+TEST_F(GraspProgram, RepairsOfAMeshAreSaidOnce)
+{
+    // A triangle without area.
+    std::ofstream(m_ball, std::ios::app) << "f 1 1 2\n";
+    const Outcome planned = plan(m_folder / "out");
+    const std::string word = "degenerate";
+    const std::size_t first = planned.err.find(word);
+    ASSERT_NE(first, std::string::npos) << planned.err;
+    EXPECT_EQ(planned.err.find(word, first + 1), std::string::npos) << planned.err;
 }
 }  // namespace
 }  // namespace bullet_ccd::tools

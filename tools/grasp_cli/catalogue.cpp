@@ -140,10 +140,6 @@ LoadedObject loadNamedObject(const std::string& nameOrPath, double scale)
         .object = grasp::makeGraspObject(file.stem().string(), std::move(loaded.mesh)),
         .file = file,
         .notes = std::move(loaded.notes)};
-    if (const std::string repaired = loaded.repair.summary(); !repaired.empty())
-    {
-        result.notes.push_back(repaired);
-    }
     if (!result.object.watertight)
     {
         result.notes.emplace_back(

@@ -154,6 +154,7 @@ void addCheckCommand(CLI::App& app, int& exitCode)
         ->type_name("OBJECT");
     command->add_option("--max-gap", arguments->maxGap, "largest gap of a contact [m]")
         ->type_name("M")
+        ->check(within(0.0, 1.0))
         ->capture_default_str();
     command->callback([arguments, &exitCode] { exitCode = check(*arguments); });
 }

@@ -1,7 +1,26 @@
 #include "tools/grasp_cli/commands.h"
 
+#include <cstdint>
+#include <string>
+
 namespace bullet_ccd::tools
 {
+namespace
+{
+/// Plain conversion to an unsigned number would wrap negative ones around.
+CLI::Validator wholeNumber()
+{
+    return {[](const std::string& text)
+            {
+                std::uint64_t value = 0;
+                const bool fits =
+                    text.find('-') == std::string::npos && CLI::detail::lexical_cast(text, value);
+                return fits ? std::string() : fmt::format("{} is not a whole number from 0", text);
+            },
+            ""};
+}
+}  // namespace
+
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
 {
     const auto add = [&](const char* names, auto& value, const char* type, const char* text)
@@ -9,7 +28,9 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
     add("-n,--candidates", options.candidates, "N", "approaches to try")
         ->check(within(std::int64_t{1}, std::int64_t{1'000'000}))
         ->group("Search");
-    add("--seed", options.seed, "N", "of the sampling sequence")->group("Search");
+    add("--seed", options.seed, "N", "of the sampling sequence")
+        ->check(wholeNumber())
+        ->group("Search");
     add("-j,--jobs",
         options.jobs,
         "N",

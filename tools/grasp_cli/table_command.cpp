@@ -124,13 +124,20 @@ TextTable textOf(const std::vector<TableRow>& rows)
     return table;
 }
 
-/// A criterion and whether it holds.
-std::string verdict(bool holds, const std::string& text)
+/// The criteria, one line each, and whether all of them hold.
+struct Verdicts
 {
-    return fmt::format("{}  {}\n", holds ? "pass" : "FAIL", text);
-}
+    std::string text;
+    bool allHold = true;
 
-std::string criteria(const std::vector<TableRow>& rows)
+    void add(bool holds, const std::string& what)
+    {
+        text += fmt::format("{}  {}\n", holds ? "pass" : "FAIL", what);
+        allHold = allHold && holds;
+    }
+};
+
+Verdicts criteria(const std::vector<TableRow>& rows)
 {
     std::map<std::string, std::vector<const TableRow*>> byHand;
     std::size_t penetrating = 0;
@@ -142,7 +149,7 @@ std::string criteria(const std::vector<TableRow>& rows)
         gap = std::max(gap, row.largestGap);
     }
     std::size_t goodHands = 0;
-    std::string contactTexts;
+    Verdicts verdicts;
     for (const auto& [hand, ofHand] : byHand)
     {
         std::size_t objects = 0;
@@ -164,7 +171,7 @@ std::string criteria(const std::vector<TableRow>& rows)
         const bool gripper = ofHand.front()->fingers < 3;
         const bool holds =
             grasps > 0.0 && (gripper ? fewest >= 2 : contacts / grasps >= kContactsWanted);
-        contactTexts += verdict(
+        verdicts.add(
             holds,
             fmt::format(
                 "{}: force closure on {} of {} objects, {:.1f} contacts on {:.1f} links in the "
@@ -176,13 +183,13 @@ std::string criteria(const std::vector<TableRow>& rows)
                 links / std::max(1.0, grasps),
                 fewest));
     }
-    return contactTexts +
-           verdict(4 * goodHands >= 3 * byHand.size(),
-                   fmt::format("{} of {} hands find force closure on two thirds of the objects",
-                               goodHands,
-                               byHand.size())) +
-           verdict(penetrating == 0, fmt::format("{} postures penetrate", penetrating)) +
-           verdict(gap <= kMaxGap, fmt::format("largest gap of a contact {:.4f} mm", 1e3 * gap));
+    verdicts.add(4 * goodHands >= 3 * byHand.size(),
+                 fmt::format("{} of {} hands find force closure on two thirds of the objects",
+                             goodHands,
+                             byHand.size()));
+    verdicts.add(penetrating == 0, fmt::format("{} postures penetrate", penetrating));
+    verdicts.add(gap <= kMaxGap, fmt::format("largest gap of a contact {:.4f} mm", 1e3 * gap));
+    return verdicts;
 }
 
 void writeText(const fs::path& path, const std::string& text)
@@ -240,7 +247,8 @@ int table(const TableArguments& arguments)
         }
     }
     const TextTable text = textOf(rows);
-    fmt::print("{}\n{}", alignedText(text), criteria(rows));
+    const Verdicts verdicts = criteria(rows);
+    fmt::print("{}\n{}", alignedText(text), verdicts.text);
     if (output)
     {
         writeText(output->stage("table.csv"), csvText(text));
@@ -249,9 +257,7 @@ int table(const TableArguments& arguments)
         fmt::print("\nwritten: {} (table.csv, table.md, one .jsonl a row)\n",
                    output->folder().string());
     }
-    const bool found = std::any_of(
-        rows.begin(), rows.end(), [](const TableRow& row) { return row.forceClosures > 0; });
-    return found ? kFound : kNothingFound;
+    return verdicts.allHold ? kFound : kNothingFound;
 }
 }  // namespace
 
@@ -280,7 +286,14 @@ void addTableCommand(CLI::App& app, int& exitCode)
         ->group("Output");
     command->footer(
         "Contacts, links and fingers are means (fingers: the minimum) over the force closures;\n"
-        "penetration and gaps are measured over all final postures by the independent check.");
+        "penetration and gaps are measured over all final postures by the independent check.\n"
+        "\n"
+        "Below the table each criterion is marked pass or FAIL; exit code 1 if any fails:\n"
+        "  each hand finds a force closure; with three fingers or more, these have 3 contacts or\n"
+        "  more in the mean; with fewer, two fingers or more touch in every one of them\n"
+        "  three quarters of the hands find force closure on two thirds of the objects or more\n"
+        "  no final posture penetrates the object\n"
+        "  no contact is wider than 0.2 mm");
     command->callback([arguments, &exitCode] { exitCode = table(*arguments); });
 }
 }  // namespace bullet_ccd::tools
