@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -54,6 +55,12 @@ std::optional<Number> parseNumber(std::string_view word, bool prefixAllowed)
 
 class ObjReader
 {
+    struct Reference
+    {
+        std::int64_t line = 0;
+        std::int64_t vertex = 0;  ///< counted from 1
+    };
+
 public:
     explicit ObjReader(const std::filesystem::path& path) : m_path(path) {}
 
@@ -84,6 +91,7 @@ public:
             throw std::runtime_error(m_path.string() +
                                      ": cannot be read: check that it is a readable file");
         }
+        checkAhead();
         return std::move(m_soup);
     }
 
@@ -131,13 +139,16 @@ private:
         for (std::string_view word = nextWord(line); !word.empty(); word = nextWord(line))
         {
             const std::optional<std::int64_t> number = parseNumber<std::int64_t>(word, true);
-            // Absolute indices may run ahead of the vertices; triangulate() checks them at the end.
             const bool isValid = number && *number != 0 && *number >= -count &&
                                  *number <= std::numeric_limits<std::int32_t>::max();
             if (!isValid)
             {
                 fail("face: corner " + quoted(word) + " is no vertex (" + std::to_string(count) +
                      " vertices so far, counted from 1)");
+            }
+            if (*number > count)
+            {
+                m_ahead.push_back({m_line, *number});
             }
             m_soup.corners.push_back(
                 static_cast<std::int32_t>(*number > 0 ? *number - 1 : *number + count));
@@ -148,6 +159,20 @@ private:
             fail("face has " + std::to_string(corners) + " corners, at least 3 are needed");
         }
         m_soup.polygonEnds.push_back(m_soup.corners.size());
+    }
+
+    void checkAhead()
+    {
+        const auto count = static_cast<std::int64_t>(m_soup.vertices.size());
+        for (const Reference& reference : m_ahead)
+        {
+            if (reference.vertex > count)
+            {
+                m_line = reference.line;
+                fail("face refers to vertex " + std::to_string(reference.vertex) +
+                     ", but the file has " + std::to_string(count));
+            }
+        }
     }
 
     /// At most 30 printable characters.
@@ -170,6 +195,7 @@ private:
 
     std::filesystem::path m_path;
     std::int64_t m_line = 0;
+    std::vector<Reference> m_ahead;  ///< may come true: faces may precede their vertices
     PolygonSoup m_soup;
 };
 }  // namespace
