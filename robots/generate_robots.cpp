@@ -5,14 +5,27 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <string_view>
+
+namespace
+{
+constexpr std::string_view kUsage =
+    "usage: generate_robots FOLDER\n"
+    "Writes FOLDER/<robot>/<mesh>.obj for every robot that ships.\n";
+}  // namespace
 
 int main(int argc, char** argv)
 {
     using namespace bullet_ccd;
-    if (argc != 2)
+    const std::string_view argument = argc == 2 ? argv[1] : "";
+    if (argument == "--help" || argument == "-h")
     {
-        std::cerr << "usage: generate_robots FOLDER\n"
-                     "Writes FOLDER/<robot>/<mesh>.obj for every robot that ships.\n";
+        std::cout << kUsage;
+        return 0;
+    }
+    if (argument.empty() || argument.starts_with('-'))
+    {
+        std::cerr << kUsage;
         return 2;
     }
     try
@@ -21,7 +34,7 @@ int main(int argc, char** argv)
                                                  shapes::threeFingerGripperMeshes(),
                                                  shapes::parallelGripperMeshes()})
         {
-            const std::filesystem::path folder = std::filesystem::path(argv[1]) / robot.robot;
+            const std::filesystem::path folder = std::filesystem::path(argument) / robot.robot;
             std::filesystem::create_directories(folder);
             for (const shapes::NamedMesh& link : robot.links)
             {

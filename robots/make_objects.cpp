@@ -16,6 +16,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -121,9 +122,29 @@ std::vector<std::string> fulfilAll(const std::vector<Order>& orders,
     return lines;
 }
 
+/// Makes the folder, and a file in it to see that it can be written: objects take a while to make.
+void prepareFolder(const std::filesystem::path& folder)
+{
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error || !std::filesystem::is_directory(folder, error))
+    {
+        throw std::runtime_error(
+            folder.string() + ": the folder cannot be made" +
+            (error ? " (" + error.message() + ")" : "") +
+            ": give -o a folder that you may write to, and no file of that name");
+    }
+    if (!std::ofstream(folder / "manifest.csv"))
+    {
+        throw std::runtime_error(folder.string() +
+                                 ": the folder cannot be written to: give -o another one, or "
+                                 "change its rights");
+    }
+}
+
 void run(const Options& options)
 {
-    std::filesystem::create_directories(options.folder);
+    prepareFolder(options.folder);
     const std::vector<Order> orders = ordersFor(options);
     const std::vector<std::string> lines = fulfilAll(orders, options.folder);
     const std::filesystem::path path = options.folder / "manifest.csv";
@@ -151,8 +172,11 @@ int main(int argc, char** argv)
     Options options;
     CLI::App app(
         "Makes household objects: closed triangle meshes in metres, z up, standing on z = 0."
-        "\nThe same options write the same bytes.");
-    app.add_option("-n,--count", options.count, "How many objects to make, families in turn")
+        "\nThe same options write the same bytes. Give -n, --named, or both.",
+        "make_objects");
+    app.add_option("-n,--count",
+                   options.count,
+                   "How many objects to make, families in turn; this or --named is required")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{100000}))
         ->type_name("N");
     app.add_option("-s,--seed", options.seed, "Seed that all sizes are drawn from")
@@ -166,12 +190,14 @@ int main(int argc, char** argv)
         ->type_name("NAME");
     app.add_flag("--named",
                  options.named,
-                 "Make one object of usual size of every family: mug.obj, bottle.obj, ...");
+                 "Make one object of usual size of every family: mug.obj, bottle.obj, ...; this or "
+                 "-n is required");
     app.footer(
         "Examples:\n"
         "  make_objects --named -o objects\n"
         "  make_objects -n 100 --seed 7 -o objects\n"
-        "  make_objects -n 20 --family mug jug -o vessels");
+        "  make_objects -n 20 --family mug jug -o vessels\n\n"
+        "Exit codes: 0 ok, 2 usage, 3 the folder cannot be written.");
     try
     {
         app.parse(argc, argv);
@@ -191,7 +217,7 @@ int main(int argc, char** argv)
     catch (const std::exception& error)
     {
         std::cerr << "make_objects: " << error.what() << '\n';
-        return 1;
+        return 3;
     }
     return 0;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -19,7 +20,11 @@ constexpr double kElongated = 1.5;     // longest over middle extent from which 
 constexpr double kLongOffset = 0.3;    // of the longest extent of a long object
 constexpr double kShortOffset = 0.1;   // of the longest extent of other objects
 constexpr double kOpeningUsed = 0.9;   // part of the hand's opening that an object may fill
-constexpr double kRayGrid = 0.006;     // [m] spacing of the rays that measure the local width
+// Part of a preshape's opening that an object may fill for the preshape to be used for it. Less
+// than above: openings are measured between the middles of the tips, and here the whole object
+// counts.
+constexpr double kPreshapeUsed = 0.7;
+constexpr double kRayGrid = 0.006;  // [m] spacing of the rays that measure the local width
 constexpr double kThinShare =
     0.7;                       // of the tries oppose along the thinnest axis, others the middle
 constexpr double kFlat = 0.8;  // thinnest over longest extent below which the axes mean much
@@ -104,6 +109,25 @@ OpenHand openHand(const HandModel& hand, const Preshape& preshape)
     }
     open.opening = std::max(kSmallestOpening, upper - lower);
     return open;
+}
+
+/// The preshapes that the object fits into across its thinnest direction, in the order of the hand;
+/// all of them if it fits into none. Closing from a preshape that it does not fit into stops at the
+/// fingers themselves, before they are round the object.
+std::vector<std::size_t> fittingPreshapes(const HandModel& hand, const ObjectShape& shape)
+{
+    std::vector<std::size_t> fitting;
+    std::vector<std::size_t> all;
+    for (std::size_t k = 0; k < hand.preshapes.size(); ++k)
+    {
+        all.push_back(k);
+        const double opening = openHand(hand, hand.preshapes[k]).opening;
+        if (shape.extents()[2] <= kPreshapeUsed * opening)
+        {
+            fitting.push_back(k);
+        }
+    }
+    return fitting.empty() ? all : fitting;
 }
 
 /// Point `number` of `count` on the unit sphere: rings of equal area, each turned by the golden
@@ -234,9 +258,10 @@ ApproachCandidate sampleApproach(const HandModel& hand,
 {
     require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
     require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
-    const std::size_t preshape = static_cast<std::size_t>(number) % hand.preshapes.size();
-    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
     const ObjectShape shape = objectShape(object);
+    const std::vector<std::size_t> fitting = fittingPreshapes(hand, shape);
+    const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
+    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
 
     // The rotation belongs to the sequence, everything else to the candidate.
     Draws sequence(seed, ~std::uint64_t{0});

@@ -25,7 +25,8 @@ struct ApproachCandidate
 /// over the first `count` candidates the directions cover the sphere evenly, except that each may
 /// be turned within its neighbourhood, or square to a thin principal axis of the object, where that
 /// lets the object fit between the fingers. The roll lays the hand's opposition axis along a thin
-/// direction of the object. Preshapes take turns. The hand's bounding ball about the grasp frame
+/// direction of the object. The preshapes that open wide enough for the object's thinnest direction
+/// take turns, or all if none does. The hand's bounding ball about the grasp frame
 /// starts clear of the object's about its centre of mass. A pure function of its arguments. Throws
 /// std::invalid_argument for count <= 0, number < 0 or a hand without preshapes.
 [[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,

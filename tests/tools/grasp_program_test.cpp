@@ -1,6 +1,7 @@
 // Runs the program as a user does and looks at exit codes, messages and files.
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -60,14 +61,9 @@ class GraspProgram : public ::testing::Test
 protected:
     void SetUp() override
     {
-        m_folder = fs::path(::testing::TempDir()) / "grasp_program" /
-                   ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(m_folder);
-        fs::create_directories(m_folder);
         m_ball = m_folder / "ball.obj";
         writeObj(makeSphere(0.03, 3), m_ball);
     }
-    void TearDown() override { fs::remove_all(m_folder); }
 
     [[nodiscard]] Outcome run(const std::string& arguments) const
     {
@@ -95,7 +91,8 @@ protected:
                    "' -n 4 --pictures 1 -o '" + folder.string() + "' " + more);
     }
 
-    fs::path m_folder;
+    tests::TempFolder m_temp;
+    fs::path m_folder = m_temp.path();
     fs::path m_ball;
 };
 

@@ -1,5 +1,7 @@
 #include "tools/grasp_cli/output_folder.h"
 
+#include "tests/support/temp_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -14,14 +16,6 @@ namespace fs = std::filesystem;
 class OutputFolderTest : public ::testing::Test
 {
 protected:
-    void SetUp() override
-    {
-        m_folder = fs::path(::testing::TempDir()) /
-                   ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(m_folder);
-    }
-    void TearDown() override { fs::remove_all(m_folder); }
-
     static void write(const fs::path& path, const char* text) { std::ofstream(path) << text; }
     [[nodiscard]] std::string read(const char* name) const
     {
@@ -34,7 +28,8 @@ protected:
         return std::distance(fs::directory_iterator(m_folder), fs::directory_iterator());
     }
 
-    fs::path m_folder;
+    tests::TempFolder m_temp;
+    fs::path m_folder = m_temp.path() / "out";  // not made yet
 };
 
 TEST_F(OutputFolderTest, CommitReplacesFilesAndLeavesNothingElse)

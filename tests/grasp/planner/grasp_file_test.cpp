@@ -3,6 +3,7 @@
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/planner/content_hash.h"
 #include "tests/grasp/planner/test_hands.h"
+#include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -24,17 +25,12 @@ class GraspFile : public ::testing::Test
 protected:
     void SetUp() override
     {
-        m_path = std::filesystem::path(::testing::TempDir()) /
-                 (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) +
-                  ".jsonl");
         m_run.handFile = "hands/three \"fingers\".urdf";
         m_run.objectFile = "objects/ball.obj";
         m_run.objectScale = 0.001;
         m_run.options.seed = 18446744073709551615U;
         m_run.options.friction = 0.1 + 0.2;
     }
-
-    void TearDown() override { std::filesystem::remove(m_path); }
 
     [[nodiscard]] Eigen::Vector3d anyVector()
     {
@@ -104,7 +100,8 @@ protected:
         return content.str();
     }
 
-    std::filesystem::path m_path;
+    tests::TempFolder m_temp;
+    std::filesystem::path m_path = m_temp.path() / "grasps.jsonl";
     GraspRun m_run;
     HandModel m_hand = makeThreeFingers();
     GraspObject m_object = makeGraspObject("ball", makeSphere(0.03, 2));

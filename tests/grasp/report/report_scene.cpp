@@ -1,8 +1,7 @@
 #include "tests/grasp/report/report_scene.h"
 
 #include "bullet_ccd/mesh/make_mesh.h"
-
-#include <gtest/gtest.h>
+#include "tests/support/temp_folder.h"
 
 #include <cmath>
 #include <numbers>
@@ -51,9 +50,7 @@ grasp::Grasp makeBoxGrasp(int contactCount)
 
 std::filesystem::path outputFile(const std::string& name)
 {
-    const std::filesystem::path folder =
-        std::filesystem::path(testing::TempDir()) / "bullet_ccd_report_tests";
-    std::filesystem::create_directories(folder);
-    return folder / name;
+    static const TempFolder folder;
+    return folder.path() / name;
 }
 }  // namespace bullet_ccd::tests
