@@ -166,6 +166,39 @@ TEST(ApproachSampler, PreshapesTakeTurns)
     }
 }
 
+/// Jaws 90 mm apart, and 30 mm apart in a second preshape.
+HandModel handWithNarrowPreshape()
+{
+    HandModel hand = makeGripper(true);
+    hand.preshapes.push_back({"narrow", {0.0, 0.03, 0.03}});
+    return hand;
+}
+
+TEST(ApproachSampler, SkipsPreshapesThatTheObjectDoesNotFitInto)
+{
+    const HandModel hand = handWithNarrowPreshape();
+    int narrow = 0;
+    const GraspObject wide = makeObject(makeBox({0.025, 0.03, 0.05}));
+    const GraspObject thin = makeObject(makeBox({0.004, 0.03, 0.05}));
+    for (std::int64_t number = 0; number < 6; ++number)
+    {
+        EXPECT_EQ(sampleApproach(hand, wide, 1, number, 6).preshape, 0U);
+        narrow += sampleApproach(hand, thin, 1, number, 6).preshape == 1U ? 1 : 0;
+    }
+    EXPECT_EQ(narrow, 3);
+}
+
+TEST(ApproachSampler, AllPreshapesTakeTurnsIfTheObjectFitsIntoNone)
+{
+    const HandModel hand = handWithNarrowPreshape();
+    const GraspObject huge = makeObject(makeSphere(0.5, 2));
+    for (std::int64_t number = 0; number < 6; ++number)
+    {
+        EXPECT_EQ(sampleApproach(hand, huge, 1, number, 6).preshape,
+                  static_cast<std::size_t>(number % 2));
+    }
+}
+
 TEST(ApproachSampler, RefusesWhatMakesNoSense)
 {
     HandModel hand = makeThreeFingers();
