@@ -7,20 +7,27 @@ namespace bullet_ccd
 MotionState RigidMotion::at(double t) const
 {
     MotionState state{.X_W = X_W0, .v_W = v_W, .w_W = w_W};
-    state.X_W.translation() += t * v_W;
     const double rate = w_W.norm();
     if (rate > 0.0)
     {
         const Eigen::AngleAxisd turn(t * rate, w_W / rate);
         state.X_W.linear() = turn.toRotationMatrix() * X_W0.linear();
+        const Eigen::Vector3d arm = -(state.X_W.linear() * reference_B);
+        state.X_W.translation() = X_W0 * reference_B + t * v_W + arm;
+        state.v_W += w_W.cross(arm);
+    }
+    else
+    {
+        state.X_W.translation() += t * v_W;
     }
     return state;
 }
 
 AccelerationBound RigidMotion::accelerationBound() const
 {
-    // Centripetal: |w x (w x r)| <= |w|^2 |r|.
-    return {.constant = 0.0, .perRadius = w_W.squaredNorm() * (1.0 + 1e-12)};
+    // Centripetal: |w x (w x r)| <= |w|^2 |r|, r counted from the reference.
+    const double perRadius = w_W.squaredNorm() * (1.0 + 1e-12);
+    return {.constant = perRadius * reference_B.norm(), .perRadius = perRadius};
 }
 
 RigidMotion restAt(const Eigen::Isometry3d& X_W)
@@ -61,6 +68,24 @@ RigidMotion motionBetween(const Eigen::Isometry3d& X_W0, const Eigen::Isometry3d
         const bool isHalfTurn = q.w() < 1e-12;
         motion.w_W = angle * (isHalfTurn ? canonicalHalfTurn(axis) : axis);
     }
+    return motion;
+}
+
+RigidMotion screwBetween(const Eigen::Isometry3d& X_W0, const Eigen::Isometry3d& X_W1)
+{
+    RigidMotion motion = motionBetween(X_W0, X_W1);
+    const double angle = motion.w_W.norm();
+    if (angle < 1e-9)
+    {
+        return motion;
+    }
+    // The axis passes through c = (x0 + x1 + cot(angle/2) u x (x1 - x0)) / 2 (Chasles).
+    const Eigen::Vector3d axis = motion.w_W / angle;
+    const Eigen::Vector3d shift = motion.v_W;
+    const Eigen::Vector3d point_W =
+        0.5 * (X_W0.translation() + X_W1.translation() + axis.cross(shift) / std::tan(0.5 * angle));
+    motion.reference_B = X_W0.inverse() * point_W;
+    motion.v_W = axis.dot(shift) * axis;
     return motion;
 }
 }  // namespace bullet_ccd

@@ -1,5 +1,4 @@
-/// Motion of one rigid body over a step: the origin of the body frame moves on a straight line, the
-/// body turns about it with constant angular velocity. Time t runs over [0, 1].
+/// Motion of one rigid body over a step. Time t runs over [0, 1].
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,15 +21,27 @@ struct AccelerationBound
     double perRadius = 0.0;
 };
 
-/// Twist form; any number of turns.
+/// Twist form; any number of turns. A point of the body, by default its origin, moves on a straight
+/// line, the body turns about it. With the point on its axis this is a screw motion.
 struct RigidMotion
 {
     Eigen::Isometry3d X_W0 = Eigen::Isometry3d::Identity();  ///< pose at t = 0
-    Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< velocity of the body origin [m per step]
+    Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< velocity of the reference [m per step]
     Eigen::Vector3d w_W = Eigen::Vector3d::Zero();  ///< angular velocity [rad per step]
+    Eigen::Vector3d reference_B = Eigen::Vector3d::Zero();  ///< in the body frame [m]
 
     [[nodiscard]] MotionState at(double t) const;
     [[nodiscard]] AccelerationBound accelerationBound() const;
+};
+
+/// Any other motion, supplied by the user. The derivative of the pose must be the velocity that
+/// at() gives, and accelerationBound() must hold: the certificate of a query rests on both.
+class UserMotion
+{
+public:
+    virtual ~UserMotion() = default;
+    [[nodiscard]] virtual MotionState at(double t) const = 0;
+    [[nodiscard]] virtual AccelerationBound accelerationBound() const = 0;
 };
 
 /// A body at rest.
@@ -40,4 +51,10 @@ struct RigidMotion
 /// not determined by the poses: the axis with its first non-zero component positive is taken.
 [[nodiscard]] RigidMotion motionBetween(const Eigen::Isometry3d& X_W0,
                                         const Eigen::Isometry3d& X_W1);
+
+/// Screw motion from one pose to another: rotation about a fixed axis of the world by the shortest
+/// arc, translation along it. Independent of where the body origin is. Without rotation (less than
+/// 1e-9 rad, where the axis is lost in rounding) the same as motionBetween().
+[[nodiscard]] RigidMotion screwBetween(const Eigen::Isometry3d& X_W0,
+                                       const Eigen::Isometry3d& X_W1);
 }  // namespace bullet_ccd

@@ -18,9 +18,9 @@ struct Query
     std::vector<BodyPair> pairs;
 };
 
-bool isAtRest(const RigidMotion& motion)
+bool isAtRest(const RigidBody& body)
 {
-    return motion.v_W.isZero(0.0) && motion.w_W.isZero(0.0);
+    return body.userMotion == nullptr && body.motion.v_W.isZero(0.0) && body.motion.w_W.isZero(0.0);
 }
 
 Query makeQuery(const ArticulatedBody& body, std::span<const RigidBody> obstacles)
@@ -37,7 +37,7 @@ Query makeQuery(const ArticulatedBody& body, std::span<const RigidBody> obstacle
     }
     for (const RigidBody& obstacle : obstacles)
     {
-        query.bodies.push_back({.tree = obstacle.tree, .motion = obstacle.motion});
+        query.bodies.push_back(movingBody(obstacle));
     }
     for (std::size_t i = 0; i < links; ++i)
     {
@@ -49,7 +49,7 @@ Query makeQuery(const ArticulatedBody& body, std::span<const RigidBody> obstacle
         const bool linkMoves = moves(*body.tree, *body.motion, kNone, link);
         for (std::size_t k = 0; k < obstacles.size(); ++k)
         {
-            if (linkMoves || !isAtRest(obstacles[k].motion))
+            if (linkMoves || !isAtRest(obstacles[k]))
             {
                 query.pairs.push_back(
                     {.bodyA = link, .bodyB = static_cast<std::int32_t>(links + k)});

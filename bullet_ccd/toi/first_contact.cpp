@@ -50,6 +50,16 @@ Isometry3d treeInBody(const MovingBody& body)
     return X;
 }
 
+/// State in W of a body that is not a link.
+MotionState freeStateAt(const MovingBody& body, double t)
+{
+    if (const auto* user = std::get_if<const UserMotion*>(&body.motion))
+    {
+        return (*user)->at(t);
+    }
+    return std::get<RigidMotion>(body.motion).at(t);
+}
+
 TreeState treeStateAt(const MovingBody& body, std::int32_t base, double t)
 {
     MotionState s;
@@ -59,7 +69,7 @@ TreeState treeStateAt(const MovingBody& body, std::int32_t base, double t)
     }
     else
     {
-        s = std::get<RigidMotion>(body.motion).at(t);
+        s = freeStateAt(body, t);
     }
     const Isometry3d X = s.X_W * treeInBody(body);
     return {.X = X, .v = s.v_W + s.w_W.cross(X.translation() - s.X_W.translation()), .w = s.w_W};
@@ -70,6 +80,10 @@ AccelerationBound accelerationOf(const MovingBody& body, std::int32_t base)
     if (const auto* link = std::get_if<LinkMotion>(&body.motion))
     {
         return linkAccelerationBound(*link->tree, *link->motion, base, link->link);
+    }
+    if (const auto* user = std::get_if<const UserMotion*>(&body.motion))
+    {
+        return (*user)->accelerationBound();
     }
     return std::get<RigidMotion>(body.motion).accelerationBound();
 }
@@ -390,7 +404,8 @@ bool isFinite(const MovingBody& body)
         return rigid(link->motion->root) && all(link->motion->positions) &&
                all(link->motion->rates);
     }
-    return rigid(std::get<RigidMotion>(body.motion));
+    const auto* free = std::get_if<RigidMotion>(&body.motion);
+    return free == nullptr || (rigid(*free) && free->reference_B.allFinite());
 }
 }  // namespace
 
@@ -417,6 +432,6 @@ Eigen::Isometry3d geometryPoseAt(const MovingBody& body, double t)
     {
         return linkStateAt(*link->tree, *link->motion, kNone, link->link, t).X_W * body.X_BG;
     }
-    return std::get<RigidMotion>(body.motion).at(t).X_W * body.X_BG;
+    return freeStateAt(body, t).X_W * body.X_BG;
 }
 }  // namespace bullet_ccd

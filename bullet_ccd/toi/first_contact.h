@@ -30,7 +30,7 @@ struct LinkMotion
 struct MovingBody
 {
     const SsvTree* tree = nullptr;
-    std::variant<RigidMotion, LinkMotion> motion;
+    std::variant<RigidMotion, LinkMotion, const UserMotion*> motion;
     /// Pose of the hierarchy's frame in the body (a Bullet compound child, a collider off its
     /// link).
     Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();

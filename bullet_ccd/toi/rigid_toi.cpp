@@ -4,13 +4,22 @@
 
 namespace bullet_ccd
 {
+MovingBody movingBody(const RigidBody& body)
+{
+    MovingBody moving{.tree = body.tree, .motion = body.motion};
+    if (body.userMotion != nullptr)
+    {
+        moving.motion = body.userMotion;
+    }
+    return moving;
+}
+
 ToiResult rigidToi(const RigidBody& bodyA,
                    const RigidBody& bodyB,
                    const ToiOptions& options,
                    ToiWorkspace& work)
 {
-    const std::array<MovingBody, 2> bodies{MovingBody{.tree = bodyA.tree, .motion = bodyA.motion},
-                                           MovingBody{.tree = bodyB.tree, .motion = bodyB.motion}};
+    const std::array<MovingBody, 2> bodies{movingBody(bodyA), movingBody(bodyB)};
     constexpr std::array<BodyPair, 1> kPair{BodyPair{.bodyA = 0, .bodyB = 1}};
     return firstContact(bodies, kPair, options, work);
 }

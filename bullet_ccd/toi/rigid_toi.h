@@ -10,7 +10,11 @@ struct RigidBody
 {
     const SsvTree* tree = nullptr;
     RigidMotion motion{};
+    const UserMotion* userMotion = nullptr;  ///< if not null, in place of `motion`
 };
+
+/// The body as firstContact() takes it.
+[[nodiscard]] MovingBody movingBody(const RigidBody& body);
 
 /// First time at which two rigidly moving meshes come within `options.tolerance`.
 ///

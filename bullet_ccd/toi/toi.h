@@ -10,21 +10,46 @@
 
 namespace bullet_ccd
 {
-/// What the answer of a time-of-impact query promises.
+/// What the answer of a time-of-impact query promises. d(t) is the distance of the surfaces, s the
+/// minimum separation, e the tolerance.
 enum class ToiStatus : std::uint8_t
 {
-    Separated,       ///< no contact in [0, 1]; time is 1
-    Hit,             ///< no contact in [0, time); 0 < distance <= tolerance at `time`
-    Overlapping,     ///< surfaces intersect at t = 0; time is 0
-    IterationLimit,  ///< gave up; no contact in [0, time)
+    Separated,         ///< d > s in all of [0, 1]; time is 1, gap a certified lower bound of d
+    Hit,               ///< d > s in [0, time]; d <= s + e at `time`
+    Overlapping,       ///< d <= s at t = 0 (surfaces intersect, if s = 0); time is 0
+    TouchingLeaving,   ///< s < d <= s + e at t = 0, and d does not shrink to s: like Separated
+    TouchingPressing,  ///< s < d <= s + e at t = 0, approaching, and d shrinks to s: like Hit
+    IterationLimit,    ///< gave up; d > s in [0, time]
+};
+
+/// True for the outcomes at which the bodies must not move on: `time` is the last certified time.
+[[nodiscard]] constexpr bool isContact(ToiStatus status)
+{
+    return status == ToiStatus::Hit || status == ToiStatus::Overlapping ||
+           status == ToiStatus::TouchingPressing;
+}
+
+/// How a query walks through space and time; all give the same guarantees.
+enum class ToiStrategy : std::uint8_t
+{
+    BestFirst,  ///< one heap of node pairs, each with its own time; the earliest is looked at next
+    Interval,   ///< depth first: is a pair farther apart than it can move until the end of the
+                ///< interval? Else open it or halve the interval, left half first
+    C2A,  ///< controlled conservative advancement: one step for the whole body at a time, from
+          ///< a traversal that goes deeper as contact comes near
 };
 
 struct ToiOptions
 {
-    /// Two surfaces count as in contact at this distance [m]; > 0. Bodies that are already closer
-    /// at t = 0 must close in to three quarters of that distance before they count as in contact
-    /// again, so that a query restarted from a contact can leave it or slide.
+    /// Surfaces count as in contact at the minimum separation plus this distance [m]; > 0. A hit is
+    /// reported as late as the certificate allows: usually at a small part of the tolerance. Bodies
+    /// that are already closer at t = 0 must close in to three quarters of that distance before
+    /// they count as in contact again, so that a query restarted from a contact can leave it or
+    /// slide.
     double tolerance = 1e-5;
+    /// Clearance that must be kept: the query stops before the distance falls to it [m]; >= 0.
+    double minimumSeparation = 0.0;
+    ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };
 
@@ -40,7 +65,7 @@ struct ToiResult
 {
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;  ///< certified: no contact before it
-    double gap = 0.0;   ///< for Hit: distance at `time` [m]
+    double gap = 0.0;   ///< distance at `time`; for Separated a lower bound over the motion [m]
     std::int32_t triangleA = kNone;
     std::int32_t triangleB = kNone;
     Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< witnesses at `time`, in W [m]
