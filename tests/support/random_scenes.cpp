@@ -91,9 +91,11 @@ void expectHonest(const RigidScene& scene,
     switch (result.status)
     {
         case ToiStatus::Separated:
+        case ToiStatus::TouchingLeaving:
             EXPECT_EQ(result.time, 1.0) << what;
             break;
         case ToiStatus::Hit:
+        case ToiStatus::TouchingPressing:
         {
             EXPECT_GE(result.time, 0.0) << what;
             EXPECT_LE(result.time, 1.0) << what;
