@@ -393,8 +393,8 @@ int runSets(const Arguments& arguments)
             wrong += row.check.wrong();
             rows.push_back(toJson(row));
         }
+        cache.save();
     }
-    cache.save();
     if (!arguments.json.empty())
     {
         std::ofstream(arguments.json) << nlohmann::json{{"tolerance", arguments.tolerance},

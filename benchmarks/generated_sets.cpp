@@ -1,12 +1,12 @@
 #include "benchmarks/generated_sets.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -90,10 +90,11 @@ struct Bodies
     double radiusB = 0.0;
     double sizeB = 0.0;  ///< longest side of the bounds
 
-    [[nodiscard]] double distance(const Isometry3d& X_WA, const Isometry3d& X_WB) const
+    [[nodiscard]] bool overlap(const Isometry3d& X_WA, const Isometry3d& X_WB) const
     {
-        constexpr double kFar = std::numeric_limits<double>::max();
-        return treeDistance(a, b, X_WB.inverse() * X_WA, kFar).distance;
+        // With a bound, only what is about to touch is opened.
+        constexpr double kBound = 1e-9;
+        return treeDistance(a, b, X_WB.inverse() * X_WA, kBound).distance <= 0.0;
     }
 };
 
@@ -107,8 +108,8 @@ Isometry3d pose(const Eigen::Matrix3d& rotation, const Vector3d& position)
     return X;
 }
 
-/// Moves A from far away towards the origin along -`direction` until it is `gap` from B; no
-/// position in between is closer. None if A passes by.
+/// Moves A from far away towards the origin along -`direction` until it touches B, then back until
+/// the surfaces at the contact are `gap` apart. None if A passes by.
 std::optional<Isometry3d> placeAtGap(const Bodies& bodies,
                                      const Eigen::Matrix3d& rotationA,
                                      const Isometry3d& X_WB,
@@ -116,18 +117,23 @@ std::optional<Isometry3d> placeAtGap(const Bodies& bodies,
                                      double gap)
 {
     const double far = bodies.radiusA + bodies.radiusB + 2.0 * gap;
-    double s = far;
-    while (s > -far)
+    RigidMotion motion = restAt(pose(rotationA, far * direction));
+    motion.v_W = -2.0 * far * direction;
+    ToiWorkspace work;
+    const ToiResult contact = rigidToi({.tree = &bodies.a, .motion = motion},
+                                       {.tree = &bodies.b, .motion = restAt(X_WB)},
+                                       {.tolerance = 1e-4 * gap},
+                                       work);
+    if (contact.status != ToiStatus::Hit)
     {
-        const Isometry3d X_WA = pose(rotationA, s * direction);
-        const double excess = bodies.distance(X_WA, X_WB) - gap;
-        if (excess < 1e-3 * gap)
-        {
-            return X_WA;
-        }
-        s -= excess;
+        return std::nullopt;
     }
-    return std::nullopt;
+    // In coarse steps, so that the set does not change with the last digits of the query.
+    const double quantum = 1e-2 * gap;
+    const double touching = far * (1.0 - 2.0 * contact.time);
+    const double slope = std::max(0.2, -contact.normal.dot(direction));
+    const double back = quantum * std::ceil((touching + gap / slope) / quantum);
+    return pose(rotationA, back * direction);
 }
 
 /// A flies towards a point near B and ends before, at or behind it.
@@ -160,7 +166,7 @@ std::optional<RigidQuery> drawNear(Random& random, const Bodies& bodies)
         return std::nullopt;
     }
     RigidQuery query{.motionA = restAt(*X_WA), .motionB = restAt(X_WB)};
-    query.motionA.v_W = gap * (random.uniform(0.0, 2.5) * random.direction() - 0.5 * direction);
+    query.motionA.v_W = gap * (random.uniform(0.0, 2.5) * random.direction() - direction);
     query.motionA.w_W = gap / bodies.radiusA * random.uniform(0.0, 2.5) * random.direction();
     return query;
 }
@@ -168,7 +174,7 @@ std::optional<RigidQuery> drawNear(Random& random, const Bodies& bodies)
 /// Rotation about the model origin by up to 120 degrees, begun close by.
 std::optional<RigidQuery> drawRotation(Random& random, const Bodies& bodies)
 {
-    const double gap = random.uniform(0.003, 0.25) * bodies.sizeB;
+    const double gap = random.uniform(0.003, 0.06) * bodies.sizeB;
     const Isometry3d X_WB = pose(random.rotation(), Vector3d::Zero());
     const auto X_WA = placeAtGap(bodies, random.rotation(), X_WB, random.direction(), gap);
     if (!X_WA)
@@ -176,19 +182,19 @@ std::optional<RigidQuery> drawRotation(Random& random, const Bodies& bodies)
         return std::nullopt;
     }
     RigidQuery query{.motionA = restAt(*X_WA), .motionB = restAt(X_WB)};
-    query.motionA.w_W = random.uniform(0.1, 2.0 * pi / 3.0) * random.direction();
+    query.motionA.w_W = random.uniform(pi / 6.0, 2.0 * pi / 3.0) * random.direction();
     return query;
 }
 
 /// A finger closes about its joint, its own origin, more or less towards the middle of B.
 std::optional<RigidQuery> drawFinger(Random& random, const Bodies& bodies)
 {
-    const Vector3d joint = random.uniform(0.5, 1.1) * bodies.radiusB * random.direction();
+    const Vector3d joint = random.uniform(0.4, 0.85) * bodies.radiusB * random.direction();
     const Vector3d finger = random.direction();  // +z of the mesh
     const Eigen::Matrix3d rotation =
         Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), finger).toRotationMatrix() *
         AngleAxisd(random.uniform(0.0, 2.0 * pi), Vector3d::UnitZ()).toRotationMatrix();
-    const Vector3d aim = random.inBall(0.7 * bodies.radiusB) - joint;
+    const Vector3d aim = random.inBall(0.5 * bodies.radiusB) - joint;
     const Vector3d axis = finger.cross(aim).normalized();
     RigidQuery query{.motionA = restAt(pose(rotation, joint)),
                      .motionB = restAt(pose(random.rotation(), Vector3d::Zero()))};
@@ -209,7 +215,7 @@ std::optional<RigidQuery> drawTunnel(Random& random, const Bodies& bodies)
     const Vector3d tiltAxis(std::cos(inPlane), std::sin(inPlane), 0.0);
     const double when = random.uniform(0.1, 0.9);
     const Vector3d offset(
-        random.uniform(-0.9, 0.9) * kSide, random.uniform(-0.9, 0.9) * kSide, 0.0);
+        random.uniform(-1.15, 1.15) * kSide, random.uniform(-1.15, 1.15) * kSide, 0.0);
     const Vector3d drift(
         random.uniform(-0.2, 0.2) * length, random.uniform(-0.2, 0.2) * length, 0.0);
     const Vector3d turn = random.uniform(0.0, 0.1) * random.direction();
@@ -316,7 +322,7 @@ RigidSet generateSet(const std::string& name, MeshLibrary& meshes, std::uint64_t
     while (static_cast<int>(set.queries.size()) < found->queries)
     {
         std::optional<RigidQuery> query = found->draw(random, bodies);
-        if (!query || bodies.distance(query->motionA.X_W0, query->motionB.X_W0) <= 0.0)
+        if (!query || bodies.overlap(query->motionA.X_W0, query->motionB.X_W0))
         {
             continue;
         }

@@ -46,7 +46,8 @@ NaiveCache::NaiveCache(std::string file) : m_file(std::move(file))
     {
         return;
     }
-    for (const auto& [key, entry] : nlohmann::json::parse(in).items())
+    const nlohmann::json all = nlohmann::json::parse(in);
+    for (const auto& [key, entry] : all.items())
     {
         NaiveRun run{.answers = {}, .meanMicros = entry.at("meanMicroseconds")};
         for (const double time : entry.at("times"))
