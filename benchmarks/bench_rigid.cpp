@@ -6,6 +6,7 @@
 // queries.
 #include "benchmarks/naive_cache.h"
 #include "benchmarks/rigid_check.h"
+#include "benchmarks/rigid_scaling.h"
 #include "benchmarks/rigid_sets.h"
 #include "benchmarks/rigid_targets.h"
 #include "benchmarks/timing.h"
@@ -44,6 +45,7 @@ struct Arguments
     bool quick = false;
     bool list = false;
     bool noCheck = false;
+    bool scaling = false;
     int complaints = 3;
 };
 
@@ -324,6 +326,7 @@ Arguments parse(int argc, char** argv)
     app.add_option("--json", arguments.json, "write the table to this file");
     app.add_option("--complaints", arguments.complaints, "wrong answers to print a row");
     app.add_flag("--quick", arguments.quick, "20 queries a set, 2 repeats");
+    app.add_flag("--scaling", arguments.scaling, "growth with the number of triangles instead");
     app.add_flag("--no-check", arguments.noCheck, "do not check the answers (profiling)");
     app.add_flag("--list", arguments.list, "print the names of all sets");
     try
@@ -356,6 +359,36 @@ Arguments parse(int argc, char** argv)
         arguments.sets = setsWithTargets();
     }
     return arguments;
+}
+
+void writeJson(const Arguments& arguments, const nlohmann::json& rows)
+{
+    if (arguments.json.empty())
+    {
+        return;
+    }
+    std::ofstream out(arguments.json);
+    out << nlohmann::json{{"tolerance", arguments.tolerance},
+                          {"yardstick", fclVersion()},
+                          {"rows", rows}}
+               .dump(1)
+        << '\n';
+    if (!out)
+    {
+        throw std::runtime_error(arguments.json + ": cannot be written: name another file");
+    }
+}
+
+int runScaling(const Arguments& arguments)
+{
+    MeshLibrary meshes(arguments.data);
+    writeJson(arguments,
+              printScaling(meshes,
+                           {.tolerance = arguments.tolerance,
+                            .strategy = kStrategies.at(arguments.strategies.front()),
+                            .repeats = arguments.repeats,
+                            .quick = arguments.quick}));
+    return 0;
 }
 
 int runSets(const Arguments& arguments)
@@ -395,14 +428,7 @@ int runSets(const Arguments& arguments)
         }
         cache.save();
     }
-    if (!arguments.json.empty())
-    {
-        std::ofstream(arguments.json) << nlohmann::json{{"tolerance", arguments.tolerance},
-                                                        {"yardstick", fclVersion()},
-                                                        {"rows", rows}}
-                                             .dump(1)
-                                      << '\n';
-    }
+    writeJson(arguments, rows);
     fmt::print("{} wrong answers\n", wrong);
     return wrong == 0 ? 0 : 1;
 }
@@ -424,7 +450,7 @@ int main(int argc, char** argv)
             }
             return 0;
         }
-        return runSets(arguments);
+        return arguments.scaling ? runScaling(arguments) : runSets(arguments);
     }
     catch (const std::exception& error)
     {

@@ -141,9 +141,9 @@ TriangleMesh makeBumpySphere(int subdivisions, double radius, double amplitude)
     }
     for (Vector3d& v : mesh.vertices)
     {
-        const double bumps =
-            std::sin(5 * v.x() + 1) * std::sin(5 * v.y() + 2) * std::sin(5 * v.z() + 3);
-        v *= radius * (1 + amplitude * bumps);
+        const double factor = 1 + amplitude * std::sin(5 * v.x() + 1) * std::sin(5 * v.y() + 2) *
+                                      std::sin(5 * v.z() + 3);
+        v *= radius * factor;
     }
     return mesh;
 }
