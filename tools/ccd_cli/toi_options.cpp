@@ -1,0 +1,105 @@
+#include "tools/ccd_cli/commands.h"
+#include "tools/ccd_cli/pose_text.h"
+#include "tools/value_range.h"
+
+#include <array>
+#include <cstdint>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <utility>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+constexpr std::array<std::pair<const char*, ToiStrategy>, 3> kStrategies{
+    {{"c2a", ToiStrategy::C2A},
+     {"interval", ToiStrategy::Interval},
+     {"best-first", ToiStrategy::BestFirst}}};
+
+CLI::Validator distance(bool zeroAllowed)
+{
+    return {[zeroAllowed](const std::string& text) -> std::string
+            {
+                try
+                {
+                    const double value = numberFrom(text);
+                    const bool fits = zeroAllowed ? value >= 0.0 : value > 0.0;
+                    return fits ? ""
+                                : fmt::format(
+                                      "{} is not a distance {} 0", text, zeroAllowed ? ">=" : ">");
+                }
+                catch (const std::invalid_argument& error)
+                {
+                    return error.what();
+                }
+            },
+            ""};
+}
+}  // namespace
+
+std::string strategyName(ToiStrategy strategy)
+{
+    for (const auto& [name, value] : kStrategies)
+    {
+        if (value == strategy)
+        {
+            return name;
+        }
+    }
+    throw std::invalid_argument("strategy without a name");
+}
+
+void addToiOptions(CLI::App& command, ToiOptions& options)
+{
+    options.tolerance = kDefaultTolerance;
+    command
+        .add_option("--tolerance",
+                    options.tolerance,
+                    "distance at which surfaces count as in contact, absolute, in mesh units")
+        ->type_name("D")
+        ->check(distance(false))
+        ->capture_default_str();
+    command
+        .add_option("--minimum-separation",
+                    options.minimumSeparation,
+                    "clearance to keep: stop before the distance falls to it, in mesh units")
+        ->type_name("D")
+        ->check(distance(true))
+        ->capture_default_str();
+    command
+        .add_option_function<std::string>(
+            "--strategy",
+            [&options](const std::string& text)
+            {
+                for (const auto& [name, value] : kStrategies)
+                {
+                    options.strategy = name == text ? value : options.strategy;
+                }
+            },
+            "c2a, interval or best-first: how time and space are searched; all give the same "
+            "guarantees")
+        ->type_name("NAME")
+        ->check(CLI::Validator(
+            [](const std::string& text)
+            {
+                for (const auto& [name, value] : kStrategies)
+                {
+                    if (name == text)
+                    {
+                        return std::string();
+                    }
+                }
+                return fmt::format("{} is not c2a, interval or best-first", text);
+            },
+            ""))
+        ->default_str(strategyName(options.strategy));
+    command
+        .add_option("--max-iterations",
+                    options.maxIterations,
+                    "pairs of nodes and triangles after which a query gives up")
+        ->type_name("N")
+        ->check(within(std::int64_t{1}, std::int64_t{1'000'000'000'000}))
+        ->capture_default_str();
+}
+}  // namespace bullet_ccd::tools

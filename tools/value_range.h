@@ -1,0 +1,25 @@
+/// Checks of option values that the programs share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <string>
+
+namespace bullet_ccd::tools
+{
+/// Accepts values from low to high, so never nan, which CLI::Range lets pass; the range shows in
+/// errors, not in the help.
+template <typename T>
+[[nodiscard]] CLI::Validator within(T low, T high)
+{
+    return {[low, high](const std::string& text)
+            {
+                T value{};
+                const bool fits =
+                    CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+                return fits ? std::string()
+                            : fmt::format("{} is not a number from {} to {}", text, low, high);
+            },
+            ""};
+}
+}  // namespace bullet_ccd::tools
