@@ -6,7 +6,7 @@
 #include "tools/ccd_cli/query_run.h"
 #include "tools/ccd_cli/result_text.h"
 #include "tools/ccd_cli/text_file.h"
-#include "tools/value_range.h"
+#include "tools/option_values.h"
 
 #include <chrono>
 #include <cstdio>
@@ -128,26 +128,27 @@ constexpr const char* kFooter =
     "iteration_limit or bad_row. Without contact toi is 1, p and n are empty and gap is a lower\n"
     "bound of the distance; else p is the middle of the closest points in the world and n the\n"
     "normal from A to B. microseconds is the time of one query alone, without state of an earlier\n"
-    "one; measure with --jobs 1. RESULTS appears when all is done, or not at all.";
+    "one; measure with --jobs 1. --warm asks the same query again at once; the library keeps no\n"
+    "answers yet, so only the caches of the processor are warm. RESULTS appears when all is done,\n"
+    "or not at all.\n"
+    "\n"
+    "A bad row is reported on stderr with its line and column, its status is bad_row, the others\n"
+    "are answered and the exit code is 0; with --strict nothing is computed and it is 3.";
 
 void addRunOptions(CLI::App& command, RunOptions& run)
 {
-    command
-        .add_option("-j,--jobs", run.jobs, "threads, 0 for one a core; only the times depend on it")
+    command.add_option("-j,--jobs", run.jobs, "threads, 0 for one a core; changes only the times")
         ->type_name("N")
         ->check(within(0, 1024))
         ->capture_default_str();
     command
-        .add_option("--repeat",
-                    run.repeat,
-                    "passes over all queries; microseconds is the median of a query's times")
+        .add_option(
+            "--repeat", run.repeat, "passes over all queries; the median of the times counts")
         ->type_name("K")
         ->check(within(1, 10'000))
         ->capture_default_str();
-    command.add_flag("--warm",
-                     run.warm,
-                     "ask each query a second time at once and add the column warm_microseconds; "
-                     "the library does not reuse answers, so only the processor's caches are warm");
+    command.add_flag(
+        "--warm", run.warm, "time every query a second time: column warm_microseconds");
 }
 }  // namespace
 
@@ -168,10 +169,7 @@ void addBatchCommand(CLI::App& app)
     addToiOptions(*command, arguments->run.toi);
     addRunOptions(*command, arguments->run);
     command->add_flag("--summary", arguments->summary, "print counts and times when done");
-    command->add_flag("--strict",
-                      arguments->strict,
-                      "stop before anything is computed if a row is bad; without it bad rows are "
-                      "reported and the others answered");
+    command->add_flag("--strict", arguments->strict, "compute nothing if a row is bad");
     command->callback([arguments] { runBatch(*arguments); });
 }
 }  // namespace bullet_ccd::tools

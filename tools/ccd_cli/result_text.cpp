@@ -180,7 +180,7 @@ std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
         "  point on B  {}\n"
         "  normal      {}{}\n"
         "  examined    {} node pairs, {} triangle pairs, {} states\n"
-        "  time        {:.1f} microseconds\n",
+        "  took        {:.1f} microseconds\n",
         statusWord(result.status),
         sentence(result, options),
         result.time,

@@ -3,6 +3,7 @@
 #include "tools/ccd_cli/pose_text.h"
 #include "tools/ccd_cli/query_run.h"
 #include "tools/ccd_cli/result_text.h"
+#include "tools/option_values.h"
 
 #include <algorithm>
 #include <array>
@@ -89,11 +90,11 @@ void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
     CLI::Option* end = add("1", body.end, "pose at t = 1; default by the velocities")
                            ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
                            ->check(parsedBy(poseOf));
-    add("-velocity", body.velocity, "of the body's origin, world axes, mesh units per interval")
+    add("-velocity", body.velocity, "of the origin, mesh units per interval, world axes")
         ->type_name("VX,VY,VZ")
         ->check(parsedBy(vectorOf))
         ->excludes(end);
-    add("-angular", body.angular, "angular velocity, world axes, rad per interval, any turns")
+    add("-angular", body.angular, "rad per interval, world axes, any number of turns")
         ->type_name("WX,WY,WZ")
         ->check(parsedBy(vectorOf))
         ->excludes(end);
@@ -101,6 +102,10 @@ void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
 
 void answer(const ToiArguments& arguments)
 {
+    if (arguments.screw && arguments.bodyA.end.empty() && arguments.bodyB.end.empty())
+    {
+        throw CLI::ValidationError("--motion", "a screw leads to an end pose: give --a1 or --b1");
+    }
     const std::array<RigidQuery, 1> query{
         RigidQuery{.id = "",
                    .motionA = motionOf(arguments.bodyA, arguments.screw),
@@ -117,6 +122,10 @@ void addToiCommand(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand("toi", "first contact of two moving bodies");
     command->footer(
+        "Without options a body rests at the origin. The motion between poses takes the shortest "
+        "arc;\n"
+        "at a half turn, where there are two, the axis whose first component is positive.\n"
+        "\n"
         "Example, a cube that falls on a plate and turns once:\n"
         "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4 "
         "--a-angular 0,0,6.2832");
@@ -129,9 +138,9 @@ void addToiCommand(CLI::App& app)
         ->add_option_function<std::string>(
             "--motion",
             [arguments](const std::string& text) { arguments->screw = text == "screw"; },
-            "between two poses: linear (the origin moves on a line, shortest arc) or screw")
+            "between poses: linear (origin on a line) or screw")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"linear", "screw"}))
+        ->check(oneOf({"linear", "screw"}))
         ->default_str("linear");
     addToiOptions(*command, arguments->toi);
     command->add_flag("--json", arguments->json, "print one JSON object with all digits");

@@ -1,6 +1,6 @@
 #include "tools/ccd_cli/commands.h"
 #include "tools/ccd_cli/pose_text.h"
-#include "tools/value_range.h"
+#include "tools/option_values.h"
 
 #include <array>
 #include <cstdint>
@@ -56,14 +56,13 @@ void addToiOptions(CLI::App& command, ToiOptions& options)
     command
         .add_option("--tolerance",
                     options.tolerance,
-                    "distance at which surfaces count as in contact, absolute, in mesh units")
+                    "absolute distance that counts as contact, mesh units")
         ->type_name("D")
         ->check(distance(false))
         ->capture_default_str();
     command
-        .add_option("--minimum-separation",
-                    options.minimumSeparation,
-                    "clearance to keep: stop before the distance falls to it, in mesh units")
+        .add_option(
+            "--minimum-separation", options.minimumSeparation, "clearance to keep, mesh units")
         ->type_name("D")
         ->check(distance(true))
         ->capture_default_str();
@@ -77,27 +76,14 @@ void addToiOptions(CLI::App& command, ToiOptions& options)
                     options.strategy = name == text ? value : options.strategy;
                 }
             },
-            "c2a, interval or best-first: how time and space are searched; all give the same "
-            "guarantees")
+            "c2a, interval or best-first; all give the same guarantees")
         ->type_name("NAME")
-        ->check(CLI::Validator(
-            [](const std::string& text)
-            {
-                for (const auto& [name, value] : kStrategies)
-                {
-                    if (name == text)
-                    {
-                        return std::string();
-                    }
-                }
-                return fmt::format("{} is not c2a, interval or best-first", text);
-            },
-            ""))
+        ->check(oneOf({"c2a", "interval", "best-first"}))
         ->default_str(strategyName(options.strategy));
     command
         .add_option("--max-iterations",
                     options.maxIterations,
-                    "pairs of nodes and triangles after which a query gives up")
+                    "pairs examined after which a query gives up")
         ->type_name("N")
         ->check(within(std::int64_t{1}, std::int64_t{1'000'000'000'000}))
         ->capture_default_str();

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "grasp/planner/grasp_planner.h"
-#include "tools/value_range.h"
+#include "tools/option_values.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -21,5 +22,13 @@ template <typename T>
                             : fmt::format("{} is not a number from {} to {}", text, low, high);
             },
             ""};
+}
+
+/// Accepts one of the words, which show in errors, not in the help.
+[[nodiscard]] inline CLI::Validator oneOf(const std::vector<std::string>& words)
+{
+    CLI::Validator validator = CLI::IsMember(words);
+    validator.description("");
+    return validator;
 }
 }  // namespace bullet_ccd::tools
