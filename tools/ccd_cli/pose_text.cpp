@@ -20,7 +20,7 @@ double numberFrom(std::string_view text)
     const std::string_view cell = trimmed(text);
     if (cell.empty())
     {
-        throw std::invalid_argument("no value: write a number, 0 if there is none");
+        throw std::invalid_argument("no value: write a number");
     }
     // from_chars takes no plus sign.
     const std::string_view digits =

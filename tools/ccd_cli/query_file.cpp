@@ -109,7 +109,7 @@ void addRow(QueryFile& file,
         if (cells->size() != columns.names.size())
         {
             throw std::invalid_argument(
-                fmt::format("{} cells: write {}, one for each column of the first line",
+                fmt::format("{} cells instead of {}: write one for each column of the first line",
                             cells->size(),
                             columns.names.size()));
         }
