@@ -134,7 +134,7 @@ TEST_F(QueryFileTest, FilesOfOtherProgramsAndSystemsAreRead)
     const QueryFile file = read("\xEF\xBB\xBF" + spaced);
     EXPECT_TRUE(file.badRows.empty());
     ASSERT_EQ(file.queries.size(), 2U);
-    EXPECT_EQ(file.queries[0].id, "a \"b\" ,\tc");
+    EXPECT_EQ(file.queries[0].id, "a \"b\" ,\t c");
     EXPECT_EQ(file.queries[1].line, 5U);
 
     std::replace(text.begin(), text.end(), '\n', '\r');
@@ -166,6 +166,7 @@ TEST_F(QueryFileTest, ABadRowIsReportedWithLineColumnValueAndRemedy)
         {"r,1,0,0,0,0,0,0,0", "30 cells instead of 29: write one for each column"},
         {",1,0,0,0,0,0,0", "id: no value: give the row a name"},
         {"\"r,1,0,0,0,0,0,0", "a quote is not closed"},
+        {"\"r\"r,1,0,0,0,0,0,0", "a quote is not closed, or text follows it"},
     };
     std::string text = posesHeader();
     for (const Case& c : cases)
@@ -224,7 +225,7 @@ TEST_F(QueryFileTest, AFileThatCannotBeReadIsNamed)
 
 TEST(CsvText, CellsSurviveWritingAndReading)
 {
-    for (const std::string text : {"plain", "a,b", "say \"yes\"", "", "\"", ",\",\""})
+    for (const std::string text : {"plain", "a,b", "say \"yes\"", "", "\"", ",\",\"", " x "})
     {
         const auto cells = csvCells("1," + csvCell(text) + ",2");
         ASSERT_TRUE(cells.has_value());
@@ -232,6 +233,9 @@ TEST(CsvText, CellsSurviveWritingAndReading)
     }
     EXPECT_THAT(*csvCells(""), ElementsAre(""));
     EXPECT_THAT(*csvCells("a,"), ElementsAre("a", ""));
+    EXPECT_THAT(*csvCells(" \"a\" , b "), ElementsAre("a", "b"));
+    EXPECT_FALSE(csvCells("\"a").has_value());
+    EXPECT_FALSE(csvCells("\"a\" b,c").has_value());
 }
 
 TEST(Quantile, IsTheMiddleOfTheSortedValues)

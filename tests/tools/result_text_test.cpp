@@ -16,7 +16,9 @@ using ::testing::HasSubstr;
 
 TimedAnswer answerOf(ToiStatus status)
 {
-    TimedAnswer answer{.microseconds = 12.5, .warmMicroseconds = 2.5};
+    TimedAnswer answer;
+    answer.microseconds = 12.5;
+    answer.warmMicroseconds = 2.5;
     answer.result = {.status = status,
                      .time = 0.25,
                      .gap = 0.0625,

@@ -15,46 +15,53 @@ std::string_view trimmed(std::string_view text)
     return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
+namespace
+{
+/// Appends the cell whose opening quote is at `at`, and returns the place behind its closing quote;
+/// npos without one.
+std::size_t readQuoted(std::string_view line, std::size_t at, std::string& cell)
+{
+    for (std::size_t k = at + 1; k < line.size(); ++k)
+    {
+        if (line[k] == '"' && line.substr(k, 2) != "\"\"")
+        {
+            return k + 1;
+        }
+        cell += line[k];
+        k += line[k] == '"' ? 1U : 0U;
+    }
+    return std::string_view::npos;
+}
+}  // namespace
+
 std::optional<std::vector<std::string>> csvCells(std::string_view line)
 {
     std::vector<std::string> cells;
-    std::size_t at = 0;
-    while (true)
+    for (std::size_t at = 0; at <= line.size();)
     {
-        std::string cell;
-        const std::size_t start = std::min(line.find_first_not_of(" \t", at), line.size());
-        if (start < line.size() && line[start] == '"')
+        std::string& cell = cells.emplace_back();
+        const std::size_t start = line.find_first_not_of(" \t", at);
+        const bool quoted = start != std::string_view::npos && line[start] == '"';
+        const std::size_t rest = quoted ? readQuoted(line, start, cell) : at;
+        if (rest == std::string_view::npos)
         {
-            std::size_t k = start + 1;
-            for (; k < line.size() && (line[k] != '"' || line.substr(k, 2) == "\"\""); ++k)
-            {
-                cell += line[k];
-                k += line[k] == '"' ? 1U : 0U;
-            }
-            if (k >= line.size())
-            {
-                return std::nullopt;
-            }
-            at = std::min(line.find(',', k), line.size());
+            return std::nullopt;
         }
-        else
+        const std::size_t comma = std::min(line.find(',', rest), line.size());
+        const std::string_view text = trimmed(line.substr(rest, comma - rest));
+        if (quoted && !text.empty())
         {
-            const std::size_t comma = std::min(line.find(',', at), line.size());
-            cell = trimmed(line.substr(at, comma - at));
-            at = comma;
+            return std::nullopt;
         }
-        cells.push_back(std::move(cell));
-        if (at >= line.size())
-        {
-            return cells;
-        }
-        ++at;
+        cell += text;
+        at = comma + 1;
     }
+    return cells;
 }
 
 std::string csvCell(const std::string& text)
 {
-    if (text.find_first_of(",\"\r\n") == std::string::npos)
+    if (text.find_first_of(",\"\r\n") == std::string::npos && trimmed(text) == text)
     {
         return text;
     }

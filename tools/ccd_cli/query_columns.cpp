@@ -144,7 +144,7 @@ QueryColumns queryColumns(std::string_view header, const fs::path& path, std::si
     const std::optional<std::vector<std::string>> cells = csvCells(header);
     if (!cells)
     {
-        failHeader(path, line, "a quote is not closed");
+        failHeader(path, line, "a quote is not closed, or text follows it");
     }
     QueryColumns columns;
     columns.names = *cells;

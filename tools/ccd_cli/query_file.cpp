@@ -103,7 +103,8 @@ void addRow(QueryFile& file,
         const std::optional<std::vector<std::string>> cells = csvCells(text);
         if (!cells)
         {
-            throw std::invalid_argument("a quote is not closed: close it in the same line");
+            throw std::invalid_argument(
+                "a quote is not closed, or text follows it: write \"id\" or no quotes");
         }
         id = columns.id < cells->size() ? (*cells)[columns.id] : "";
         if (cells->size() != columns.names.size())
