@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -30,5 +31,24 @@ template <typename T>
     CLI::Validator validator = CLI::IsMember(words);
     validator.description("");
     return validator;
+}
+
+/// Accepts what `parse` takes without an exception, whose text becomes the error.
+template <typename Parse>
+[[nodiscard]] CLI::Validator parsedBy(const Parse& parse)
+{
+    return {[parse](const std::string& text) -> std::string
+            {
+                try
+                {
+                    (void)parse(text);
+                    return {};
+                }
+                catch (const std::invalid_argument& error)
+                {
+                    return error.what();
+                }
+            },
+            ""};
 }
 }  // namespace bullet_ccd::tools

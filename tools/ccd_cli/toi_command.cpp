@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
-#include <stdexcept>
 
 namespace bullet_ccd::tools
 {
@@ -58,25 +57,6 @@ RigidMotion motionOf(const BodyArguments& body, bool screw)
         return screw ? screwBetween(start, end) : motionBetween(start, end);
     }
     return {.X_W0 = start, .v_W = vectorOf(body.velocity), .w_W = vectorOf(body.angular)};
-}
-
-/// Accepts what `parse` does not throw at.
-template <typename Parse>
-CLI::Validator parsedBy(const Parse& parse)
-{
-    return {[parse](const std::string& text) -> std::string
-            {
-                try
-                {
-                    (void)parse(text);
-                    return {};
-                }
-                catch (const std::invalid_argument& error)
-                {
-                    return error.what();
-                }
-            },
-            ""};
 }
 
 void addBody(CLI::App& command, const std::string& name, BodyArguments& body)

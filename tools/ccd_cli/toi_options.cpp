@@ -17,24 +17,19 @@ constexpr std::array<std::pair<const char*, ToiStrategy>, 3> kStrategies{
      {"interval", ToiStrategy::Interval},
      {"best-first", ToiStrategy::BestFirst}}};
 
+/// A tolerance must be above zero, a separation may be zero.
 CLI::Validator distance(bool zeroAllowed)
 {
-    return {[zeroAllowed](const std::string& text) -> std::string
+    return parsedBy(
+        [zeroAllowed](const std::string& text)
+        {
+            const double value = numberFrom(text);
+            if (value < 0.0 || (value == 0.0 && !zeroAllowed))
             {
-                try
-                {
-                    const double value = numberFrom(text);
-                    const bool fits = zeroAllowed ? value >= 0.0 : value > 0.0;
-                    return fits ? ""
-                                : fmt::format(
-                                      "{} is not a distance {} 0", text, zeroAllowed ? ">=" : ">");
-                }
-                catch (const std::invalid_argument& error)
-                {
-                    return error.what();
-                }
-            },
-            ""};
+                throw std::invalid_argument(
+                    fmt::format("{} is not a distance {} 0", text, zeroAllowed ? ">=" : ">"));
+            }
+        });
 }
 }  // namespace
 
