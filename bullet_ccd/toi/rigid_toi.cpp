@@ -21,6 +21,15 @@ ToiResult rigidToi(const RigidBody& bodyA,
 {
     const std::array<MovingBody, 2> bodies{movingBody(bodyA), movingBody(bodyB)};
     constexpr std::array<BodyPair, 1> kPair{BodyPair{.bodyA = 0, .bodyB = 1}};
-    return firstContact(bodies, kPair, options, work);
+    FirstContactResult result = firstContact(bodies, kPair, options, work);
+    if (result.startsTouching && result.status == ToiStatus::Separated)
+    {
+        result.status = ToiStatus::TouchingLeaving;
+    }
+    else if (result.startsPressing && result.status == ToiStatus::Hit)
+    {
+        result.status = ToiStatus::TouchingPressing;
+    }
+    return result;
 }
 }  // namespace bullet_ccd
