@@ -173,7 +173,7 @@ private:
 class Sample
 {
 public:
-    static constexpr std::size_t kTriangles = 96;
+    static constexpr std::size_t kTriangles = 48;
 
     explicit Sample(std::span<const SsvCorners> triangles)
         : m_triangles(triangles), m_stride((triangles.size() + kTriangles - 1) / kTriangles)
