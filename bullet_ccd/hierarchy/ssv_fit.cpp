@@ -231,9 +231,10 @@ SsvNode roundedBox(std::span<const SsvCorners> triangles,
                    std::vector<Vector3d>& offsets)
 {
     const SsvNode box = storeBox(triangles, axes);
-    if (triangles.size() == 1)
+    constexpr float kFlat = 0.02F;
+    if (box.half[2] < kFlat * box.half[1])
     {
-        return box;  // flat
+        return box;  // too little to gain
     }
     const Matrix3d toAxes = axes.matrix().transpose();
     const Vector3d center = toDoubles(box.center);
