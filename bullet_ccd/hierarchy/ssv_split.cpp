@@ -322,6 +322,10 @@ private:
         Cut cut;
         const std::size_t leftCount =
             count == 2 ? 1 : divide(std::span(items).subspan(begin, count), cut);
+        if (node == 0)
+        {
+            here.surface = cut.surfaceLeft + cut.surfaceRight;
+        }
         const auto middle = static_cast<std::int32_t>(begin + leftCount);
         nodes[firstFree] = {here.begin, middle, 0, cut.surfaceLeft};
         nodes[firstFree + 1] = {middle, here.end, 0, cut.surfaceRight};
