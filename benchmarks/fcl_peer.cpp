@@ -105,6 +105,32 @@ bool fclOverlap(const FclBody& a, const FclBody& b, double t)
                                 result) > 0;
 }
 
+std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double from, double end)
+{
+    double low = from;
+    double step = 1e-10;
+    while (true)
+    {
+        const double next = std::min(end, from + step);
+        if (fclOverlap(a, b, next))
+        {
+            double high = next;
+            while (high - low > 1e-12)
+            {
+                const double middle = 0.5 * (low + high);
+                (fclOverlap(a, b, middle) ? high : low) = middle;
+            }
+            return high;
+        }
+        if (next >= end)
+        {
+            return std::nullopt;
+        }
+        low = next;
+        step *= 2.0;
+    }
+}
+
 double fclDistance(const FclBody& a, const FclBody& b, double t)
 {
     fcl::DistanceRequest<double> request(false);

@@ -10,6 +10,7 @@
 #include "bullet_ccd/motion/rigid_motion.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace bullet_ccd::benchmarks
@@ -55,6 +56,13 @@ struct FclAnswer
 
 /// Whether the surfaces intersect at time t.
 [[nodiscard]] bool fclOverlap(const FclBody& a, const FclBody& b, double t);
+
+/// First overlap in (from, end], to 1e-12: steps that double, then bisection, so that one that
+/// lasts shorter than its distance from `from` may be stepped over. None if nothing overlaps.
+[[nodiscard]] std::optional<double> firstOverlap(const FclBody& a,
+                                                 const FclBody& b,
+                                                 double from,
+                                                 double end);
 
 /// Exact distance of the surfaces at time t; 0 where they intersect.
 [[nodiscard]] double fclDistance(const FclBody& a, const FclBody& b, double t);

@@ -51,6 +51,14 @@ bool fclOverlap(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
     refuse();
 }
 
+std::optional<double> firstOverlap(const FclBody& /*a*/,
+                                   const FclBody& /*b*/,
+                                   double /*from*/,
+                                   double /*end*/)
+{
+    refuse();
+}
+
 double fclDistance(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
 {
     refuse();

@@ -45,34 +45,6 @@ void complain(CheckResult& result, const Case& c, const std::string& what)
     result.complaints.push_back(fmt::format("{} query {}: {}", c.set.name, c.query().id, what));
 }
 
-/// First overlap after the reported time, to 1e-12: steps that double, then bisection. None if
-/// there is none before `end`.
-std::optional<double> contactAfter(const Case& c, double end)
-{
-    double low = c.answer.time;
-    double step = 1e-10;
-    while (true)
-    {
-        const double next = std::min(end, c.answer.time + step);
-        if (fclOverlap(c.bodyA(), c.bodyB(), next))
-        {
-            double high = next;
-            while (high - low > 1e-12)
-            {
-                const double middle = 0.5 * (low + high);
-                (fclOverlap(c.bodyA(), c.bodyB(), middle) ? high : low) = middle;
-            }
-            return high;
-        }
-        if (next >= end)
-        {
-            return std::nullopt;
-        }
-        low = next;
-        step *= 2.0;
-    }
-}
-
 void checkAgainstReference(const Case& c, bool contact, CheckResult& result)
 {
     const RigidReference& known = *c.reference();
@@ -134,7 +106,8 @@ void checkAgainstSampling(const Case& c, bool contact, CheckResult& result)
         complain(result, c, fmt::format("late: surfaces intersect at {:.6g}", sampled.time));
         return;
     }
-    const std::optional<double> first = contactAfter(c, sampled.hit ? sampled.time : 1.0);
+    const std::optional<double> first =
+        firstOverlap(c.bodyA(), c.bodyB(), c.answer.time, sampled.hit ? sampled.time : 1.0);
     if (first)
     {
         ++result.hits;
