@@ -25,8 +25,10 @@ struct RigidScene
 /// The same motion seen from elsewhere.
 [[nodiscard]] inline RigidMotion moved(const RigidMotion& motion, const Eigen::Isometry3d& X)
 {
-    return {
-        .X_W0 = X * motion.X_W0, .v_W = X.linear() * motion.v_W, .w_W = X.linear() * motion.w_W};
+    return {.X_W0 = X * motion.X_W0,
+            .v_W = X.linear() * motion.v_W,
+            .w_W = X.linear() * motion.w_W,
+            .reference_B = motion.reference_B};
 }
 
 [[nodiscard]] inline RigidScene moved(const RigidScene& scene, const Eigen::Isometry3d& X)
