@@ -68,17 +68,21 @@ void btCcdMeshShape::processAllTriangles(btTriangleCallback* callback,
         }
         if (!node.isLeaf())
         {
-            open.push_back(node.child);
-            open.push_back(node.child + 1);
+            for (std::int32_t k = 0; k < node.count; ++k)
+            {
+                open.push_back(node.first + k);
+            }
             continue;
         }
+        const std::int32_t triangle = m_tree->triangle(node.first);
+        const std::int32_t triangle = m_scaledTree->triangle(node.first);
         btVector3 corners[3];
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const std::int32_t vertex = mesh.triangles[std::size_t(node.triangle)][k];
+            const std::int32_t vertex = mesh.triangles[std::size_t(triangle)][k];
             corners[k] = btCcdToBullet(mesh.vertices[std::size_t(vertex)]);
         }
-        callback->processTriangle(corners, 0, node.triangle);
+        callback->processTriangle(corners, 0, triangle);
     }
 }
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 /// Normal of a triangle, or zero if it has no area.
 Vector3d triangleNormal(const SsvTree& tree, std::int32_t triangle)
 {
-    const auto& c = tree.corners(triangle);
+    const auto c = tree.cornersOfTriangle(triangle);
     return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
 }
 
@@ -90,8 +90,8 @@ std::vector<Contact> rawContacts(const SsvTree& treeA,
             makeContact(X_WB, pair, TriangleDistance{pair.distance, pair.pointA, pair.pointB});
         if (pair.distance > 0.0)
         {
-            TriangleCorners a = treeA.corners(pair.triangleA);
-            TriangleCorners b = treeB.corners(pair.triangleB);
+            TriangleCorners a = treeA.cornersOfTriangle(pair.triangleA);
+            TriangleCorners b = treeB.cornersOfTriangle(pair.triangleB);
             for (std::size_t k = 0; k < 3; ++k)
             {
                 a[k] = X_BA * (a[k] + treeA.origin());

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <tuple>
 
 namespace bullet_ccd
@@ -42,21 +43,28 @@ struct Descent
         const SsvNode& nodeOfB = nodeB(b);
         if (nodeOfA.isLeaf() && nodeOfB.isLeaf())
         {
-            leaf(*this, nodeOfA.triangle, nodeOfB.triangle);
+            leaf(*this, nodeOfA.first, nodeOfB.first);
             return;
         }
         const bool openA =
-            nodeOfB.isLeaf() || (!nodeOfA.isLeaf() && nodeOfA.coreRadius + nodeOfA.radius >=
-                                                          nodeOfB.coreRadius + nodeOfB.radius);
-        std::array<std::tuple<double, std::int32_t, std::int32_t>, 2> children;
-        for (int k = 0; k < 2; ++k)
+            nodeOfB.isLeaf() || (!nodeOfA.isLeaf() && nodeOfA.size() >= nodeOfB.size());
+        // The nearest first, so that the bound shrinks early: insertion into at most kArity places.
+        std::array<std::tuple<double, std::int32_t, std::int32_t>, kArity> children;
+        const std::int32_t count = openA ? nodeOfA.count : nodeOfB.count;
+        for (std::int32_t k = 0; k < count; ++k)
         {
-            const std::int32_t childA = openA ? nodeOfA.child + k : a;
-            const std::int32_t childB = openA ? b : nodeOfB.child + k;
-            children[static_cast<std::size_t>(k)] = {separationOf(childA, childB), childA, childB};
+            const std::int32_t childA = openA ? nodeOfA.first + k : a;
+            const std::int32_t childB = openA ? b : nodeOfB.first + k;
+            const std::tuple child(separationOf(childA, childB), childA, childB);
+            auto place = static_cast<std::size_t>(k);
+            for (; place > 0 && child < children[place - 1]; --place)
+            {
+                children[place] = children[place - 1];
+            }
+            children[place] = child;
         }
-        std::sort(children.begin(), children.end());
-        for (const auto& [lowerBound, childA, childB] : children)
+        const std::span near(children.data(), static_cast<std::size_t>(count));
+        for (const auto& [lowerBound, childA, childB] : near)
         {
             if (lowerBound <= bound && bound >= 0.0)
             {
@@ -65,7 +73,7 @@ struct Descent
         }
     }
 
-    /// Exact distance of two triangles, in the mesh frame of B.
+    /// Exact distance of two triangles by their slots, in the mesh frame of B.
     [[nodiscard]] TrianglePair measure(std::int32_t a, std::int32_t b) const
     {
         TriangleCorners corners = treeA.corners(a);
@@ -74,8 +82,8 @@ struct Descent
             corner = R * corner + p;
         }
         const TriangleDistance d = triangleDistance(corners, treeB.corners(b));
-        return {.triangleA = a,
-                .triangleB = b,
+        return {.triangleA = treeA.triangle(a),
+                .triangleB = treeB.triangle(b),
                 .distance = d.distance,
                 .pointA = d.pointA + treeB.origin(),
                 .pointB = d.pointB + treeB.origin()};

@@ -57,7 +57,7 @@ struct Builder
     std::span<const Corners> corners;
     std::vector<Eigen::Vector3d> centroids;
     std::vector<std::int32_t> order;
-    std::vector<SsvNode>* nodes = nullptr;
+    std::vector<SsvNode>* nodes = nullptr;  ///< of the binary tree
 
     void build(std::size_t node, std::size_t firstFree, std::size_t begin, std::size_t end);
     [[nodiscard]] std::size_t split(const Axes& axes, std::size_t begin, std::size_t end);
@@ -176,8 +176,8 @@ SsvNode Builder::fit(const Axes& axes, std::size_t begin, std::size_t end) const
     }
     node.radius = 0.0F;
     node.coreRadius = roundUp(half.norm() * (1.0 + 1e-6));
-    node.child = kNone;
-    node.triangle = kNone;
+    node.first = static_cast<std::int32_t>(begin);
+    node.count = 0;
     return node;
 }
 
@@ -223,10 +223,10 @@ void Builder::build(std::size_t node, std::size_t firstFree, std::size_t begin, 
     here = fit(axes, begin, end);
     if (end - begin == 1)
     {
-        here.triangle = order[begin];
         return;
     }
-    here.child = static_cast<std::int32_t>(firstFree);
+    here.first = static_cast<std::int32_t>(firstFree);
+    here.count = 2;
     const std::size_t middle = split(axes, begin, end);
     const std::size_t leftFree = firstFree + 2;
     const std::size_t rightFree = leftFree + 2 * (middle - begin) - 2;
@@ -243,7 +243,90 @@ void Builder::build(std::size_t node, std::size_t firstFree, std::size_t begin, 
         right();
     }
 }
+
+/// Surface of a volume, the measure of how likely it is to be met.
+float surface(const SsvNode& node)
+{
+    const float x = node.half[0] + node.radius;
+    const float y = node.half[1] + node.radius;
+    const float z = node.half[2] + node.radius;
+    return x * y + y * z + z * x;
+}
+
+/// Turns a binary tree into one of kArity: the children of a node are the cut below it that is
+/// reached by always opening the largest. Siblings stay adjacent.
+class Flattener
+{
+public:
+    explicit Flattener(const std::vector<SsvNode>& binary) : m_binary(binary)
+    {
+        m_nodes.reserve(binary.size());
+    }
+
+    std::vector<SsvNode> run()
+    {
+        m_nodes.push_back(m_binary[0]);
+        flatten(0);
+        return std::move(m_nodes);
+    }
+
+private:
+    void flatten(std::size_t out)
+    {
+        if (m_nodes[out].isLeaf())
+        {
+            return;
+        }
+        std::array<SsvNode, kArity> children;
+        std::size_t count = 0;
+        const auto add = [&](const SsvNode& node)
+        {
+            children[count++] = m_binary[static_cast<std::size_t>(node.first)];
+            children[count++] = m_binary[static_cast<std::size_t>(node.first) + 1];
+        };
+        add(m_nodes[out]);
+        while (count < kArity)
+        {
+            const auto end = children.begin() + static_cast<std::ptrdiff_t>(count);
+            const auto measure = [](const SsvNode& n) { return n.isLeaf() ? -1.0F : surface(n); };
+            const auto largest = std::max_element(children.begin(),
+                                                  end,
+                                                  [&](const SsvNode& a, const SsvNode& b)
+                                                  { return measure(a) < measure(b); });
+            if (largest->isLeaf())
+            {
+                break;
+            }
+            const SsvNode opened = *largest;
+            *largest = children[--count];
+            add(opened);
+        }
+        const std::size_t first = m_nodes.size();
+        m_nodes.insert(
+            m_nodes.end(), children.begin(), children.begin() + static_cast<std::ptrdiff_t>(count));
+        m_nodes[out].first = static_cast<std::int32_t>(first);
+        m_nodes[out].count = static_cast<std::int32_t>(count);
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            flatten(first + i);
+        }
+    }
+
+    const std::vector<SsvNode>& m_binary;
+    std::vector<SsvNode> m_nodes;
+};
 }  // namespace
+
+std::array<Eigen::Vector3d, 3> SsvTree::cornersOfTriangle(std::int32_t triangle) const
+{
+    const Triangle& t = m_mesh.triangles[static_cast<std::size_t>(triangle)];
+    Corners c;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        c[k] = m_mesh.vertices[static_cast<std::size_t>(t[k])] - m_origin;
+    }
+    return c;
+}
 
 SsvTree buildSsvTree(TriangleMesh mesh)
 {
@@ -252,30 +335,30 @@ SsvTree buildSsvTree(TriangleMesh mesh)
     tree.m_mesh = std::move(mesh);
     tree.m_origin = bounds(tree.m_mesh).center();
     const std::size_t count = tree.m_mesh.triangles.size();
-    tree.m_corners.reserve(count);
-    for (const Triangle& t : tree.m_mesh.triangles)
-    {
-        Corners c;
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            c[k] = tree.m_mesh.vertices[static_cast<std::size_t>(t[k])] - tree.m_origin;
-            tree.m_radius = std::max(tree.m_radius, c[k].norm());
-        }
-        tree.m_corners.push_back(c);
-    }
-
-    Builder builder{.corners = tree.m_corners,
+    std::vector<Corners> corners(count);
+    Builder builder{.corners = corners,
                     .centroids = std::vector<Eigen::Vector3d>(count),
-                    .order = std::vector<std::int32_t>(count),
-                    .nodes = &tree.m_nodes};
+                    .order = std::vector<std::int32_t>(count)};
     for (std::size_t i = 0; i < count; ++i)
     {
-        const Corners& c = tree.m_corners[i];
+        const Corners& c = corners[i] = tree.cornersOfTriangle(static_cast<std::int32_t>(i));
+        for (const Eigen::Vector3d& corner : c)
+        {
+            tree.m_radius = std::max(tree.m_radius, corner.norm());
+        }
         builder.centroids[i] = (c[0] + c[1] + c[2]) / 3.0;
     }
     std::iota(builder.order.begin(), builder.order.end(), 0);
-    tree.m_nodes.resize(2 * count - 1);
+    std::vector<SsvNode> binary(2 * count - 1);
+    builder.nodes = &binary;
     builder.build(0, 1, 0, count);
+    tree.m_nodes = Flattener(binary).run();
+    tree.m_triangles = std::move(builder.order);
+    tree.m_corners.reserve(count);
+    for (const std::int32_t triangle : tree.m_triangles)
+    {
+        tree.m_corners.push_back(corners[static_cast<std::size_t>(triangle)]);
+    }
     return tree;
 }
 }  // namespace bullet_ccd

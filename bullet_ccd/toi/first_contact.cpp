@@ -281,7 +281,7 @@ private:
         const SsvNode& b = c.treeB->nodes()[static_cast<std::size_t>(entry.nodeB)];
         if (a.isLeaf() && b.isLeaf())
         {
-            visitTriangles(entry, a.triangle, b.triangle);
+            visitTriangles(entry, a.first, b.first);
         }
         else if (entry.advance)
         {
@@ -289,13 +289,17 @@ private:
         }
         else if (b.isLeaf() || (!a.isLeaf() && a.coreRadius >= b.coreRadius))
         {
-            examine(entry.pair, a.child, entry.nodeB, entry.time);
-            examine(entry.pair, a.child + 1, entry.nodeB, entry.time);
+            for (std::int32_t k = 0; k < a.count; ++k)
+            {
+                examine(entry.pair, a.first + k, entry.nodeB, entry.time);
+            }
         }
         else
         {
-            examine(entry.pair, entry.nodeA, b.child, entry.time);
-            examine(entry.pair, entry.nodeA, b.child + 1, entry.time);
+            for (std::int32_t k = 0; k < b.count; ++k)
+            {
+                examine(entry.pair, entry.nodeA, b.first + k, entry.time);
+            }
         }
     }
 
@@ -363,8 +367,8 @@ private:
             c, m_scene.stateAt(entry.pair, entry.time, m_result.counters), d.distance);
         if (closest.triangleA == kNone)
         {
-            closest = {.triangleA = triangleA,
-                       .triangleB = triangleB,
+            closest = {.triangleA = c.treeA->triangle(triangleA),
+                       .triangleB = c.treeB->triangle(triangleB),
                        .distance = d.distance,
                        .pointA = d.pointA + c.treeB->origin(),
                        .pointB = d.pointB + c.treeB->origin()};

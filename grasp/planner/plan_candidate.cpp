@@ -58,6 +58,8 @@ RejectReason reasonOf(ToiStatus status, RejectReason overlap)
             return RejectReason::IterationLimit;
         case ToiStatus::Separated:
         case ToiStatus::Hit:
+        case ToiStatus::TouchingLeaving:
+        case ToiStatus::TouchingPressing:
             break;
     }
     return RejectReason::None;

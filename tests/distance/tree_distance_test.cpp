@@ -101,11 +101,13 @@ void collectTriangles(const SsvTree& tree, std::int32_t index, std::vector<std::
     const SsvNode& node = tree.nodes()[static_cast<std::size_t>(index)];
     if (node.isLeaf())
     {
-        below.push_back(node.triangle);
+        below.push_back(tree.triangle(node.first));
         return;
     }
-    collectTriangles(tree, node.child, below);
-    collectTriangles(tree, node.child + 1, below);
+    for (std::int32_t k = 0; k < node.count; ++k)
+    {
+        collectTriangles(tree, node.first + k, below);
+    }
 }
 
 double distanceBelow(const SsvTree& a,
@@ -121,15 +123,15 @@ double distanceBelow(const SsvTree& a,
     double distance = kInfinity;
     for (const std::int32_t i : listA)
     {
-        Corners corners = a.corners(i);
+        Corners corners = a.cornersOfTriangle(i);
         for (Eigen::Vector3d& corner : corners)
         {
             corner = X * corner;
         }
         for (const std::int32_t j : listB)
         {
-            distance =
-                std::min(distance, bruteForceTriangleDistance(corners, b.corners(j)).distance);
+            distance = std::min(
+                distance, bruteForceTriangleDistance(corners, b.cornersOfTriangle(j)).distance);
         }
     }
     return distance;

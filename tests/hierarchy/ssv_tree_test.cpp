@@ -90,15 +90,18 @@ std::vector<std::int32_t> visit(
     std::vector<std::int32_t> below;
     if (node.isLeaf())
     {
-        below.push_back(node.triangle);
-        ++check.leavesOfTriangle.at(static_cast<std::size_t>(node.triangle));
+        below.push_back(tree.triangle(node.first));
+        ++check.leavesOfTriangle.at(static_cast<std::size_t>(below.back()));
     }
     else
     {
-        EXPECT_EQ(node.triangle, kNone);
-        below = visit(tree, node.child, shrink, depth + 1, check);
-        const auto second = visit(tree, node.child + 1, shrink, depth + 1, check);
-        below.insert(below.end(), second.begin(), second.end());
+        EXPECT_GE(node.count, 2);
+        EXPECT_LE(node.count, kArity);
+        for (std::int32_t k = 0; k < node.count; ++k)
+        {
+            const auto child = visit(tree, node.first + k, shrink, depth + 1, check);
+            below.insert(below.end(), child.begin(), child.end());
+        }
     }
     SsvNode tested = node;
     for (float& half : tested.half)
@@ -110,7 +113,7 @@ std::vector<std::int32_t> visit(
         1e-300 + static_cast<double>(node.radius + node.half[0] + node.half[1] + node.half[2]);
     for (const std::int32_t triangleIndex : below)
     {
-        for (const Vector3d& corner : tree.corners(triangleIndex))
+        for (const Vector3d& corner : tree.cornersOfTriangle(triangleIndex))
         {
             const double escape = distanceToCore(tested, corner) - radius;
             // Double rounding of this check itself is far below the rounding of single precision.
@@ -148,7 +151,7 @@ void expectSound(const SsvTree& tree, const std::string& what)
         {
             const auto index = static_cast<std::size_t>(tree.mesh().triangles[i][k]);
             const Vector3d expected = tree.mesh().vertices[index] - tree.origin();
-            EXPECT_EQ(tree.corners(static_cast<std::int32_t>(i))[k], expected) << what;
+            EXPECT_EQ(tree.cornersOfTriangle(static_cast<std::int32_t>(i))[k], expected) << what;
             radius = std::max(radius, expected.norm());
         }
     }
@@ -260,8 +263,8 @@ TEST(SsvTree, IsTheSameEveryTime)
     ASSERT_EQ(first.nodes().size(), second.nodes().size());
     for (std::size_t i = 0; i < first.nodes().size(); ++i)
     {
-        EXPECT_EQ(first.nodes()[i].child, second.nodes()[i].child);
-        EXPECT_EQ(first.nodes()[i].triangle, second.nodes()[i].triangle);
+        EXPECT_EQ(first.nodes()[i].first, second.nodes()[i].first);
+        EXPECT_EQ(first.nodes()[i].count, second.nodes()[i].count);
         EXPECT_EQ(first.nodes()[i].radius, second.nodes()[i].radius);
     }
 }
