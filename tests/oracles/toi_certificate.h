@@ -34,8 +34,8 @@ enum class Verdict : std::uint8_t
 struct Judgement
 {
     Verdict verdict = Verdict::Right;
-    double time = 0.0;      ///< of the counterexample, or where the proof got stuck
-    double distance = 0.0;  ///< there
+    double time = 0.0;             ///< of the counterexample, or where the proof got stuck
+    double distance = 0.0;         ///< there
     std::int64_t evaluations = 0;  ///< pairs of triangles times instants
 
     [[nodiscard]] std::string text() const;
@@ -50,6 +50,9 @@ struct InstantDistance
 };
 
 [[nodiscard]] InstantDistance instantDistance(const RigidScene& scene, double t);
+
+/// The same in double precision, for bodies that do not cross; else some positive distance.
+[[nodiscard]] InstantDistance featureDistance(const RigidScene& scene, double t);
 
 /// What rounding may do to a distance in that scene: 256 units in the last place of its largest
 /// coordinate.

@@ -28,7 +28,8 @@ RigidScene scaledScene(const RigidScene& scene, double factor)
             .motionB = scaledMotion(scene.motionB, factor)};
 }
 
-/// Any tolerance, or one near the gap that the scene was made for; never below what rounding leaves.
+/// Any tolerance, or one near the gap that the scene was made for; never below what rounding
+/// leaves.
 double chooseTolerance(Random& random, const SoakScene& made)
 {
     double tolerance = made.tolerance;
@@ -44,11 +45,22 @@ double chooseTolerance(Random& random, const SoakScene& made)
 
 const char* nameOf(SoakFamily family)
 {
-    constexpr std::array<const char*, kSoakFamilies> kNames{
-        "soups",        "slivers",       "degenerate",  "coplanar-faces",
-        "parallel-edges", "thin-plates", "spikes",      "grazing",
-        "near-miss",    "multi-turn",    "both-turning", "co-moving",
-        "far-small",    "scales",        "start-touching", "clearance"};
+    constexpr std::array<const char*, kSoakFamilies> kNames{"soups",
+                                                            "slivers",
+                                                            "degenerate",
+                                                            "coplanar-faces",
+                                                            "parallel-edges",
+                                                            "thin-plates",
+                                                            "spikes",
+                                                            "grazing",
+                                                            "near-miss",
+                                                            "multi-turn",
+                                                            "both-turning",
+                                                            "co-moving",
+                                                            "far-small",
+                                                            "scales",
+                                                            "start-touching",
+                                                            "clearance"};
     return kNames[static_cast<std::size_t>(family)];
 }
 
@@ -195,8 +207,8 @@ std::string vacuity(const SoakTallies& tallies)
         }
         if (1000 * tally.undecided() > tally.queries)
         {
-            complaints << nameOf(static_cast<SoakFamily>(i)) << ": " << tally.undecided()
-                       << " of " << tally.queries << " undecided\n";
+            complaints << nameOf(static_cast<SoakFamily>(i)) << ": " << tally.undecided() << " of "
+                       << tally.queries << " undecided\n";
         }
     }
     return complaints.str();

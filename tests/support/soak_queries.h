@@ -15,22 +15,22 @@ namespace bullet_ccd::tests
 {
 enum class SoakFamily : std::uint8_t
 {
-    Soups,         ///< random triangles that fly at each other, some start overlapping
-    Slivers,       ///< aspect ratios up to 1e9
-    Degenerate,    ///< triangles that are segments or points
-    CoplanarFaces, ///< axis-aligned boxes whose faces lie in common planes
-    ParallelEdges, ///< bars whose edges are parallel, exactly or almost
-    ThinPlates,    ///< plates that cross in 1/100 to 1/1000 of the motion
-    Spikes,        ///< needles and cones, tip to tip
-    Grazing,       ///< an obstacle at the extreme of the motion, less or more than a small gap
-    NearMiss,      ///< edges that pass at a small gap
-    MultiTurn,     ///< up to ten turns
-    BothTurning,   ///< each about an axis of its own, one or both about a point off the body
-    CoMoving,      ///< common velocity and rotation with a small difference
-    FarSmall,      ///< parts of 1e-3 at places of 1e3
-    Scales,        ///< lengths of 1e-9 to 1e9
-    StartTouching, ///< the motion begins within the tolerance
-    Clearance,     ///< queries with a minimum separation
+    Soups,          ///< random triangles that fly at each other, some start overlapping
+    Slivers,        ///< aspect ratios up to 1e9
+    Degenerate,     ///< triangles that are segments or points
+    CoplanarFaces,  ///< axis-aligned boxes whose faces lie in common planes
+    ParallelEdges,  ///< bars whose edges are parallel, exactly or almost
+    ThinPlates,     ///< plates that cross in 1/100 to 1/1000 of the motion
+    Spikes,         ///< needles and cones, tip to tip
+    Grazing,        ///< an obstacle at the extreme of the motion, less or more than a small gap
+    NearMiss,       ///< edges that pass at a small gap
+    MultiTurn,      ///< up to ten turns
+    BothTurning,    ///< each about an axis of its own, one or both about a point off the body
+    CoMoving,       ///< common velocity and rotation with a small difference
+    FarSmall,       ///< parts of 1e-3 at places of 1e3
+    Scales,         ///< lengths of 1e-9 to 1e9
+    StartTouching,  ///< the motion begins within the tolerance
+    Clearance,      ///< queries with a minimum separation
 };
 inline constexpr std::size_t kSoakFamilies = 16;
 

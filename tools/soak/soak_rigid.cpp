@@ -3,7 +3,6 @@
 #include "tools/soak/soak_run.h"
 
 #include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <iostream>
 #include <thread>
@@ -34,8 +33,9 @@ int runVerbosely(std::uint64_t first, std::uint64_t count)
 
 void printTable(const Checkpoint& checkpoint)
 {
-    std::printf("\n| family | queries | hit | free | overlapping | late | missed | false | gap | "
-                "status | gave up | undecided |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    std::printf(
+        "\n| family | queries | hit | free | overlapping | late | missed | false | gap | "
+        "status | gave up | undecided |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     SoakTally all;
     const auto row = [](const char* name, const SoakTally& tally)
     {
@@ -86,8 +86,9 @@ int summarize(const Checkpoint& checkpoint)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Random and adversarial rigid queries, every answer judged by proof or "
-                 "counterexample."};
+    CLI::App app{
+        "Random and adversarial rigid queries, every answer judged by proof or "
+        "counterexample."};
     SoakRun run;
     run.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     run.checkpointPath = "soak_rigid.checkpoint";

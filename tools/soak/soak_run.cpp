@@ -72,13 +72,14 @@ public:
     void reportFailure(std::uint64_t seed, const SoakQuery& query, const SoakOutcome& outcome)
     {
         const std::lock_guard lock(m_mutex);
-        std::printf("FAILED seed %llu (%s, %s): %s\n"
-                    "  tools/soak_rigid --seed %llu --count 1 --verbose\n",
-                    static_cast<unsigned long long>(seed),
-                    nameOf(query.family),
-                    nameOf(query.options.strategy),
-                    outcome.judgement.text().c_str(),
-                    static_cast<unsigned long long>(seed));
+        std::printf(
+            "FAILED seed %llu (%s, %s): %s\n"
+            "  tools/soak_rigid --seed %llu --count 1 --verbose\n",
+            static_cast<unsigned long long>(seed),
+            nameOf(query.family),
+            nameOf(query.options.strategy),
+            outcome.judgement.text().c_str(),
+            static_cast<unsigned long long>(seed));
         std::fflush(stdout);
     }
 
