@@ -28,9 +28,10 @@ constexpr std::size_t kShort = 10;
 /// Relative rounding of gaps computed in long double, generously.
 constexpr Real kWideRounding = 1e-17L;
 
-/// A point that turns with its body: `arm` leads from the moving reference to it at t = 0.
+/// A point that turns with its body: where it is at t = 0, and its arm from the reference then.
 struct Rider
 {
+    Wide start;
     Wide arm;
     double reach = 0.0;  ///< distance from the axis of rotation through the reference
 };
@@ -55,10 +56,10 @@ public:
         : m_v(motion.v_W.cast<Real>()), m_w(motion.w_W.cast<Real>()), m_spin(m_w.norm())
     {
         const WideMatrix R0 = motion.X_W0.linear().cast<Real>();
+        const Wide x0 = motion.X_W0.translation().cast<Real>();
         const Wide reference = motion.reference_B.cast<Real>();
-        m_start = motion.X_W0.translation().cast<Real>() + R0 * reference;
-        const auto rider = [&](const Vector3d& p)
-        { return riderAt(R0 * (p.cast<Real>() - reference)); };
+        const auto rider = [&](const Wide& p)
+        { return riderAt(x0 + R0 * p, R0 * (p - reference)); };
         Vector3d low = Vector3d::Constant(kInfinity);
         Vector3d high = -low;
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
@@ -67,16 +68,16 @@ public:
             Piece piece;
             for (std::size_t k = 0; k < 3; ++k)
             {
-                piece.corners[k] = rider(corners[k]);
+                piece.corners[k] = rider(corners[k].cast<Real>());
                 low = low.cwiseMin(corners[k]);
                 high = high.cwiseMax(corners[k]);
             }
-            piece.ball = ballAbout(
-                riderAt((piece.corners[0].arm + piece.corners[1].arm + piece.corners[2].arm) / 3),
-                {&piece, 1});
+            const Wide middle =
+                (corners[0].cast<Real>() + corners[1].cast<Real>() + corners[2].cast<Real>()) / 3;
+            piece.ball = ballAbout(rider(middle), {&piece, 1});
             m_pieces.push_back(piece);
         }
-        m_ball = ballAbout(rider(0.5 * (low + high)), m_pieces);
+        m_ball = ballAbout(rider((0.5 * (low + high)).cast<Real>()), m_pieces);
         m_centers.resize(m_pieces.size());
         m_centerRates.resize(m_pieces.size());
         m_stamps.assign(m_pieces.size(), 0);
@@ -90,24 +91,26 @@ public:
     void moveTo(Real t)
     {
         ++m_stamp;
-        m_place = m_start + t * m_v;
-        m_turn.setIdentity();
+        m_shift = t * m_v;
+        m_turnLess1.setZero();
         if (m_spin > 0)
         {
             const Wide u = m_w / m_spin;
             const Real angle = t * m_spin;
-            const Real s = std::sin(angle);
             const Real half = std::sin(angle / 2);
             WideMatrix K;
             K << 0, -u.z(), u.y(), u.z(), 0, -u.x(), -u.y(), u.x(), 0;
-            m_turn += s * K + 2 * half * half * (K * K);
+            m_turnLess1 = std::sin(angle) * K + 2 * half * half * (K * K);
         }
     }
 
-    [[nodiscard]] Wide at(const Rider& rider) const { return m_place + m_turn * rider.arm; }
+    [[nodiscard]] Wide at(const Rider& rider) const
+    {
+        return rider.start + (m_shift + m_turnLess1 * rider.arm);
+    }
     [[nodiscard]] Wide rate(const Rider& rider) const
     {
-        return m_v + m_w.cross(m_turn * rider.arm);
+        return m_v + m_w.cross(rider.arm + m_turnLess1 * rider.arm);
     }
     void setOrigin(const Wide& origin) { m_origin = origin; }
 
@@ -123,10 +126,10 @@ public:
     }
 
 private:
-    [[nodiscard]] Rider riderAt(const Wide& arm) const
+    [[nodiscard]] Rider riderAt(const Wide& start, const Wide& arm) const
     {
         const Real across = m_spin > 0 ? m_w.cross(arm).norm() / m_spin : Real(0);
-        return {.arm = arm, .reach = static_cast<double>(across * (1 + 1e-15L))};
+        return {.start = start, .arm = arm, .reach = static_cast<double>(across * (1 + 1e-15L))};
     }
 
     static Ball ballAbout(const Rider& center, std::span<const Piece> pieces)
@@ -155,11 +158,10 @@ private:
     Wide m_v;
     Wide m_w;
     Real m_spin;
-    Wide m_start;
     std::vector<Piece> m_pieces;
     Ball m_ball;
-    Wide m_place = Wide::Zero();
-    WideMatrix m_turn = WideMatrix::Identity();
+    Wide m_shift = Wide::Zero();
+    WideMatrix m_turnLess1 = WideMatrix::Zero();
     Wide m_origin = Wide::Zero();
     std::uint64_t m_stamp = 0;
     std::vector<std::uint64_t> m_stamps;
