@@ -38,4 +38,27 @@ struct RigidScene
     result.motionB = moved(scene.motionB, X);
     return result;
 }
+
+[[nodiscard]] inline RigidMotion scaled(RigidMotion motion, double factor)
+{
+    motion.X_W0.translation() *= factor;
+    motion.v_W *= factor;
+    motion.reference_B *= factor;
+    return motion;
+}
+
+/// The same scene in a unit of length `factor` times as small.
+[[nodiscard]] inline RigidScene scaled(RigidScene scene, double factor)
+{
+    for (TriangleMesh* mesh : {&scene.meshA, &scene.meshB})
+    {
+        for (Eigen::Vector3d& v : mesh->vertices)
+        {
+            v *= factor;
+        }
+    }
+    scene.motionA = scaled(scene.motionA, factor);
+    scene.motionB = scaled(scene.motionB, factor);
+    return scene;
+}
 }  // namespace bullet_ccd::tests

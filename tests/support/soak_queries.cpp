@@ -12,22 +12,6 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-RigidMotion scaledMotion(RigidMotion motion, double factor)
-{
-    motion.X_W0.translation() *= factor;
-    motion.v_W *= factor;
-    motion.reference_B *= factor;
-    return motion;
-}
-
-RigidScene scaledScene(const RigidScene& scene, double factor)
-{
-    return {.meshA = scaled(scene.meshA, factor),
-            .meshB = scaled(scene.meshB, factor),
-            .motionA = scaledMotion(scene.motionA, factor),
-            .motionB = scaledMotion(scene.motionB, factor)};
-}
-
 /// Any tolerance, or one near the gap that the scene was made for; never below what rounding
 /// leaves.
 double chooseTolerance(Random& random, const SoakScene& made)
@@ -96,7 +80,7 @@ SoakQuery soakQuery(std::uint64_t seed)
     {
         made.scene = swapped(made.scene);
     }
-    query.scene = made.scale == 1.0 ? made.scene : scaledScene(made.scene, made.scale);
+    query.scene = made.scale == 1.0 ? made.scene : scaled(made.scene, made.scale);
     query.options.tolerance =
         std::max(chooseTolerance(random, made), 4.0 * distanceRounding(query.scene));
     query.options.minimumSeparation = made.separation * made.scale;
