@@ -114,7 +114,7 @@ btCcdAnswer btCcdStepper::firstImpact(const btCcdQuery& query)
     collectSolverPairs(query);
     pairUp(query);
 
-    const bullet_ccd::ToiOptions options{.tolerance = query.m_tolerance};
+    const bullet_ccd::ToiOptions options{.tolerance = query.m_tolerance, .aim = 0.5};
     FirstContactResult first = bullet_ccd::firstContact(m_moving, m_pairs, options, m_work);
     while (first.status == ToiStatus::Overlapping)
     {

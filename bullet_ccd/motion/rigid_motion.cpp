@@ -62,7 +62,8 @@ RigidMotion motionBetween(const Eigen::Isometry3d& X_W0, const Eigen::Isometry3d
     const double sine = q.vec().norm();
     const double angle = 2.0 * std::atan2(sine, q.w());
     RigidMotion motion{.X_W0 = X_W0, .v_W = X_W1.translation() - X_W0.translation()};
-    if (sine > 0.0)
+    // Equal orientations differ by the rounding of their matrices; that is not a rotation.
+    if (sine > 1e-15)
     {
         const Eigen::Vector3d axis = q.vec() / sine;
         const bool isHalfTurn = q.w() < 1e-12;

@@ -2,7 +2,6 @@
 
 #include "bullet_ccd/distance/ssv_pair.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -10,10 +9,16 @@ namespace bullet_ccd
 {
 namespace
 {
+using Eigen::Map;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Map<const Vector3d> vector(const double (&v)[3])
+{
+    return Map<const Vector3d>(v);
+}
 
 /// Longest time in which a gap g > 0 cannot close, if it closes at speed a now and at an
 /// acceleration of at most b: the root of a s + b s^2 / 2 = g.
@@ -28,68 +33,43 @@ double closingTime(double g, double a, double b)
     return b > 0.0 ? (root - a) / b : kInfinity;
 }
 
-/// One corner: where it is, and its velocity and acceleration bound.
-struct MovingCorner
+/// One side of a pair of volumes: how its core moves about its center.
+struct CoreMotion
 {
-    Vector3d point;
-    Vector3d velocity;
-    double acceleration;
+    Vector3d axis;  // unit, or zero
+    double turn;    // speed, times |axis x n|
+    double bend;    // acceleration, times |axis x n|
+
+    CoreMotion(const Vector3d& w, double spin, const Vector3d& orbit, double axisPart, double core)
+        : axis(spin > 0.0 ? Vector3d(w / spin) : Vector3d(Vector3d::Zero())),
+          turn(spin * core),
+          bend(axisPart * spin * (orbit.norm() + spin * core))
+    {
+    }
 };
 
-/// Step along direction n (unit, from A to B): every pair of corners has its own gap and speed.
-/// Also returns the smallest gap, the separation of the two triangles along n.
-Step cornerStep(const std::array<MovingCorner, 3>& a,
-                const std::array<MovingCorner, 3>& b,
-                const Vector3d& n,
-                double margin)
+double across(double along)
 {
-    Step step{.time = kInfinity, .gap = kInfinity};
-    for (const MovingCorner& cornerA : a)
-    {
-        for (const MovingCorner& cornerB : b)
-        {
-            const double gap = n.dot(cornerB.point - cornerA.point);
-            step.gap = std::min(step.gap, gap);
-            if (gap <= margin)
-            {
-                step.time = 0.0;
-                continue;
-            }
-            const double speed = n.dot(cornerA.velocity - cornerB.velocity);
-            step.time = std::min(
-                step.time,
-                closingTime(gap - margin, speed, cornerA.acceleration + cornerB.acceleration));
-        }
-    }
-    return step;
+    return std::sqrt(std::max(0.0, 1.0 - along * along));
 }
 
-std::array<MovingCorner, 3> movingCorners(const TriangleCorners& corners,
-                                          const Vector3d& offset,
-                                          const AccelerationBound& bound,
-                                          const Matrix3d& R,
-                                          const Vector3d& p,
-                                          const Vector3d& v,
-                                          const Vector3d& w)
+/// Best step over all directions that can separate two triangles; where the closest points are too
+/// close, or too badly conditioned, to give a direction.
+TriangleApproach bestApproach(const RelativeMotion& motion,
+                              const TriangleCorners& cornersA,
+                              const TriangleCorners& cornersB,
+                              double margin)
 {
-    std::array<MovingCorner, 3> moving;
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(motion.R);
+    std::array<Vector3d, 3> edgesA;
+    std::array<Vector3d, 3> edgesB;
     for (std::size_t k = 0; k < 3; ++k)
     {
-        const Vector3d arm = R * corners[k];
-        moving[k].point = arm + p;
-        moving[k].velocity = v + w.cross(arm);
-        moving[k].acceleration = bound.constant + bound.perRadius * (corners[k] + offset).norm();
+        edgesA[k] = R * (cornersA[(k + 1) % 3] - cornersA[k]);
+        edgesB[k] = cornersB[(k + 1) % 3] - cornersB[k];
     }
-    return moving;
-}
-
-/// Best step over all directions that can separate two triangles; the fallback where the closest
-/// points are too close, or too badly conditioned, to give a direction.
-Step separatingStep(const std::array<MovingCorner, 3>& a,
-                    const std::array<MovingCorner, 3>& b,
-                    double margin)
-{
-    Step best;
+    TriangleApproach best{};
+    best.gap = -kInfinity;
     const auto consider = [&](const Vector3d& direction)
     {
         const double length = direction.norm();
@@ -99,20 +79,16 @@ Step separatingStep(const std::array<MovingCorner, 3>& a,
         }
         for (const double sign : {1.0, -1.0})
         {
-            const Step step = cornerStep(a, b, (sign / length) * direction, margin);
-            if (step.gap > best.gap)
+            const Vector3d n = (sign / length) * direction;
+            TriangleApproach approach{};
+            approachAlong(
+                motion, cornersA[0].data(), cornersB[0].data(), n.data(), margin, approach);
+            if (approach.gap > best.gap)
             {
-                best = step;
+                best = approach;
             }
         }
     };
-    std::array<Vector3d, 3> edgesA;
-    std::array<Vector3d, 3> edgesB;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-        edgesA[k] = a[(k + 1) % 3].point - a[k].point;
-        edgesB[k] = b[(k + 1) % 3].point - b[k].point;
-    }
     consider(edgesA[0].cross(edgesA[1]));
     consider(edgesB[0].cross(edgesB[1]));
     for (const Vector3d& edgeA : edgesA)
@@ -124,79 +100,93 @@ Step separatingStep(const std::array<MovingCorner, 3>& a,
     }
     return best;
 }
+
+/// Exact distance of the triangles in B's tree.
+TriangleDistance exactDistance(const RelativeMotion& m,
+                               TriangleCorners cornersA,
+                               const TriangleCorners& cornersB)
+{
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
+    for (Vector3d& corner : cornersA)
+    {
+        corner = R * (corner + vector(m.armA)) + vector(m.p);
+    }
+    return triangleDistance(cornersA, cornersB);
+}
 }  // namespace
 
-/// Certified step of two volumes: the best over all separating axes. Speeds: that of the centres,
-/// plus that of the core about its centre; the ball swept around the core does not feel rotation.
-Step nodeStep(const PairConstants& c,
-              const PairState& s,
-              const SsvNode& nodeA,
-              const SsvNode& nodeB)
+Step nodeStep(const RelativeMotion& m, double margin, const SsvNode& nodeA, const SsvNode& nodeB)
 {
     const PlacedSsv b = place(nodeB);
     PlacedSsv a = place(nodeA);
-    const double reachA = (a.center + c.offsetA).norm() + a.coreRadius;
-    const double reachB = (b.center + c.offsetB).norm() + b.coreRadius;
-    const Vector3d armA = s.R * a.center;
-    a.center = armA + s.p;
-    a.axes = s.R * a.axes;
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
+    const Vector3d fromReference = a.center + vector(m.radiusArmA);
+    const Vector3d arm = R * (a.center + vector(m.armA));
+    const Vector3d armB = b.center + vector(m.armB);
+    a.center = arm + vector(m.p);
+    a.axes = R * a.axes;
 
-    const double acceleration = c.accelerationA.constant + c.accelerationB.constant +
-                                c.accelerationA.perRadius * reachA +
-                                c.accelerationB.perRadius * reachB;
-    const double turning = s.spinA * a.coreRadius + s.spinB * b.coreRadius;
-    const Vector3d closing = s.vA + s.wA.cross(armA) - s.vB - s.wB.cross(b.center);
-    const Vector3d closingA = a.axes.transpose() * closing;
-    const Vector3d closingB = b.axes.transpose() * closing;
-    const double margin = 0.5 * c.threshold + s.rounding;
-
+    const Vector3d orbitA = vector(m.wA).cross(arm);
+    const Vector3d orbitB = vector(m.wB).cross(armB);
+    const CoreMotion coreA(vector(m.wA), m.spinA, orbitA, m.axisA, a.coreRadius);
+    const CoreMotion coreB(vector(m.wB), m.spinB, orbitB, m.axisB, b.coreRadius);
+    const double constant = m.constant + m.perRadiusA * (fromReference.norm() + a.coreRadius) +
+                            m.perRadiusB * (armB.norm() + b.coreRadius);
+    const Vector3d closing = vector(m.velocity) + orbitA - orbitB;
+    const std::array<Vector3d, 3> inA{a.axes.transpose() * closing,
+                                      a.axes.transpose() * coreA.axis,
+                                      a.axes.transpose() * coreB.axis};
+    const std::array<Vector3d, 3> inB{b.axes.transpose() * closing,
+                                      b.axes.transpose() * coreA.axis,
+                                      b.axes.transpose() * coreB.axis};
     Step step;
-    forEachSeparatingAxis(a,
-                          b,
-                          [&](double gap, const auto& along)
-                          {
-                              step.gap = std::max(step.gap, gap);
-                              if (gap > margin)
-                              {
-                                  const double speed = along(closingA, closingB) + turning;
-                                  step.time = std::max(
-                                      step.time, closingTime(gap - margin, speed, acceleration));
-                              }
-                              return s.time + step.time > 1.0;
-                          });
+    forEachSeparatingAxis(
+        a,
+        b,
+        [&](double gap, const auto& along)
+        {
+            step.gap = std::max(step.gap, gap);
+            if (gap > margin)
+            {
+                const double acrossA = across(along(inA[1], inB[1]));
+                const double acrossB = across(along(inA[2], inB[2]));
+                const double speed =
+                    along(inA[0], inB[0]) + coreA.turn * acrossA + coreB.turn * acrossB;
+                const double bend = constant + coreA.bend * acrossA + coreB.bend * acrossB;
+                step.time = std::max(step.time, closingTime(gap - margin, speed, bend));
+            }
+            return false;
+        });
     return step;
 }
 
-TriangleStep triangleStep(const PairConstants& c,
-                          const PairState& s,
-                          std::int32_t triangleA,
-                          std::int32_t triangleB)
+TriangleStep triangleStep(const SsvTree& treeA,
+                          const SsvTree& treeB,
+                          const PairState& state,
+                          double margin,
+                          std::int32_t slotA,
+                          std::int32_t slotB)
 {
-    const auto a = movingCorners(
-        c.treeA->corners(triangleA), c.offsetA, c.accelerationA, s.R, s.p, s.vA, s.wA);
-    const auto b = movingCorners(c.treeB->corners(triangleB),
-                                 c.offsetB,
-                                 c.accelerationB,
-                                 Matrix3d::Identity(),
-                                 Vector3d::Zero(),
-                                 s.vB,
-                                 s.wB);
+    const TriangleCorners& cornersA = treeA.corners(slotA);
+    const TriangleCorners& cornersB = treeB.corners(slotB);
+    const double keep = margin + state.rounding;
+    TriangleApproach approach;
+    approachTriangles(state.motion, cornersA[0].data(), cornersB[0].data(), keep, approach);
+    // The direction of the closest points separates by their distance, or something is wrong.
+    if (approach.gap >= 0.99 * approach.distance && approach.distance > state.rounding)
+    {
+        return {.distance = {.distance = approach.distance,
+                             .pointA = vector(approach.pointA),
+                             .pointB = vector(approach.pointB)},
+                .time = approach.time};
+    }
     TriangleStep result;
-    result.distance = triangleDistance({a[0].point, a[1].point, a[2].point},
-                                       {b[0].point, b[1].point, b[2].point});
-    const double margin = 0.5 * c.threshold + s.rounding;
-    const double d = result.distance.distance;
-    if (d <= 0.0)
+    result.distance = exactDistance(state.motion, cornersA, cornersB);
+    if (result.distance.distance > 0.0)
     {
-        return result;
+        const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, keep);
+        result.time = (best.gap > approach.gap ? best : approach).time;
     }
-    Step step = cornerStep(a, b, (result.distance.pointB - result.distance.pointA) / d, margin);
-    if (step.gap < 0.99 * d)
-    {
-        const Step other = separatingStep(a, b, margin);
-        step = other.gap > step.gap ? other : step;
-    }
-    result.time = step.time;
     return result;
 }
 }  // namespace bullet_ccd

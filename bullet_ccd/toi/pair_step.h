@@ -1,41 +1,39 @@
 /// Certified steps of one pair of volumes or triangles from one pose: the inner half of
-/// firstContact(). Everything is expressed in the axes of B's tree at that time.
+/// firstContact().
 #pragma once
 
 #include "bullet_ccd/distance/triangle_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/motion/rigid_motion.h"
+#include "bullet_ccd/toi/triangle_approach.h"
 
-#include <Eigen/Geometry>
-
+#include <algorithm>
 #include <limits>
 
 namespace bullet_ccd
 {
-/// What stays the same for a pair of bodies during a query.
-struct PairConstants
+/// How near the bodies of a pair may come.
+struct PairLimits
 {
-    const SsvTree* treeA = nullptr;
-    const SsvTree* treeB = nullptr;
-    std::int32_t base = kNone;  ///< link whose frame is the frame of the query
-    AccelerationBound accelerationA{};
-    AccelerationBound accelerationB{};
-    Eigen::Vector3d offsetA{};  ///< from the body's origin to the tree's, in the tree's axes
-    Eigen::Vector3d offsetB{};
+    double floor = 0.0;      ///< distance that must be kept
     double threshold = 0.0;  ///< in contact at this distance
+    double aim = 0.0;        ///< part of what is between them that a step leaves
+
+    /// Distance that no step may go below.
+    [[nodiscard]] double margin() const { return floor + aim * (threshold - floor); }
+    /// Near enough to stop.
+    [[nodiscard]] double near() const
+    {
+        return floor + std::min(1.0, 2.0 * aim) * (threshold - floor);
+    }
 };
 
-/// Relative state of a pair at one time; everything in the axes of B's tree.
+/// Relative state of a pair of bodies at one time.
 struct PairState
 {
     std::int32_t pair = kNone;
     double time = -1.0;
-    Eigen::Matrix3d R{};  ///< A's tree in B's
-    Eigen::Vector3d p{};
-    Eigen::Vector3d vA{}, wA{};  ///< velocity of A's tree origin, angular velocity
-    Eigen::Vector3d vB{}, wB{};  ///< of B's
-    double spinA = 0.0, spinB = 0.0;
-    double rounding = 0.0;
+    RelativeMotion motion{};
+    double rounding = 0.0;  ///< of a gap, over the rest of the step [m]
 };
 
 /// What a step from one pose certifies.
@@ -45,22 +43,26 @@ struct Step
     double gap = -std::numeric_limits<double>::infinity();
 };
 
-/// Two triangles at one pose: exact distance and the certified step.
+/// Two triangles at one pose: distance and the certified step.
 struct TriangleStep
 {
     TriangleDistance distance;
     double time = 0.0;
 };
 
-/// Certified step of two volumes: the best over all separating axes.
-[[nodiscard]] Step nodeStep(const PairConstants& constants,
-                            const PairState& state,
+/// Certified step of two volumes, the best over all separating axes, in double precision: the
+/// reference of nodeSteps().
+[[nodiscard]] Step nodeStep(const RelativeMotion& motion,
+                            double margin,
                             const SsvNode& nodeA,
                             const SsvNode& nodeB);
 
-/// Exact distance and certified step of two triangles (indices into the meshes of the trees).
-[[nodiscard]] TriangleStep triangleStep(const PairConstants& constants,
+/// Distance, exact up to one percent, and certified step of two triangles in slots of the trees.
+/// The distance is exact where it is below the threshold or the triangles intersect.
+[[nodiscard]] TriangleStep triangleStep(const SsvTree& treeA,
+                                        const SsvTree& treeB,
                                         const PairState& state,
-                                        std::int32_t triangleA,
-                                        std::int32_t triangleB);
+                                        double margin,
+                                        std::int32_t slotA,
+                                        std::int32_t slotB);
 }  // namespace bullet_ccd

@@ -41,14 +41,16 @@ enum class ToiStrategy : std::uint8_t
 
 struct ToiOptions
 {
-    /// Surfaces count as in contact at the minimum separation plus this distance [m]; > 0. A hit is
-    /// reported as late as the certificate allows: usually at a small part of the tolerance. Bodies
+    /// Surfaces count as in contact at the minimum separation plus this distance [m]; > 0. Bodies
     /// that are already closer at t = 0 must close in to three quarters of that distance before
     /// they count as in contact again, so that a query restarted from a contact can leave it or
     /// slide.
     double tolerance = 1e-5;
     /// Clearance that must be kept: the query stops before the distance falls to it [m]; >= 0.
     double minimumSeparation = 0.0;
+    /// Steps leave this part of the tolerance as gap, in (0, 1/2]. Small: the reported time is as
+    /// late as can be. 1/2: room is left to a query that goes on from there.
+    double aim = 1.0 / 1024.0;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };

@@ -38,8 +38,10 @@ ArticulatedToiResult translateUntilContact(const Eigen::Isometry3d& X_WH,
                                .motion = &motion,
                                .selfPairs = {}};
     const std::array obstacles{RigidBody{.tree = &context.object.tree, .motion = {}}};
-    return articulatedToi(
-        body, obstacles, {.tolerance = context.options.closing.tolerance}, context.work);
+    return articulatedToi(body,
+                          obstacles,
+                          {.tolerance = context.options.closing.tolerance, .aim = 0.5},
+                          context.work);
 }
 
 Eigen::Isometry3d shifted(Eigen::Isometry3d X_W, const Eigen::Vector3d& by)

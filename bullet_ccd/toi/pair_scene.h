@@ -1,0 +1,103 @@
+/// The pairs of bodies of a query as the search sees them: relative motion, in batches for volumes
+/// and in double precision for triangles.
+#pragma once
+
+#include "bullet_ccd/toi/first_contact.h"
+#include "bullet_ccd/toi/node_batch.h"
+#include "bullet_ccd/toi/pair_step.h"
+#include "bullet_ccd/toi/rigid_pair.h"
+
+#include <span>
+#include <vector>
+
+namespace bullet_ccd
+{
+/// A pair of nodes of a pair of bodies, certified to keep its margin before `time`.
+struct NodePair
+{
+    double time = 0.0;
+    std::int32_t pair = kNone;
+    std::int32_t nodeA = kNone;
+    std::int32_t nodeB = kNone;
+    float lastStep = 0.0F;  ///< that brought it to `time`
+};
+
+/// Two bodies of a query.
+struct ScenePair
+{
+    const SsvTree* treeA = nullptr;
+    const SsvTree* treeB = nullptr;
+    PairLimits limits;
+    double speedScale = 0.0;  ///< relative speed of any two points, to compare with sizes [m]
+
+    bool isRigid = false;    ///< both move as RigidMotion, and `rigid` holds
+    bool inBatches = false;  ///< `poses` holds, too: eight poses at once
+    RigidPair rigid{};
+    RigidPoses poses{};
+
+    // For links and motions supplied by the user.
+    std::int32_t base = kNone;  ///< link whose frame is the frame of the query
+    AccelerationBound accelerationA{};
+    AccelerationBound accelerationB{};
+    Eigen::Vector3d offsetA = Eigen::Vector3d::Zero();  ///< from the body's origin to the tree's
+    Eigen::Vector3d offsetB = Eigen::Vector3d::Zero();  ///< in the axes of the tree
+};
+
+/// Invariant: motions and trees do not change during a query.
+class PairScene
+{
+public:
+    void reset(std::span<const MovingBody> bodies,
+               std::span<const BodyPair> pairs,
+               const ToiOptions& options);
+
+    [[nodiscard]] std::int32_t size() const { return static_cast<std::int32_t>(m_pairs.size()); }
+    [[nodiscard]] ScenePair& pair(std::int32_t index)
+    {
+        return m_pairs[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const SsvNode& nodeA(const NodePair& p) const
+    {
+        return nodeOf(treeA(p), p.nodeA);
+    }
+    [[nodiscard]] const SsvNode& nodeB(const NodePair& p) const
+    {
+        return nodeOf(treeB(p), p.nodeB);
+    }
+
+    /// Certified steps of up to eight node pairs, each from its own time. They can be evaluated
+    /// together if canShareBatch() says so of each with the first.
+    void steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
+    [[nodiscard]] bool canShareBatch(const NodePair& p, const NodePair& first) const;
+
+    /// Relative state of a pair of bodies at time t; valid until the next call.
+    [[nodiscard]] const PairState& stateAt(std::int32_t pair, double t, ToiCounters& counters);
+
+    /// Frame of B's tree in W.
+    [[nodiscard]] Eigen::Isometry3d worldOfB(std::int32_t pair, double t) const;
+
+private:
+    [[nodiscard]] static const SsvNode& nodeOf(const SsvTree& tree, std::int32_t index)
+    {
+        return tree.nodes()[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const SsvTree& treeA(const NodePair& p) const
+    {
+        return *m_pairs[static_cast<std::size_t>(p.pair)].treeA;
+    }
+    [[nodiscard]] const SsvTree& treeB(const NodePair& p) const
+    {
+        return *m_pairs[static_cast<std::size_t>(p.pair)].treeB;
+    }
+    void computeState(std::int32_t index, double t);
+    void fillConstants(std::int32_t index);
+    void fillLane(int lane, const NodePair& p, ToiCounters& counters);
+
+    std::span<const MovingBody> m_bodies;
+    std::span<const BodyPair> m_bodyPairs;
+    std::vector<ScenePair> m_pairs;
+    PairState m_state;
+    NodeBatch m_batch{};
+    std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
+};
+}  // namespace bullet_ccd

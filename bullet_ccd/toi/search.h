@@ -1,0 +1,59 @@
+/// The three strategies of firstContact(): how a query walks through the pairs of nodes.
+#pragma once
+
+#include "bullet_ccd/toi/earliest_first.h"
+#include "bullet_ccd/toi/pair_scene.h"
+
+#include <vector>
+
+namespace bullet_ccd
+{
+/// Earliest contact found so far.
+struct EarliestHit
+{
+    double time = 2.0;
+    std::int32_t pair = kNone;
+    std::int32_t slotA = kNone;
+    std::int32_t slotB = kNone;
+    TriangleDistance distance{};
+    bool atStart = false;  ///< the bodies touch where the query begins
+
+    [[nodiscard]] bool found() const { return pair != kNone; }
+};
+
+/// Thrown inside a search, never out of firstContact().
+struct IterationLimitReached
+{
+    double time;  ///< up to which all pairs are certified
+    std::int32_t pair;
+};
+
+/// Scratch and state of one query, shared by the strategies.
+struct SearchState
+{
+    PairScene scene;
+    EarliestFirst queue;          ///< best-first and C2A
+    std::vector<NodePair> front;  ///< interval: pairs that wait, a block for every open interval
+    std::vector<NodePair> work;   ///< interval: pairs to be looked at
+    EarliestHit hit;
+    ToiCounters counters;
+    ToiOptions options;
+};
+
+/// Looks at two leaves at the pair's time. Returns true and moves the pair's time on if it goes on
+/// from there; false if it cannot touch before 1 or is in contact, which is then noted in
+/// state.hit.
+[[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
+
+/// All node pairs that the children of the larger node of `p` make, at the time of `p`.
+/// @return their number, at most kArity
+std::int32_t openPair(const PairScene& scene, const NodePair& p, NodePair* children);
+
+/// Throws IterationLimitReached if the limit is passed.
+void checkLimit(const SearchState& state, const NodePair& earliest);
+
+// Each fills state.hit with the first contact, if there is one in [0, 1].
+void searchBestFirst(SearchState& state);
+void searchIntervals(SearchState& state);
+void searchC2A(SearchState& state);
+}  // namespace bullet_ccd

@@ -1,0 +1,112 @@
+#include "bullet_ccd/toi/search.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// Invariant: every pair of triangles that could touch before min(1, hit.time) is below a pair in
+/// the queue, or in the batch in hand, whose time is a lower bound of its contact. The search ends
+/// because every pair taken out either goes down one level of a finite tree or moves ahead by a
+/// step that is bounded below by its margin over the largest speed.
+class BestFirst
+{
+public:
+    explicit BestFirst(SearchState& state) : m_state(state), m_queue(state.queue) {}
+
+    void run()
+    {
+        m_queue.clear();
+        for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
+        {
+            // As if it had come a long way: the roots themselves are to be looked at.
+            m_queue.push({.pair = i,
+                          .nodeA = 0,
+                          .nodeB = 0,
+                          .lastStep = std::numeric_limits<float>::infinity()});
+        }
+        while (!m_queue.empty() && m_queue.top().time < m_state.hit.time)
+        {
+            checkLimit(m_state, m_queue.top());
+            const std::size_t count = collect();
+            if (count > 0)
+            {
+                evaluate(count);
+            }
+        }
+    }
+
+private:
+    /// Far from where it was for its size: worth another step before it is opened.
+    [[nodiscard]] bool goesOn(const NodePair& p)
+    {
+        const double size = static_cast<double>(m_state.scene.nodeA(p).size()) +
+                            static_cast<double>(m_state.scene.nodeB(p).size());
+        return static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale >= size;
+    }
+
+    /// Takes the earliest pairs out of the queue: triangles are dealt with on the way, nodes fill a
+    /// batch. Returns the size of the batch.
+    std::size_t collect()
+    {
+        std::size_t count = 0;
+        while (!m_queue.empty() && m_queue.top().time < m_state.hit.time)
+        {
+            NodePair p = m_queue.top();
+            if (m_state.scene.nodeA(p).isLeaf() && m_state.scene.nodeB(p).isLeaf())
+            {
+                m_queue.pop();
+                if (advanceTriangles(m_state, p))
+                {
+                    m_queue.push(p);
+                }
+                continue;
+            }
+            if (count > 0 && !m_state.scene.canShareBatch(p, m_batch[0]))
+            {
+                break;
+            }
+            std::array<NodePair, kArity> next{p};
+            const auto added =
+                static_cast<std::size_t>(goesOn(p) ? 1 : openPair(m_state.scene, p, next.data()));
+            if (count + added > m_batch.size())
+            {
+                break;
+            }
+            m_queue.pop();
+            std::copy_n(next.begin(), added, m_batch.begin() + static_cast<std::ptrdiff_t>(count));
+            count += added;
+        }
+        return count;
+    }
+
+    void evaluate(std::size_t count)
+    {
+        std::array<float, NodeBatch::kLanes> steps;
+        m_state.scene.steps({m_batch.data(), count}, m_state.counters, steps.data());
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            NodePair& p = m_batch[i];
+            p.time += static_cast<double>(steps[i]);
+            p.lastStep = steps[i];
+            if (p.time <= 1.0 && p.time < m_state.hit.time)
+            {
+                m_queue.push(p);
+            }
+        }
+    }
+
+    SearchState& m_state;
+    EarliestFirst& m_queue;
+    std::array<NodePair, NodeBatch::kLanes> m_batch{};
+};
+}  // namespace
+
+void searchBestFirst(SearchState& state)
+{
+    BestFirst(state).run();
+}
+}  // namespace bullet_ccd

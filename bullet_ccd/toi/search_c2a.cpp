@@ -1,0 +1,108 @@
+#include "bullet_ccd/toi/search.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// Controlled conservative advancement: all pairs are looked at from one common time, which then
+/// moves on by the smallest certified step. In the queue `time` is where a pair's own step ends.
+///
+/// Any cut through the pairs of nodes covers all pairs of triangles, so its smallest step is a safe
+/// one, however shallow the cut. How deep it goes is controlled by the number of node pairs that a
+/// step may cost: it doubles whenever the steps become short, so that far apart the cuts are
+/// shallow, and near contact they reach the triangles. No unit of length enters.
+class ControlledAdvancement
+{
+public:
+    explicit ControlledAdvancement(SearchState& state) : m_state(state), m_queue(state.queue) {}
+
+    void run()
+    {
+        double time = 0.0;
+        double lastStep = 1.0;
+        while (time <= 1.0 && !m_state.hit.found())
+        {
+            const double next = advance(time);
+            if (next - time < 0.5 * lastStep)
+            {
+                m_budget *= 2;
+            }
+            lastStep = next - time;
+            time = next;
+        }
+    }
+
+private:
+    /// One step from `now`: the end of the smallest certified step over a cut.
+    double advance(double now)
+    {
+        m_queue.clear();
+        std::int64_t spent = 0;
+        std::array<NodePair, kArity> next{};
+        for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
+        {
+            next[0] = {.time = now, .pair = i, .nodeA = 0, .nodeB = 0};
+            examine(now, {next.data(), 1});
+        }
+        double trianglesEnd = std::numeric_limits<double>::infinity();
+        while (!m_queue.empty())
+        {
+            const NodePair p = m_queue.top();
+            checkLimit(m_state, {.time = now, .pair = p.pair});
+            if (p.time >= trianglesEnd || (spent >= m_budget && p.time > now))
+            {
+                return std::min(p.time, trianglesEnd);
+            }
+            m_queue.pop();
+            ++spent;
+            if (m_state.scene.nodeA(p).isLeaf() && m_state.scene.nodeB(p).isLeaf())
+            {
+                NodePair leaves = p;
+                leaves.time = now;
+                if (advanceTriangles(m_state, leaves))
+                {
+                    trianglesEnd = std::min(trianglesEnd, leaves.time);
+                }
+                else if (m_state.hit.found())
+                {
+                    return now;
+                }
+                continue;
+            }
+            NodePair here = p;
+            here.time = now;
+            const auto count = static_cast<std::size_t>(openPair(m_state.scene, here, next.data()));
+            examine(now, {next.data(), count});
+        }
+        return trianglesEnd;
+    }
+
+    void examine(double now, std::span<NodePair> pairs)
+    {
+        std::array<float, NodeBatch::kLanes> steps;
+        m_state.scene.steps(pairs, m_state.counters, steps.data());
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+        {
+            pairs[i].time = now + static_cast<double>(steps[i]);
+            if (pairs[i].time <= 1.0)
+            {
+                m_queue.push(pairs[i]);
+            }
+        }
+    }
+
+    SearchState& m_state;
+    EarliestFirst& m_queue;
+    std::int64_t m_budget = 32;
+};
+}  // namespace
+
+void searchC2A(SearchState& state)
+{
+    ControlledAdvancement(state).run();
+}
+}  // namespace bullet_ccd
