@@ -652,7 +652,8 @@ Judgement judge(Certifier& certifier,
     }
     if (result.status == ToiStatus::IterationLimit)
     {
-        return wrong(Verdict::GaveUp, result.time, 0.0);
+        const bool wasAsked = options.maxIterations < ToiOptions{}.maxIterations;
+        return wasAsked ? Judgement{} : wrong(Verdict::GaveUp, result.time, 0.0);
     }
     const double start = certifier.apartAt(0.0).distance;
     const double last = certifier.apartAt(end).distance;

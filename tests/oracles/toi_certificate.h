@@ -25,7 +25,7 @@ enum class Verdict : std::uint8_t
     False,        ///< contact reported at a distance beyond the tolerance
     WrongGap,     ///< `gap` is not the distance, or not a lower bound of it
     WrongStatus,  ///< the status does not describe the start of the motion
-    GaveUp,       ///< iteration limit
+    GaveUp,       ///< at the usual iteration limit
     Undecided,    ///< neither proof nor counterexample within the effort allowed
 };
 

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -65,7 +64,6 @@ std::string text(const std::array<double, 7>& work)
 void expectLogarithmic(const std::array<double, 7>& work)
 {
     EXPECT_LE(work[6], 2.0 * work[3] + 20.0) << text(work);
-    EXPECT_LE(work[3], 2.0 * std::max(work[0], 1000.0)) << text(work);
 }
 
 RigidScene spheresPassing(double offset)

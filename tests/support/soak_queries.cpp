@@ -84,6 +84,11 @@ SoakQuery soakQuery(std::uint64_t seed)
     query.options.tolerance =
         std::max(chooseTolerance(random, made), 4.0 * distanceRounding(query.scene));
     query.options.minimumSeparation = made.separation * made.scale;
+    if (random.chance(0.05))
+    {
+        // What is said at an early end must hold, too.
+        query.options.maxIterations = static_cast<std::int64_t>(random.logUniform(1.0, 1e3));
+    }
     return query;
 }
 
@@ -118,7 +123,8 @@ void print(std::ostream& out, const SoakQuery& query)
     text.precision(17);
     text << "family " << nameOf(query.family) << ", strategy " << nameOf(query.options.strategy)
          << ", tolerance " << query.options.tolerance << ", minimum separation "
-         << query.options.minimumSeparation << '\n';
+         << query.options.minimumSeparation << ", at most " << query.options.maxIterations
+         << " iterations\n";
     printMotion(text, "motion A", query.scene.motionA);
     printMotion(text, "motion B", query.scene.motionB);
     printMesh(text, "mesh A", query.scene.meshA);
