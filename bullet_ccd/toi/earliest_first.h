@@ -3,6 +3,8 @@
 
 #include "bullet_ccd/toi/pair_scene.h"
 
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -10,49 +12,98 @@
 namespace bullet_ccd
 {
 /// Earliest first; among equals the one that was pushed last, so that a contact is found before its
-/// surroundings are searched. A heap of four children a node over 16-byte keys: most pairs are
-/// pushed and never taken out, so that pushing has to be cheap, and a node's children share a cache
-/// line.
+/// surroundings are searched.
+///
+/// Most pairs lie far in the future and are never taken out, so that pushing has to be cheap: only
+/// what is due before a horizon is kept in a heap, the rest in no order. When the heap runs empty,
+/// the horizon moves on.
 class EarliestFirst
 {
 public:
     void clear()
     {
-        m_keys.clear();
+        m_near.clear();
+        m_far.clear();
         m_pairs.clear();
+        m_horizon = 0;
     }
-    [[nodiscard]] bool empty() const { return m_keys.empty(); }
-    [[nodiscard]] const NodePair& top() const { return m_pairs[m_keys.front().index]; }
 
+    [[nodiscard]] bool empty() const { return m_near.empty() && m_far.empty(); }
+
+    /// Nothing in the queue is earlier. @pre not empty
+    [[nodiscard]] double time()
+    {
+        settle();
+        return std::bit_cast<double>(m_near.front().order & ~kTieBits);
+    }
+
+    /// The first pair; its time is that of the queue but for the last 20 bits. @pre not empty
+    [[nodiscard]] const NodePair& top()
+    {
+        settle();
+        return m_pairs[m_near.front().index];
+    }
+
+    /// @pre p.time >= 0
     void push(const NodePair& p)
     {
-        const Key key{.time = p.time, .index = static_cast<std::uint32_t>(m_pairs.size())};
+        const auto index = static_cast<std::uint32_t>(m_pairs.size());
+        const std::uint64_t order =
+            (std::bit_cast<std::uint64_t>(p.time) & ~kTieBits) | (~std::uint64_t{index} & kTieBits);
         m_pairs.push_back(p);
-        std::size_t at = m_keys.size();
-        m_keys.push_back(key);
+        if (order > m_horizon)
+        {
+            m_far.push_back({.order = order, .index = index});
+        }
+        else
+        {
+            m_near.push_back({});
+            rise(m_near.size() - 1, {.order = order, .index = index});
+        }
+    }
+
+    /// @pre not empty
+    void pop()
+    {
+        settle();
+        const Key last = m_near.back();
+        m_near.pop_back();
+        if (!m_near.empty())
+        {
+            sink(0, last);
+        }
+    }
+
+private:
+    /// Compares as one integer: the bits of the time, a number >= 0, the last of them replaced by
+    /// the complement of the index.
+    struct Key
+    {
+        std::uint64_t order = 0;
+        std::uint32_t index = 0;
+    };
+    static constexpr std::uint64_t kTieBits = (std::uint64_t{1} << 20) - 1;
+    static constexpr std::size_t kChildren = 4;
+
+    void rise(std::size_t at, const Key& key)
+    {
         while (at > 0)
         {
             const std::size_t parent = (at - 1) / kChildren;
-            if (!before(key, m_keys[parent]))
+            if (m_near[parent].order <= key.order)
             {
                 break;
             }
-            m_keys[at] = m_keys[parent];
+            m_near[at] = m_near[parent];
             at = parent;
         }
-        m_keys[at] = key;
+        m_near[at] = key;
     }
 
-    void pop()
+    void sink(std::size_t at, const Key& key)
     {
-        const Key key = m_keys.back();
-        m_keys.pop_back();
-        const std::size_t size = m_keys.size();
-        if (size == 0)
-        {
-            return;
-        }
-        std::size_t at = 0;
+        const std::size_t size = m_near.size();
+        Key* const keys = m_near.data();
         for (;;)
         {
             const std::size_t first = kChildren * at + 1;
@@ -61,35 +112,62 @@ public:
                 break;
             }
             std::size_t best = first;
-            const std::size_t end = first + kChildren < size ? first + kChildren : size;
+            const std::size_t end = std::min(first + kChildren, size);
             for (std::size_t child = first + 1; child < end; ++child)
             {
-                best = before(m_keys[child], m_keys[best]) ? child : best;
+                best = keys[child].order < keys[best].order ? child : best;
             }
-            if (!before(m_keys[best], key))
+            if (keys[best].order >= key.order)
             {
                 break;
             }
-            m_keys[at] = m_keys[best];
+            keys[at] = keys[best];
             at = best;
         }
-        m_keys[at] = key;
+        keys[at] = key;
     }
 
-private:
-    static constexpr std::size_t kChildren = 4;
-
-    struct Key
+    void settle()
     {
-        double time;
-        std::uint32_t index;
-    };
-    static bool before(const Key& a, const Key& b)
-    {
-        return a.time < b.time || (a.time == b.time && a.index > b.index);
+        if (m_near.empty())
+        {
+            moveHorizon();
+        }
     }
 
-    std::vector<Key> m_keys;
+    /// To an eighth of the way from the earliest to the mean of what waits.
+    void moveHorizon()
+    {
+        std::uint64_t earliest = m_far.front().order;
+        double sum = 0.0;
+        for (const Key& key : m_far)
+        {
+            earliest = std::min(earliest, key.order);
+            sum += std::bit_cast<double>(key.order);
+        }
+        const auto first = std::bit_cast<double>(earliest);
+        const double mean = sum / static_cast<double>(m_far.size());
+        m_horizon =
+            std::max(earliest, std::bit_cast<std::uint64_t>(first + 0.125 * (mean - first)));
+        std::size_t waiting = 0;
+        for (const Key& key : m_far)
+        {
+            if (key.order > m_horizon)
+            {
+                m_far[waiting++] = key;
+            }
+            else
+            {
+                m_near.push_back({});
+                rise(m_near.size() - 1, key);
+            }
+        }
+        m_far.resize(waiting);
+    }
+
+    std::vector<Key> m_near;  ///< a heap of four children a node
+    std::vector<Key> m_far;   ///< all later than the horizon
+    std::uint64_t m_horizon = 0;
     std::vector<NodePair> m_pairs;  ///< in the order of pushing, until clear()
 };
 }  // namespace bullet_ccd

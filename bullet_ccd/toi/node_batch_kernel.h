@@ -34,6 +34,13 @@ inline Vector cross(const Vector& a, const Vector& b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+template <class Number>
+inline Vector all(const Number (&v)[3])
+{
+    return {Floats{} + static_cast<float>(v[0]),
+            Floats{} + static_cast<float>(v[1]),
+            Floats{} + static_cast<float>(v[2])};
+}
 inline Floats lengthAbove(const Vector& a)
 {
     return rootAbove(dot(a, a));
@@ -245,30 +252,45 @@ struct Turn
     Floats sine, cosine;
 };
 
-/// Sine and cosine, error below 1e-7, for angles up to 1e8: Taylor series of the half angle, at
-/// most a quarter turn.
-inline Turn sineCosine(Doubles angle)
+/// Half of the angle rate t, reduced to at most a quarter turn.
+inline Doubles4 halfAngle(double rate, Doubles4 t)
 {
     constexpr double kTwoPi = 6.283185307179586;
     constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to integers
-    const Doubles turns = (angle * (1.0 / kTwoPi) + kRound) - kRound;
-    const Doubles x = 0.5 * (angle - turns * kTwoPi);
-    const Doubles y = x * x;
-    const Doubles s =
-        x *
-        (1.0 + y * (-1.66666666666666667e-1 +
-                    y * (8.33333333333333333e-3 +
-                         y * (-1.98412698412698413e-4 +
-                              y * (2.75573192239858907e-6 +
-                                   y * (-2.50521083854417188e-8 + y * 1.60590438368216146e-10))))));
-    const Doubles c =
-        1.0 +
-        y * (-0.5 + y * (4.16666666666666667e-2 +
-                         y * (-1.38888888888888889e-3 +
-                              y * (2.48015873015873016e-5 +
-                                   y * (-2.75573192239858907e-7 + y * 2.08767569878680990e-9)))));
-    return {__builtin_convertvector(2.0 * s * c, Floats),
-            __builtin_convertvector(1.0 - 2.0 * s * s, Floats)};
+    const Doubles4 angle = rate * t;
+    const Doubles4 turns = (angle * (1.0 / kTwoPi) + kRound) - kRound;
+    return 0.5 * (angle - turns * kTwoPi);
+}
+
+// Taylor series, error below 1e-8 up to a quarter turn.
+inline Doubles4 sineSeries(Doubles4 x)
+{
+    const Doubles4 y = x * x;
+    return x * (1.0 +
+                y * (-1.66666666666666667e-1 +
+                     y * (8.33333333333333333e-3 +
+                          y * (-1.98412698412698413e-4 +
+                               y * (2.75573192239858907e-6 + y * (-2.50521083854417188e-8 +
+                                                                  y * 1.60590438368216146e-10))))));
+}
+inline Doubles4 cosineSeries(Doubles4 x)
+{
+    const Doubles4 y = x * x;
+    return 1.0 +
+           y * (-0.5 + y * (4.16666666666666667e-2 +
+                            y * (-1.38888888888888889e-3 +
+                                 y * (2.48015873015873016e-5 + y * (-2.75573192239858907e-7 +
+                                                                    y * 2.08767569878680990e-9)))));
+}
+
+/// Sine and cosine, error below 1e-7, for angles up to 1e8.
+inline Turn sineCosine(double rate, const Doubles& times)
+{
+    const Doubles x = each([&](Doubles4 t) { return halfAngle(rate, t); }, times);
+    const Doubles s = each(sineSeries, x);
+    const Doubles c = each(cosineSeries, x);
+    return {.sine = toFloats(each([](Doubles4 u, Doubles4 v) { return 2.0 * u * v; }, s, c)),
+            .cosine = toFloats(each([](Doubles4 u) { return 1.0 - 2.0 * u * u; }, s))};
 }
 
 inline Rotation turned(const float (&parts)[3][9], const Turn& turn)
@@ -295,25 +317,18 @@ inline void poseLanes(const RigidPoses& poses,
                       NodeBatch& batch,
                       int lane)
 {
-    Doubles t{};
-    for (int i = 0; i < kWidth; ++i)
-    {
-        t[i] = times[lane + i];
-    }
-    Rotation R = turned(poses.turnA, sineCosine(poses.rateA * t));
+    const Doubles t = loadDoubles(times + lane);
+    Rotation R = turned(poses.turnA, sineCosine(poses.rateA, t));
     Doubles d[3];
-    Vector p;
     for (int k = 0; k < 3; ++k)
     {
-        d[k] = poses.d0[k] + poses.v[k] * t;
+        d[k] = each([&](Doubles4 s) { return poses.d0[k] + poses.v[k] * s; }, t);
     }
-    p = {__builtin_convertvector(d[0], Floats),
-         __builtin_convertvector(d[1], Floats),
-         __builtin_convertvector(d[2], Floats)};
+    Vector p{toFloats(d[0]), toFloats(d[1]), toFloats(d[2])};
     const Floats reach = absolute(p.x) + absolute(p.y) + absolute(p.z);
     if (poses.turnsB)
     {
-        const Rotation Q = turned(poses.turnB, sineCosine(poses.rateB * t));
+        const Rotation Q = turned(poses.turnB, sineCosine(poses.rateB, t));
         const Rotation RA = R;
         for (int i = 0; i < 3; ++i)
         {
@@ -322,23 +337,14 @@ inline void poseLanes(const RigidPoses& poses,
             R.m[3 + i] = column.y;
             R.m[6 + i] = column.z;
         }
-        p = Q * p -
-            Vector{Floats{} + poses.armB[0], Floats{} + poses.armB[1], Floats{} + poses.armB[2]};
-        Vector v{Floats{} + static_cast<float>(poses.v[0]),
-                 Floats{} + static_cast<float>(poses.v[1]),
-                 Floats{} + static_cast<float>(poses.v[2])};
+        Vector v = all(poses.v);
         if (poses.inFrameOfB)
         {
-            const double* w = poses.wBw;
-            v = {__builtin_convertvector(poses.v[0] - (w[1] * d[2] - w[2] * d[1]), Floats),
-                 __builtin_convertvector(poses.v[1] - (w[2] * d[0] - w[0] * d[2]), Floats),
-                 __builtin_convertvector(poses.v[2] - (w[0] * d[1] - w[1] * d[0]), Floats)};
+            v = v - cross(all(poses.wBw), p);
         }
+        p = Q * p - all(poses.armB);
         storeVector(batch.velocity, lane, Q * v);
-        storeVector(
-            batch.wA,
-            lane,
-            Q * Vector{Floats{} + poses.wA[0], Floats{} + poses.wA[1], Floats{} + poses.wA[2]});
+        storeVector(batch.wA, lane, Q * all(poses.wA));
     }
     for (int i = 0; i < 9; ++i)
     {

@@ -84,20 +84,6 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     return true;
 }
 
-std::int32_t openPair(const PairScene& scene, const NodePair& p, NodePair* children)
-{
-    const SsvNode& a = scene.nodeA(p);
-    const SsvNode& b = scene.nodeB(p);
-    const bool openA = b.isLeaf() || (!a.isLeaf() && a.size() >= b.size());
-    const SsvNode& opened = openA ? a : b;
-    for (std::int32_t k = 0; k < opened.count; ++k)
-    {
-        children[k] = p;
-        (openA ? children[k].nodeA : children[k].nodeB) = opened.first + k;
-    }
-    return opened.count;
-}
-
 void checkLimit(const SearchState& state, const NodePair& earliest)
 {
     if (state.counters.nodePairs + state.counters.trianglePairs > state.options.maxIterations)

@@ -45,9 +45,27 @@ struct SearchState
 /// state.hit.
 [[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
 
-/// All node pairs that the children of the larger node of `p` make, at the time of `p`.
-/// @return their number, at most kArity
-std::int32_t openPair(const PairScene& scene, const NodePair& p, NodePair* children);
+/// The node pairs that the children of the larger node of `p` make, at the time of `p`.
+struct Opening
+{
+    bool openA = false;
+    std::int32_t first = kNone;
+    std::int32_t count = 0;  ///< at most kArity
+
+    Opening(const SsvNode& a, const SsvNode& b)
+        : openA(b.isLeaf() || (!a.isLeaf() && a.size() >= b.size()))
+    {
+        const SsvNode& opened = openA ? a : b;
+        first = opened.first;
+        count = opened.count;
+    }
+
+    [[nodiscard]] NodePair child(NodePair p, std::int32_t k) const
+    {
+        (openA ? p.nodeA : p.nodeB) = first + k;
+        return p;
+    }
+};
 
 /// Throws IterationLimitReached if the limit is passed.
 void checkLimit(const SearchState& state, const NodePair& earliest);

@@ -28,7 +28,7 @@ public:
                           .nodeB = 0,
                           .lastStep = std::numeric_limits<float>::infinity()});
         }
-        while (!m_queue.empty() && m_queue.top().time < m_state.hit.time)
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
         {
             checkLimit(m_state, m_queue.top());
             const std::size_t count = collect();
@@ -40,23 +40,17 @@ public:
     }
 
 private:
-    /// Far from where it was for its size: worth another step before it is opened.
-    [[nodiscard]] bool goesOn(const NodePair& p)
-    {
-        const double size = static_cast<double>(m_state.scene.nodeA(p).size()) +
-                            static_cast<double>(m_state.scene.nodeB(p).size());
-        return static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale >= size;
-    }
-
     /// Takes the earliest pairs out of the queue: triangles are dealt with on the way, nodes fill a
     /// batch. Returns the size of the batch.
     std::size_t collect()
     {
         std::size_t count = 0;
-        while (!m_queue.empty() && m_queue.top().time < m_state.hit.time)
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
         {
             NodePair p = m_queue.top();
-            if (m_state.scene.nodeA(p).isLeaf() && m_state.scene.nodeB(p).isLeaf())
+            const SsvNode& a = m_state.scene.nodeA(p);
+            const SsvNode& b = m_state.scene.nodeB(p);
+            if (a.isLeaf() && b.isLeaf())
             {
                 m_queue.pop();
                 if (advanceTriangles(m_state, p))
@@ -69,16 +63,21 @@ private:
             {
                 break;
             }
-            std::array<NodePair, kArity> next{p};
-            const auto added =
-                static_cast<std::size_t>(goesOn(p) ? 1 : openPair(m_state.scene, p, next.data()));
+            // A pair that came far for its size is worth another step before it is opened.
+            const double way =
+                static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale;
+            const bool goesOn = way >= static_cast<double>(a.size() + b.size());
+            const Opening opening(a, b);
+            const auto added = static_cast<std::size_t>(goesOn ? 1 : opening.count);
             if (count + added > m_batch.size())
             {
                 break;
             }
             m_queue.pop();
-            std::copy_n(next.begin(), added, m_batch.begin() + static_cast<std::ptrdiff_t>(count));
-            count += added;
+            for (std::size_t k = 0; k < added; ++k)
+            {
+                m_batch[count++] = goesOn ? p : opening.child(p, static_cast<std::int32_t>(k));
+            }
         }
         return count;
     }

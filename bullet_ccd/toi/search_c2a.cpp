@@ -75,7 +75,12 @@ private:
             }
             NodePair here = p;
             here.time = now;
-            const auto count = static_cast<std::size_t>(openPair(m_state.scene, here, next.data()));
+            const Opening opening(m_state.scene.nodeA(p), m_state.scene.nodeB(p));
+            for (std::int32_t k = 0; k < opening.count; ++k)
+            {
+                next[static_cast<std::size_t>(k)] = opening.child(here, k);
+            }
+            const auto count = static_cast<std::size_t>(opening.count);
             examine(now, {next.data(), count});
         }
         return trianglesEnd;

@@ -97,9 +97,11 @@ private:
             m_state.front.push_back(p);
             return;
         }
-        std::array<NodePair, kArity> children;
-        const auto count = static_cast<std::ptrdiff_t>(openPair(m_state.scene, p, children.data()));
-        m_state.work.insert(m_state.work.end(), children.begin(), children.begin() + count);
+        const Opening opening(a, b);
+        for (std::int32_t k = 0; k < opening.count; ++k)
+        {
+            m_state.work.push_back(opening.child(p, k));
+        }
     }
 
     SearchState& m_state;

@@ -11,12 +11,14 @@ namespace bullet_ccd
 {
 namespace
 {
+using Doubles4 = double __attribute__((vector_size(32)));
+using Longs4 = long long __attribute__((vector_size(32)));
+
 #if defined(__AVX2__)
 
 constexpr int kWidth = 8;
 using Floats = float __attribute__((vector_size(32)));
 using Bits = int __attribute__((vector_size(32)));
-using Doubles = double __attribute__((vector_size(64)));
 
 inline Floats maximum(Floats a, Floats b)
 {
@@ -42,6 +44,26 @@ inline Floats load(const float* p)
 inline void store(float* p, Floats a)
 {
     _mm256_store_ps(p, a);
+}
+
+/// As many doubles as a Floats has lanes; wider vectors than the machine's would be taken apart.
+struct Doubles
+{
+    Doubles4 low, high;
+};
+/// f applied to all lanes.
+template <class Function, class... Arguments>
+inline Doubles each(Function&& f, const Arguments&... x)
+{
+    return {f(x.low...), f(x.high...)};
+}
+inline Doubles loadDoubles(const double* p)
+{
+    return {_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)};
+}
+inline Floats toFloats(const Doubles& x)
+{
+    return _mm256_set_m128(_mm256_cvtpd_ps(x.high), _mm256_cvtpd_ps(x.low));
 }
 
 /// Transposes eight floats of each of eight nodes.
@@ -78,7 +100,6 @@ inline void loadTransposed(const float* const* rows, int offset, Floats* out)
 constexpr int kWidth = 4;
 using Floats = float __attribute__((vector_size(16)));
 using Bits = int __attribute__((vector_size(16)));
-using Doubles = double __attribute__((vector_size(32)));
 
 inline Floats load(const float* p)
 {
@@ -132,6 +153,21 @@ inline Floats roughInverseRoot(Floats a)
 }
 #endif
 
+using Doubles = Doubles4;
+template <class Function, class... Arguments>
+inline Doubles each(Function&& f, const Arguments&... x)
+{
+    return f(x...);
+}
+inline Doubles loadDoubles(const double* p)
+{
+    return Doubles{p[0], p[1], p[2], p[3]};
+}
+inline Floats toFloats(const Doubles& x)
+{
+    return __builtin_convertvector(x, Floats);
+}
+
 /// Transposes eight floats of each of four nodes.
 inline void loadTransposed(const float* const* rows, int offset, Floats* out)
 {
@@ -153,9 +189,6 @@ inline void loadTransposed(const float* const* rows, int offset, Floats* out)
 }
 
 #endif
-
-using Doubles4 = double __attribute__((vector_size(32)));
-using Longs4 = long long __attribute__((vector_size(32)));
 
 inline Doubles4 root(Doubles4 x)
 {

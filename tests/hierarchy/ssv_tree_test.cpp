@@ -139,7 +139,7 @@ void expectSound(const SsvTree& tree, const std::string& what)
     EXPECT_LE(check.worstEscape, 0.0) << what;
     EXPECT_LE(check.worstCoreRadius, 0.0) << what;
     EXPECT_EQ(check.visited, tree.nodes().size()) << what;
-    EXPECT_EQ(tree.nodes().size(), 2 * count - 1) << what;
+    EXPECT_LE(tree.nodes().size(), 2 * count - 1) << what;
     EXPECT_TRUE(std::all_of(check.leavesOfTriangle.begin(),
                             check.leavesOfTriangle.end(),
                             [](int leaves) { return leaves == 1; }))

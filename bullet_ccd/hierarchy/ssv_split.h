@@ -1,0 +1,33 @@
+/// Which triangles are below which node: the topology of a hierarchy, before it has volumes.
+#pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd
+{
+/// A node without a volume: its children, and the slots of the triangles below it.
+struct SsvBranch
+{
+    std::int32_t first;  ///< as in SsvNode
+    std::int32_t count;
+    std::int32_t begin;  ///< triangles in slots begin <= slot < end are below the node
+    std::int32_t end;
+};
+
+struct SsvTopology
+{
+    std::vector<SsvBranch> branches;      ///< 0 is the root; children after their parent
+    std::vector<std::int32_t> triangles;  ///< index of the triangle in each slot
+};
+
+/// Splits the triangles top-down until every leaf has one.
+/// @pre checkMesh() passed
+[[nodiscard]] SsvTopology splitTriangles(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
+}  // namespace bullet_ccd
