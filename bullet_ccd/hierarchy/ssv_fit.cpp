@@ -216,74 +216,110 @@ SsvNode storeSwept(std::span<const SsvCorners> triangles, const SsvAxes& axes, c
     return node;
 }
 
-/// Box cores inside the box, each with the ball that it needs.
-SsvNode roundedBox(std::span<const SsvCorners> triangles, const SsvAxes& axes, const Core& box)
+/// Surface of a box with these half-extents, swept by a ball. Steiner: S(K + r B) = S(K) +
+/// 2 r M(K) + 4 pi r^2 with M = 2 pi (x + y + z) for a box.
+double sweptSurface(const Vector3d& half, double radius)
 {
-    SsvNode best = storeBox(triangles, axes);
-    double bestSurface = ssvSurface(best);
-    constexpr int kSteps = 4;
-    for (int i = 1; i <= kSteps; ++i)
-    {
-        const double inset = box.half[2] * i / kSteps;
-        const Core core{.center = box.center,
-                        .half = (box.half.array() - inset).cwiseMax(0.0).matrix()};
-        const SsvNode node = storeSwept(triangles, axes, core);
-        const double surface = ssvSurface(node);
-        if (surface < bestSurface)
-        {
-            best = node;
-            bestSurface = surface;
-        }
-    }
-    return best;
+    return 8.0 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]) +
+           4.0 * std::numbers::pi * radius * (half.sum() + radius);
 }
 
-SsvNode fitKind(std::span<const SsvCorners> triangles,
-                const SsvAxes& axes,
-                SsvKind kind,
-                std::vector<Vector3d>& points)
+/// The box, or a smaller one inside it with the ball that it needs, if that has less surface. How
+/// much smaller is chosen by a sample of the corners.
+SsvNode roundedBox(std::span<const SsvCorners> triangles,
+                   const SsvAxes& axes,
+                   std::vector<Vector3d>& offsets)
 {
-    switch (kind)
+    const SsvNode box = storeBox(triangles, axes);
+    if (triangles.size() == 1)
     {
-        case SsvKind::Box:
-            return storeBox(triangles, axes);
-        case SsvKind::RoundedBox:
-            return roundedBox(triangles, axes, boxCore(points));
-        case SsvKind::SweptRectangle:
-            return storeSwept(triangles, axes, rectangleCore(points));
-        case SsvKind::SweptLine:
-            return storeSwept(triangles, axes, lineCore(points));
-        case SsvKind::SweptPoint:
-            return storeSwept(triangles,
-                              axes,
-                              {.center = ballCenter(points, Vector3d::Ones()), .half = {0, 0, 0}});
-        case SsvKind::Cheapest:
-            break;
+        return box;  // flat
     }
+    const Matrix3d toAxes = axes.matrix().transpose();
+    const Vector3d center = toDoubles(box.center);
+    const Vector3d half = toDoubles(box.half);
+    constexpr std::size_t kSample = 96;
+    const std::size_t stride = (triangles.size() + kSample - 1) / kSample;
+    offsets.clear();
+    for (std::size_t i = 0; i < triangles.size(); i += stride)
+    {
+        for (const Vector3d& corner : triangles[i])
+        {
+            offsets.emplace_back((toAxes * (corner - center)).cwiseAbs());
+        }
+    }
+    constexpr int kSteps = 6;
+    Vector3d bestHalf = half;
+    double bestSurface = sweptSurface(half, 0.0);
+    for (int i = 1; i <= kSteps; ++i)
+    {
+        const Vector3d core = (half.array() - half[2] * i / kSteps).cwiseMax(0.0).matrix();
+        double radiusSquared = 0.0;
+        for (const Vector3d& offset : offsets)
+        {
+            radiusSquared = std::max(radiusSquared, (offset - core).cwiseMax(0.0).squaredNorm());
+        }
+        const double surface = sweptSurface(core, std::sqrt(radiusSquared));
+        if (surface < bestSurface)
+        {
+            bestSurface = surface;
+            bestHalf = core;
+        }
+    }
+    if (bestHalf == half)
+    {
+        return box;
+    }
+    const SsvNode rounded =
+        storeSwept(triangles, axes, {.center = toAxes * center, .half = bestHalf});
+    return ssvSurface(rounded) < ssvSurface(box) ? rounded : box;
+}
+
+/// Swept point, line or rectangle; `points` are the corners along the axes.
+SsvNode sweptVolume(std::span<const SsvCorners> triangles,
+                    const SsvAxes& axes,
+                    SsvKind kind,
+                    Points points)
+{
+    if (kind == SsvKind::SweptPoint)
+    {
+        const Vector3d center = ballCenter(points, Vector3d::Ones());
+        return storeSwept(triangles, axes, {.center = center, .half = Vector3d::Zero()});
+    }
+    return storeSwept(
+        triangles, axes, kind == SsvKind::SweptLine ? lineCore(points) : rectangleCore(points));
+}
+
+/// The simplest volume that is not much larger than the best.
+SsvNode cheapestVolume(std::span<const SsvCorners> triangles,
+                       const SsvAxes& axes,
+                       const SsvNode& roundedBox,
+                       Points points)
+{
     constexpr std::array kSimplestFirst = {
-        SsvKind::SweptPoint, SsvKind::SweptLine, SsvKind::SweptRectangle, SsvKind::RoundedBox};
+        SsvKind::SweptPoint, SsvKind::SweptLine, SsvKind::SweptRectangle};
     constexpr double kTolerance = 1.1;
     std::array<SsvNode, kSimplestFirst.size()> nodes;
-    double best = kInfinity;
+    double best = ssvSurface(roundedBox);
     for (std::size_t i = 0; i < nodes.size(); ++i)
     {
-        nodes[i] = fitKind(triangles, axes, kSimplestFirst[i], points);
+        nodes[i] = sweptVolume(triangles, axes, kSimplestFirst[i], points);
         best = std::min(best, ssvSurface(nodes[i]));
     }
-    return *std::find_if(nodes.begin(),
-                         nodes.end(),
-                         [&](const SsvNode& node)
-                         { return ssvSurface(node) <= kTolerance * best; });
+    for (const SsvNode& node : nodes)
+    {
+        if (ssvSurface(node) <= kTolerance * best)
+        {
+            return node;
+        }
+    }
+    return roundedBox;
 }
 }  // namespace
 
 double ssvSurface(const SsvNode& node)
 {
-    // Steiner: S(K + r B) = S(K) + 2 r M(K) + 4 pi r^2, for a box M = 2 pi (x + y + z).
-    const Vector3d h = toDoubles(node.half);
-    const auto r = static_cast<double>(node.radius);
-    return 8.0 * (h[0] * h[1] + h[1] * h[2] + h[2] * h[0]) +
-           4.0 * std::numbers::pi * r * (h.sum() + r);
+    return sweptSurface(toDoubles(node.half), static_cast<double>(node.radius));
 }
 
 SsvNode fitSsv(std::span<const SsvCorners> triangles, SsvKind kind, std::vector<Vector3d>& scratch)
@@ -292,6 +328,15 @@ SsvNode fitSsv(std::span<const SsvCorners> triangles, SsvKind kind, std::vector<
     if (kind == SsvKind::Box)
     {
         return storeBox(triangles, axes);
+    }
+    SsvNode rounded{};
+    if (kind == SsvKind::RoundedBox || kind == SsvKind::Cheapest)
+    {
+        rounded = roundedBox(triangles, axes, scratch);
+    }
+    if (kind == SsvKind::RoundedBox)
+    {
+        return rounded;
     }
     const Matrix3d toAxes = axes.matrix().transpose();
     scratch.clear();
@@ -302,6 +347,7 @@ SsvNode fitSsv(std::span<const SsvCorners> triangles, SsvKind kind, std::vector<
             scratch.emplace_back(toAxes * corner);
         }
     }
-    return fitKind(triangles, axes, kind, scratch);
+    return kind == SsvKind::Cheapest ? cheapestVolume(triangles, axes, rounded, scratch)
+                                     : sweptVolume(triangles, axes, kind, scratch);
 }
 }  // namespace bullet_ccd

@@ -253,22 +253,11 @@ private:
     Bin m_bins[3][kMostBins];
 };
 
-/// Node of the binary tree over items[begin, end); children adjacent.
-struct BinaryNode
-{
-    std::int32_t begin;
-    std::int32_t end;
-    std::int32_t first;  ///< 0 for a leaf
-    float surface;       ///< half that of an oriented box; not known for the root and for leaves
-
-    [[nodiscard]] bool isLeaf() const { return first == 0; }
-};
-
 class Splitter
 {
 public:
     std::vector<Item> items;
-    std::vector<BinaryNode> nodes;
+    std::vector<SsvBinaryNode> nodes;
 
     void run()
     {
@@ -322,7 +311,7 @@ private:
     /// in advance and both halves can be built at the same time with the same result.
     void build(std::size_t node, std::size_t firstFree)
     {
-        BinaryNode& here = nodes[node];
+        SsvBinaryNode& here = nodes[node];
         const auto begin = static_cast<std::size_t>(here.begin);
         const std::size_t count = static_cast<std::size_t>(here.end) - begin;
         if (count == 1)
@@ -351,68 +340,6 @@ private:
             right();
         }
     }
-};
-
-/// Turns a binary tree into one of kArity: the children of a node are the cut below it that is
-/// reached by always opening the largest. Siblings stay adjacent.
-class Flattener
-{
-public:
-    explicit Flattener(std::span<const BinaryNode> binary) : m_binary(binary)
-    {
-        m_branches.reserve(binary.size());
-    }
-
-    std::vector<SsvBranch> run()
-    {
-        m_branches.resize(1);
-        flatten(0, m_binary[0]);
-        return std::move(m_branches);
-    }
-
-private:
-    void flatten(std::size_t out, const BinaryNode& node)
-    {
-        m_branches[out] = {.first = node.begin, .count = 0, .begin = node.begin, .end = node.end};
-        if (node.isLeaf())
-        {
-            return;
-        }
-        std::array<BinaryNode, kArity> children;
-        std::size_t count = 0;
-        const auto open = [&](const BinaryNode& opened)
-        {
-            children[count++] = m_binary[static_cast<std::size_t>(opened.first)];
-            children[count++] = m_binary[static_cast<std::size_t>(opened.first) + 1];
-        };
-        open(node);
-        while (count < kArity)
-        {
-            const auto measure = [](const BinaryNode& n) { return n.isLeaf() ? -1.0F : n.surface; };
-            const auto largest = std::max_element(
-                children.begin(),
-                children.begin() + static_cast<std::ptrdiff_t>(count),
-                [&](const BinaryNode& a, const BinaryNode& b) { return measure(a) < measure(b); });
-            if (largest->isLeaf())
-            {
-                break;
-            }
-            const BinaryNode opened = *largest;
-            *largest = children[--count];
-            open(opened);
-        }
-        const std::size_t first = m_branches.size();
-        m_branches.resize(first + count);
-        m_branches[out].first = static_cast<std::int32_t>(first);
-        m_branches[out].count = static_cast<std::int32_t>(count);
-        for (std::size_t i = 0; i < count; ++i)
-        {
-            flatten(first + i, children[i]);
-        }
-    }
-
-    std::span<const BinaryNode> m_binary;
-    std::vector<SsvBranch> m_branches;
 };
 
 std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
@@ -444,7 +371,7 @@ SsvTopology splitTriangles(const TriangleMesh& mesh, const Vector3d& origin)
     splitter.items = makeItems(mesh, origin);
     splitter.run();
 
-    SsvTopology topology{.branches = Flattener(splitter.nodes).run(), .triangles = {}};
+    SsvTopology topology{.branches = flattened(splitter.nodes), .triangles = {}};
     topology.triangles.reserve(count);
     for (const Item& item : splitter.items)
     {

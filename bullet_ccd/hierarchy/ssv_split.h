@@ -27,6 +27,20 @@ struct SsvTopology
     std::vector<std::int32_t> triangles;  ///< index of the triangle in each slot
 };
 
+/// Node of a binary tree over triangles [begin, end); children adjacent.
+struct SsvBinaryNode
+{
+    std::int32_t begin;
+    std::int32_t end;
+    std::int32_t first;  ///< 0 for a leaf
+    float surface;       ///< of a box, in any unit; not known for the root and for leaves
+
+    [[nodiscard]] bool isLeaf() const { return first == 0; }
+};
+
+/// The tree with up to kArity children a node that a binary tree with its root first stands for.
+[[nodiscard]] std::vector<SsvBranch> flattened(std::span<const SsvBinaryNode> binary);
+
 /// Splits the triangles top-down until every leaf has one.
 /// @pre checkMesh() passed
 [[nodiscard]] SsvTopology splitTriangles(const TriangleMesh& mesh, const Eigen::Vector3d& origin);

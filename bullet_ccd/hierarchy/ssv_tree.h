@@ -39,7 +39,7 @@ enum class SsvKind : std::uint8_t
 
 struct SsvOptions
 {
-    SsvKind kind = SsvKind::Box;
+    SsvKind kind = SsvKind::RoundedBox;
 };
 
 /// Hierarchy over a mesh of which it keeps its own copy. Immutable but for refit().

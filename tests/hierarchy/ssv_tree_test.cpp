@@ -1,12 +1,16 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
+#include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <limits>
+#include <oneapi/tbb/global_control.h>
 #include <stdexcept>
 #include <string>
 
@@ -16,14 +20,24 @@ namespace
 {
 using Eigen::Vector3d;
 
-Vector3d toVector(const float (&values)[3])
+using Vector3l = Eigen::Matrix<long double, 3, 1>;
+using Matrix3l = Eigen::Matrix<long double, 3, 3>;
+
+constexpr SsvKind kKinds[] = {SsvKind::Box,
+                              SsvKind::RoundedBox,
+                              SsvKind::SweptRectangle,
+                              SsvKind::SweptLine,
+                              SsvKind::SweptPoint,
+                              SsvKind::Cheapest};
+
+Vector3l toVector(const float (&values)[3])
 {
     return {values[0], values[1], values[2]};
 }
 
-Eigen::Matrix3d axesOf(const SsvNode& node)
+Matrix3l axesOf(const SsvNode& node)
 {
-    Eigen::Matrix3d axes;
+    Matrix3l axes;
     axes.col(0) = toVector(node.axis0);
     axes.col(1) = toVector(node.axis1);
     axes.col(2) = axes.col(0).cross(axes.col(1));
@@ -32,18 +46,18 @@ Eigen::Matrix3d axesOf(const SsvNode& node)
 
 /// Distance of `point` from the core as it is stored, by minimising over one coordinate at a time:
 /// the axes are orthogonal up to single precision, so a few rounds are exact.
-double distanceToCore(const SsvNode& node, const Vector3d& point)
+long double distanceToCore(const SsvNode& node, const Vector3l& point)
 {
-    const Eigen::Matrix3d axes = axesOf(node);
-    const Vector3d half = toVector(node.half);
-    const Vector3d offset = point - toVector(node.center);
-    Vector3d s = Vector3d::Zero();
-    for (int round = 0; round < 6; ++round)
+    const Matrix3l axes = axesOf(node);
+    const Vector3l half = toVector(node.half);
+    const Vector3l offset = point - toVector(node.center);
+    Vector3l s = Vector3l::Zero();
+    for (int round = 0; round < 4; ++round)
     {
         for (int k = 0; k < 3; ++k)
         {
-            const Vector3d rest = offset - axes * s + s[k] * axes.col(k);
-            const double best = axes.col(k).dot(rest) / axes.col(k).squaredNorm();
+            const Vector3l rest = offset - axes * s + s[k] * axes.col(k);
+            const long double best = axes.col(k).dot(rest) / axes.col(k).squaredNorm();
             s[k] = std::clamp(best, -half[k], half[k]);
         }
     }
@@ -62,19 +76,35 @@ struct TreeCheck
 /// Largest distance of a corner of the core from its centre.
 double coreRadius(const SsvNode& node)
 {
-    const Eigen::Matrix3d axes = axesOf(node);
-    double radius = 0.0;
+    const Matrix3l axes = axesOf(node);
+    const Vector3l half = toVector(node.half);
+    long double radius = 0.0L;
     for (int bits = 0; bits < 8; ++bits)
     {
-        Vector3d corner = Vector3d::Zero();
+        Vector3l corner = Vector3l::Zero();
         for (int k = 0; k < 3; ++k)
         {
-            const double sign = ((bits >> k) & 1) != 0 ? 1.0 : -1.0;
-            corner += sign * static_cast<double>(node.half[k]) * axes.col(k);
+            corner += (((bits >> k) & 1) != 0 ? half[k] : -half[k]) * axes.col(k);
         }
         radius = std::max(radius, corner.norm());
     }
-    return radius;
+    return static_cast<double>(radius);
+}
+
+/// At least how many half-extents are zero.
+int missingDimensions(SsvKind kind)
+{
+    switch (kind)
+    {
+        case SsvKind::SweptPoint:
+            return 3;
+        case SsvKind::SweptLine:
+            return 2;
+        case SsvKind::SweptRectangle:
+            return 1;
+        default:
+            return 0;
+    }
 }
 
 /// Visits the subtree, checks every node against the triangles below it, and returns them.
@@ -103,22 +133,28 @@ std::vector<std::int32_t> visit(
             below.insert(below.end(), child.begin(), child.end());
         }
     }
+    EXPECT_GE(std::count(std::begin(node.half), std::end(node.half), 0.0F),
+              missingDimensions(tree.options().kind));
+    if (tree.options().kind == SsvKind::Box)
+    {
+        EXPECT_EQ(node.radius, 0.0F);
+    }
     SsvNode tested = node;
     for (float& half : tested.half)
     {
         half *= static_cast<float>(shrink);
     }
-    const double radius = shrink * static_cast<double>(node.radius);
-    const double size =
-        1e-300 + static_cast<double>(node.radius + node.half[0] + node.half[1] + node.half[2]);
+    const long double radius = static_cast<long double>(shrink) * node.radius;
+    const long double size = 1e-300L + node.radius + node.half[0] + node.half[1] + node.half[2];
     for (const std::int32_t triangleIndex : below)
     {
         for (const Vector3d& corner : tree.cornersOfTriangle(triangleIndex))
         {
-            const double escape = distanceToCore(tested, corner) - radius;
-            // Double rounding of this check itself is far below the rounding of single precision.
-            const double slack = 1e-14 * corner.norm();
-            check.worstEscape = std::max(check.worstEscape, (escape - slack) / size);
+            const long double escape = distanceToCore(tested, corner.cast<long double>()) - radius;
+            // Rounding of this check itself, a thousand times finer than that of double precision.
+            const long double slack = 1e-18L * (corner.norm() + size);
+            check.worstEscape =
+                std::max(check.worstEscape, static_cast<double>((escape - slack) / size));
         }
     }
     return below;
@@ -132,7 +168,7 @@ TreeCheck checkTree(const SsvTree& tree, double shrink = 1.0)
     return check;
 }
 
-void expectSound(const SsvTree& tree, const std::string& what)
+void expectSoundTree(const SsvTree& tree, const std::string& what)
 {
     const TreeCheck check = checkTree(tree);
     const std::size_t count = tree.mesh().triangles.size();
@@ -158,6 +194,15 @@ void expectSound(const SsvTree& tree, const std::string& what)
     EXPECT_DOUBLE_EQ(tree.radius(), radius) << what;
 }
 
+void expectSound(const TriangleMesh& mesh, const std::string& what)
+{
+    for (const SsvKind kind : kKinds)
+    {
+        expectSoundTree(buildSsvTree(mesh, {.kind = kind}),
+                        what + ", kind " + std::to_string(static_cast<int>(kind)));
+    }
+}
+
 double logOf(const SsvTree& tree)
 {
     return std::log2(static_cast<double>(tree.mesh().triangles.size()));
@@ -166,19 +211,19 @@ double logOf(const SsvTree& tree)
 TEST(SsvTree, ContainsItsTrianglesAndSplitsThemIntoLeaves)
 {
     Random random(1);
-    expectSound(buildSsvTree(triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})), "one triangle");
-    expectSound(buildSsvTree(cube(1.0)), "cube");
-    expectSound(buildSsvTree(octahedron()), "octahedron");
-    expectSound(buildSsvTree(floorAt(0.0, 1e3)), "plate");
-    expectSound(buildSsvTree(sphereWithPole(0.3, {1, 2, 3}, 16)), "sphere");
-    expectSound(buildSsvTree(prism(circlePoints(1.0, circleAngles(64, 0.1)), -3, 3)), "prism");
-    for (int i = 0; i < 60; ++i)
+    expectSound(triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), "one triangle");
+    expectSound(cube(1.0), "cube");
+    expectSound(octahedron(), "octahedron");
+    expectSound(floorAt(0.0, 1e3), "plate");
+    expectSound(sphereWithPole(0.3, {1, 2, 3}, 16), "sphere");
+    expectSound(prism(circlePoints(1.0, circleAngles(64, 0.1)), -3, 3), "prism");
+    for (int i = 0; i < 30; ++i)
     {
         const double scale = random.logUniform(1e-6, 1e6);
         const double offset = random.chance(0.5) ? 0.0 : random.logUniform(1.0, 1e4);
         TriangleMesh mesh = soup(random, random.integer(1, 200), 1.0, random.logUniform(1e-4, 1.0));
         mesh = scaled(shifted(mesh, offset * random.direction()), scale);
-        expectSound(buildSsvTree(placed(mesh, poseOf(Vector3d::Zero(), 1.0, {1, 2, 3}))),
+        expectSound(placed(mesh, poseOf(Vector3d::Zero(), 1.0, {1, 2, 3})),
                     "soup " + std::to_string(i));
     }
 }
@@ -186,8 +231,8 @@ TEST(SsvTree, ContainsItsTrianglesAndSplitsThemIntoLeaves)
 TEST(SsvTree, ContainsDegenerateTriangles)
 {
     Random random(2);
-    expectSound(buildSsvTree(segment({0, 0, 0}, {1, 2, 3})), "segment");
-    expectSound(buildSsvTree(triangle({1, 2, 3}, {1, 2, 3}, {1, 2, 3})), "point");
+    expectSound(segment({0, 0, 0}, {1, 2, 3}), "segment");
+    expectSound(triangle({1, 2, 3}, {1, 2, 3}, {1, 2, 3}), "point");
     TriangleMesh needles;
     for (std::int32_t i = 0; i < 100; ++i)
     {
@@ -197,7 +242,7 @@ TEST(SsvTree, ContainsDegenerateTriangles)
                                 {start, start + along, start + along + 1e-9 * random.direction()});
         needles.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
-    expectSound(buildSsvTree(needles), "needles");
+    expectSound(needles, "needles");
 }
 
 TEST(SsvTree, VolumesThatAreTooSmallByOnePercentAreNoticed)
@@ -205,18 +250,48 @@ TEST(SsvTree, VolumesThatAreTooSmallByOnePercentAreNoticed)
     Random random(3);
     for (int i = 0; i < 10; ++i)
     {
-        const SsvTree tree = buildSsvTree(soup(random, 50, 1.0, 0.2));
-        EXPECT_GT(checkTree(tree, 0.99).worstEscape, 1e-4);
+        const TriangleMesh mesh = soup(random, 50, 1.0, 0.2);
+        for (const SsvKind kind : kKinds)
+        {
+            EXPECT_GT(checkTree(buildSsvTree(mesh, {.kind = kind}), 0.99).worstEscape, 1e-4);
+        }
     }
 }
 
 TEST(SsvTree, VolumesAreNotWastefullyLarge)
 {
-    const SsvTree tree = buildSsvTree(box({-3, -2, -1}, {3, 2, 1}));
-    const SsvNode& root = tree.nodes()[0];
-    const double reach = Vector3d(root.half[0], root.half[1], root.half[2]).norm() +
-                         static_cast<double>(root.radius);
-    EXPECT_LT(reach, 1.5 * Vector3d(3, 2, 1).norm());
+    const TriangleMesh mesh = placed(box({-3, -2, -1}, {3, 2, 1}), poseOf({7, 8, 9}, 1.0));
+    const double corner = Vector3d(3, 2, 1).norm();
+    const auto rootOf = [&](SsvKind kind) { return buildSsvTree(mesh, {.kind = kind}).nodes()[0]; };
+    // A box in a box: its own half-extents, whatever way it lies.
+    const SsvNode exact = rootOf(SsvKind::Box);
+    EXPECT_NEAR(exact.half[0], 3.0, 0.1);
+    EXPECT_NEAR(exact.half[1], 2.0, 0.1);
+    EXPECT_NEAR(exact.half[2], 1.0, 0.1);
+    // The ball of a box is about its corners; all others are between the two.
+    EXPECT_NEAR(static_cast<double>(rootOf(SsvKind::SweptPoint).radius), corner, 0.1);
+    EXPECT_NEAR(static_cast<double>(rootOf(SsvKind::SweptRectangle).radius), 1.0, 0.1);
+    EXPECT_NEAR(static_cast<double>(rootOf(SsvKind::SweptLine).radius), std::sqrt(5.0), 0.2);
+    for (const SsvKind kind : kKinds)
+    {
+        EXPECT_LT(static_cast<double>(rootOf(kind).size()), 1.7 * corner);
+    }
+}
+
+TEST(SsvTree, CheapestTakesTheSimplestCoreThatIsTight)
+{
+    const auto rootOf = [](const TriangleMesh& mesh)
+    { return buildSsvTree(mesh, {.kind = SsvKind::Cheapest}).nodes()[0]; };
+    const auto coreDimensions = [](const SsvNode& node)
+    {
+        return 3 - std::count_if(std::begin(node.half),
+                                 std::end(node.half),
+                                 [&](float half) { return half <= 0.02F * node.size(); });
+    };
+    EXPECT_EQ(coreDimensions(rootOf(makeSphere(1.0, 3))), 0);
+    EXPECT_EQ(coreDimensions(rootOf(makeCapsule(0.5, 4.0, 32))), 1);
+    EXPECT_EQ(coreDimensions(rootOf(box({-5, -4, -0.1}, {5, 4, 0.1}))), 2);
+    EXPECT_EQ(coreDimensions(rootOf(box({-5, -4, -3}, {5, 4, 3}))), 3);
 }
 
 TEST(SsvTree, DepthStaysLogarithmicForEqualCentroids)
@@ -235,7 +310,7 @@ TEST(SsvTree, DepthStaysLogarithmicForEqualCentroids)
     for (const TriangleMesh& mesh : {concentric, same})
     {
         const SsvTree tree = buildSsvTree(mesh);
-        expectSound(tree, "equal centroids");
+        expectSoundTree(tree, "equal centroids");
         EXPECT_LE(checkTree(tree).depth, static_cast<int>(2.0 * logOf(tree)) + 4);
     }
 }
@@ -250,23 +325,101 @@ TEST(SsvTree, DepthStaysModestForExponentialSpacing)
         mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     const SsvTree tree = buildSsvTree(mesh);
-    expectSound(tree, "exponential spacing");
+    expectSoundTree(tree, "exponential spacing");
     EXPECT_LE(checkTree(tree).depth, 64);
 }
 
-TEST(SsvTree, IsTheSameEveryTime)
+TEST(SsvTree, IsTheSameForAnyNumberOfThreads)
 {
-    Random random(5);
-    const TriangleMesh mesh = soup(random, 200, 1.0, 0.2);
-    const SsvTree first = buildSsvTree(mesh);
-    const SsvTree second = buildSsvTree(mesh);
-    ASSERT_EQ(first.nodes().size(), second.nodes().size());
-    for (std::size_t i = 0; i < first.nodes().size(); ++i)
+    const TriangleMesh mesh = makeSphere(1.0, 5);
+    for (const SsvKind kind : kKinds)
     {
-        EXPECT_EQ(first.nodes()[i].first, second.nodes()[i].first);
-        EXPECT_EQ(first.nodes()[i].count, second.nodes()[i].count);
-        EXPECT_EQ(first.nodes()[i].radius, second.nodes()[i].radius);
+        const auto build = [&](std::size_t threads)
+        {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+            return buildSsvTree(mesh, {.kind = kind});
+        };
+        const SsvTree first = build(1);
+        for (const std::size_t threads : {2, 3, 8})
+        {
+            const SsvTree second = build(threads);
+            ASSERT_EQ(first.nodes().size(), second.nodes().size());
+            EXPECT_EQ(std::memcmp(
+                          first.nodes().data(), second.nodes().data(), first.nodes().size_bytes()),
+                      0);
+            for (std::int32_t slot = 0; slot < 20 * 1024; ++slot)
+            {
+                ASSERT_EQ(first.triangle(slot), second.triangle(slot));
+            }
+        }
     }
+}
+
+std::vector<Vector3d> deformed(const std::vector<Vector3d>& vertices, Random& random)
+{
+    const double bend = random.uniform(0.2, 2.0);
+    const double noise = random.logUniform(1e-4, 0.2);
+    const Vector3d shift = random.inBox(10.0);
+    std::vector<Vector3d> moved;
+    for (const Vector3d& p : vertices)
+    {
+        moved.emplace_back(shift +
+                           Vector3d(p.x() * std::cos(bend * p.z()),
+                                    p.y() + std::sin(bend * p.x()),
+                                    p.z() * (1.0 + 0.3 * p.y())) +
+                           random.inBox(noise));
+    }
+    return moved;
+}
+
+TEST(SsvTree, RefitContainsTheTrianglesOfADeformedMesh)
+{
+    Random random(6);
+    for (int i = 0; i < 20; ++i)
+    {
+        const TriangleMesh mesh =
+            i % 2 == 0 ? makeSphere(1.0, 2) : soup(random, random.integer(1, 200), 1.0, 0.2);
+        for (const SsvKind kind : kKinds)
+        {
+            SsvTree tree = buildSsvTree(mesh, {.kind = kind});
+            const std::vector<SsvNode> before(tree.nodes().begin(), tree.nodes().end());
+            const std::vector<Vector3d> vertices = deformed(mesh.vertices, random);
+            tree.refit(vertices);
+            expectSoundTree(tree, "deformed " + std::to_string(i));
+            EXPECT_EQ(tree.mesh().vertices, vertices);
+            EXPECT_EQ(tree.options().kind, kind);
+            for (std::size_t k = 0; k < before.size(); ++k)
+            {
+                EXPECT_EQ(tree.nodes()[k].first, before[k].first);
+                EXPECT_EQ(tree.nodes()[k].count, before[k].count);
+            }
+        }
+    }
+}
+
+TEST(SsvTree, RefitWithTheSameVerticesGivesTheSameBits)
+{
+    const SsvTree built = buildSsvTree(makeTorus(1.0, 0.3, 40, 20));
+    SsvTree tree = built;
+    Random random(7);
+    tree.refit(deformed(built.mesh().vertices, random));
+    EXPECT_NE(std::memcmp(tree.nodes().data(), built.nodes().data(), built.nodes().size_bytes()),
+              0);
+    tree.refit(built.mesh().vertices);
+    EXPECT_EQ(std::memcmp(tree.nodes().data(), built.nodes().data(), built.nodes().size_bytes()),
+              0);
+}
+
+TEST(SsvTree, RefitRejectsVerticesThatDoNotFitAndStaysAsItWas)
+{
+    SsvTree tree = buildSsvTree(cube(1.0));
+    std::vector<Vector3d> vertices = tree.mesh().vertices;
+    vertices.pop_back();
+    EXPECT_THROW(tree.refit(vertices), std::invalid_argument);
+    vertices.emplace_back(0.0, 0.0, std::numeric_limits<double>::quiet_NaN());
+    EXPECT_THROW(tree.refit(vertices), std::invalid_argument);
+    EXPECT_EQ(tree.mesh().vertices, cube(1.0).vertices);
+    expectSoundTree(tree, "after refused refits");
 }
 
 TEST(SsvTree, RejectsWhatCannotBeAMesh)

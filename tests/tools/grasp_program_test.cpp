@@ -2,18 +2,15 @@
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/temp_folder.h"
+#include "tests/tools/run_program.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
-#include <sstream>
 #include <string>
-#include <sys/wait.h>
 
 namespace bullet_ccd::tools
 {
@@ -21,20 +18,6 @@ namespace
 {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-
-struct Outcome
-{
-    int exitCode = -1;
-    std::string out;
-    std::string err;
-};
-
-std::string contentOf(const fs::path& path)
-{
-    std::stringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
-}
 
 /// Two fingers of one box each, whose URDF leaves out what many leave out: inertials and efforts.
 std::string bareGripper()
@@ -65,23 +48,9 @@ protected:
         writeObj(makeSphere(0.03, 3), m_ball);
     }
 
-    [[nodiscard]] Outcome run(const std::string& arguments) const
+    [[nodiscard]] static Outcome run(const std::string& arguments)
     {
-        const fs::path errors = m_folder / "stderr.txt";
-        const std::string command = std::string(BULLET_CCD_GRASP_PROGRAM) + " " + arguments +
-                                    " 2> '" + errors.string() + "'";
-        Outcome outcome;
-        std::FILE* pipe = ::popen(command.c_str(), "r");
-        std::array<char, 4096> buffer{};
-        for (std::size_t got = 1; got > 0;)
-        {
-            got = std::fread(buffer.data(), 1, buffer.size(), pipe);
-            outcome.out.append(buffer.data(), got);
-        }
-        const int status = ::pclose(pipe);
-        outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-        outcome.err = contentOf(errors);
-        return outcome;
+        return runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " " + arguments);
     }
 
     /// Plans with the shipped gripper and the ball into `folder`.

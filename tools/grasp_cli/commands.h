@@ -3,6 +3,7 @@
 #pragma once
 
 #include "grasp/planner/grasp_planner.h"
+#include "tools/option_values.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -22,22 +23,6 @@ void addPlanCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
 void addTableCommand(CLI::App& app, int& exitCode);
-
-/// Accepts values from low to high, so never nan, which CLI::Range lets pass; the range shows in
-/// errors, not in the help.
-template <typename T>
-[[nodiscard]] CLI::Validator within(T low, T high)
-{
-    return {[low, high](const std::string& text)
-            {
-                T value{};
-                const bool fits =
-                    CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-                return fits ? std::string()
-                            : fmt::format("{} is not a number from {} to {}", text, low, high);
-            },
-            ""};
-}
 
 /// Options that plan and table share: candidates, seed, jobs, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);

@@ -1,0 +1,64 @@
+/// FCL, the packaged open-source peer: same meshes in double precision, same motions.
+///
+/// Motions are given to FCL as rotation and translation at both ends and the body origin as
+/// reference point, the only one of its constructors that moves as asked; so they must not turn by
+/// more than half a turn. In a build without FCL isFclPresent() is false and the rest throws
+/// std::logic_error.
+#pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "bullet_ccd/motion/rigid_motion.h"
+
+#include <memory>
+#include <string>
+
+namespace bullet_ccd::benchmarks
+{
+[[nodiscard]] bool isFclPresent();
+/// "FCL 0.7.0", or "" without it.
+[[nodiscard]] std::string fclVersion();
+
+/// A mesh with FCL's hierarchy of oriented boxes and swept rectangles.
+class FclModel
+{
+public:
+    explicit FclModel(const TriangleMesh& mesh);
+    ~FclModel();
+    FclModel(FclModel&&) noexcept;
+    FclModel& operator=(FclModel&&) noexcept;
+
+    struct Data;
+    [[nodiscard]] const Data& data() const { return *m_data; }
+
+private:
+    std::unique_ptr<Data> m_data;
+};
+
+/// A model and its motion.
+struct FclBody
+{
+    const FclModel& model;
+    const RigidMotion& motion;
+};
+
+struct FclAnswer
+{
+    bool hit = false;
+    double time = 1.0;
+};
+
+/// Tests for overlap at `samples` times from 0 to 1, in order, until one overlaps.
+[[nodiscard]] FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples);
+
+/// Conservative advancement; may take minutes.
+[[nodiscard]] FclAnswer fclAdvancement(const FclBody& a, const FclBody& b, double timeTolerance);
+
+/// Whether the surfaces intersect at time t.
+[[nodiscard]] bool fclOverlap(const FclBody& a, const FclBody& b, double t);
+
+/// Exact distance of the surfaces at time t; 0 where they intersect.
+[[nodiscard]] double fclDistance(const FclBody& a, const FclBody& b, double t);
+
+/// Bytes of hierarchy and triangles.
+[[nodiscard]] std::size_t fclBytes(const FclModel& model);
+}  // namespace bullet_ccd::benchmarks

@@ -1,0 +1,63 @@
+// The same functions for a build without FCL.
+#include "benchmarks/fcl_peer.h"
+
+#include <stdexcept>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+[[noreturn]] void refuse()
+{
+    throw std::logic_error("FCL is not part of this build: install libfcl-dev and configure again");
+}
+}  // namespace
+
+struct FclModel::Data
+{
+};
+
+bool isFclPresent()
+{
+    return false;
+}
+
+std::string fclVersion()
+{
+    return "";
+}
+
+FclModel::FclModel(const TriangleMesh& /*mesh*/)
+{
+    refuse();
+}
+
+FclModel::~FclModel() = default;
+FclModel::FclModel(FclModel&&) noexcept = default;
+FclModel& FclModel::operator=(FclModel&&) noexcept = default;
+
+FclAnswer fclNaive(const FclBody& /*a*/, const FclBody& /*b*/, int /*samples*/)
+{
+    refuse();
+}
+
+FclAnswer fclAdvancement(const FclBody& /*a*/, const FclBody& /*b*/, double /*timeTolerance*/)
+{
+    refuse();
+}
+
+bool fclOverlap(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
+{
+    refuse();
+}
+
+double fclDistance(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
+{
+    refuse();
+}
+
+std::size_t fclBytes(const FclModel& /*model*/)
+{
+    refuse();
+}
+}  // namespace bullet_ccd::benchmarks

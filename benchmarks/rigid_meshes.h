@@ -1,0 +1,26 @@
+/// Meshes of the rigid benchmarks: families with a resolution, the same vertices on every machine.
+/// Lengths are in model units (the bunny of the file sets is 156 wide).
+#pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <Eigen/Core>
+
+namespace bullet_ccd::benchmarks
+{
+/// Tube along a (2, 3) torus knot; 2 * along * around triangles.
+[[nodiscard]] TriangleMesh makeKnotTube(int along, int around);
+
+/// Subdivided icosahedron of the given radius, 20 * 4^subdivisions triangles; `amplitude` > 0 lets
+/// the radius wave by that fraction.
+[[nodiscard]] TriangleMesh makeBumpySphere(int subdivisions, double radius, double amplitude);
+
+/// Capsule along z whose lower cap is centred at the origin, the joint; 928 triangles.
+[[nodiscard]] TriangleMesh makeFinger();
+
+/// Closed thin box in the x-y plane, `cells` x `cells` cells a side.
+[[nodiscard]] TriangleMesh makePlate(int cells, double side, double thickness);
+
+/// Box with 12 triangles.
+[[nodiscard]] TriangleMesh makeSmallBox(const Eigen::Vector3d& halfExtents);
+}  // namespace bullet_ccd::benchmarks

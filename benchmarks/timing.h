@@ -1,0 +1,50 @@
+/// Clock and statistics of the benchmarks.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd::benchmarks
+{
+/// Wall time of a call.
+template <typename Call>
+double microsecondsOf(const Call& call)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    call();
+    const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - begin;
+    return time.count();
+}
+
+/// Keeps a result alive so that its computation is not optimised away.
+inline void keep(double value)
+{
+    const volatile double kept = value;
+    static_cast<void>(kept);
+}
+
+/// 0 for none.
+inline double medianOf(std::vector<double> values)
+{
+    if (values.empty())
+    {
+        return 0.0;
+    }
+    std::ranges::sort(values);
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+/// Mean over queries of the median over repeats; 0 for none.
+inline double meanOfMedians(std::span<const std::vector<double>> times)
+{
+    double sum = 0.0;
+    for (const std::vector<double>& repeats : times)
+    {
+        sum += medianOf(repeats);
+    }
+    return times.empty() ? 0.0 : sum / static_cast<double>(times.size());
+}
+}  // namespace bullet_ccd::benchmarks

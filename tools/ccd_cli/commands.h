@@ -1,0 +1,31 @@
+/// The verbs of the program `bullet-ccd`. Each adds itself to the command line and runs when it is
+/// chosen; errors in the input come out as exceptions.
+#pragma once
+
+#include "bullet_ccd/toi/toi.h"
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace bullet_ccd::tools
+{
+enum ExitCode
+{
+    kAnswered = 0,
+    kUsage = 2,
+    kBadInput = 3,
+};
+
+void addToiCommand(CLI::App& app);
+void addBatchCommand(CLI::App& app);
+
+/// Tolerance of both verbs [mesh units].
+inline constexpr double kDefaultTolerance = 1e-4;
+
+/// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
+void addToiOptions(CLI::App& command, ToiOptions& options);
+
+/// Name of a strategy on the command line.
+[[nodiscard]] std::string strategyName(ToiStrategy strategy);
+}  // namespace bullet_ccd::tools

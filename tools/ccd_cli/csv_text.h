@@ -1,0 +1,20 @@
+/// Lines of CSV files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// `text` without white space at both ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// The cells of one line, without the spaces around them; nullopt if a quote is not closed or
+/// text follows it. RFC 4180, except that no cell goes on in the next line.
+[[nodiscard]] std::optional<std::vector<std::string>> csvCells(std::string_view line);
+
+/// The cell as it is written into a CSV file: in quotes if it has to be.
+[[nodiscard]] std::string csvCell(const std::string& text);
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,197 @@
+#include "tools/ccd_cli/result_text.h"
+
+#include "bullet_ccd/math/check.h"
+#include "tools/ccd_cli/csv_text.h"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+bool hasPoints(const ToiResult& result)
+{
+    return isContact(result.status) && result.triangleA != kNone;
+}
+
+bool hasNormal(const ToiResult& result)
+{
+    return hasPoints(result) && !result.normal.isZero(0.0);
+}
+
+bool hasGap(const ToiResult& result)
+{
+    return result.status != ToiStatus::IterationLimit && std::isfinite(result.gap);
+}
+
+Eigen::Vector3d middle(const ToiResult& result)
+{
+    return 0.5 * (result.pointA + result.pointB);
+}
+
+std::int64_t iterations(const ToiResult& result)
+{
+    return result.counters.nodePairs + result.counters.trianglePairs;
+}
+
+std::string cells(const Eigen::Vector3d& v, bool present)
+{
+    return present ? fmt::format("{},{},{}", v.x(), v.y(), v.z()) : ",,";
+}
+
+std::string jsonArray(const Eigen::Vector3d& v, bool present)
+{
+    return present ? fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()) : "null";
+}
+
+std::string words(const Eigen::Vector3d& v, bool present)
+{
+    return present ? fmt::format("{:.12g} {:.12g} {:.12g}", v.x(), v.y(), v.z()) : "none";
+}
+
+/// What the answer promises, in one sentence.
+std::string sentence(const ToiResult& result, const ToiOptions& options)
+{
+    const std::string clear = options.minimumSeparation > 0.0
+                                  ? fmt::format("a distance of {}", options.minimumSeparation)
+                                  : "contact";
+    switch (result.status)
+    {
+        case ToiStatus::Separated:
+            return fmt::format(
+                "{} is never reached; the distance is always at least {:.12g}", clear, result.gap);
+        case ToiStatus::Hit:
+            return fmt::format(
+                "{} is not reached before t = {}; there the distance is {:.12g}, the tolerance {}",
+                clear,
+                result.time,
+                result.gap,
+                options.tolerance);
+        case ToiStatus::Overlapping:
+            return options.minimumSeparation > 0.0
+                       ? "the bodies are closer than the minimum separation at the start"
+                       : "the surfaces intersect at the start";
+        case ToiStatus::TouchingLeaving:
+            return fmt::format("the bodies touch at the start ({:.12g}) but {} is never reached",
+                               result.gap,
+                               clear);
+        case ToiStatus::TouchingPressing:
+            return fmt::format(
+                "the bodies touch at the start and approach; they may move until t = {}, there "
+                "the distance is {:.12g}",
+                result.time,
+                result.gap);
+        case ToiStatus::IterationLimit:
+            return fmt::format(
+                "gave up; {} is not reached before t = {}, what follows is unknown: raise "
+                "--max-iterations",
+                clear,
+                result.time);
+    }
+    return {};
+}
+}  // namespace
+
+std::string statusWord(ToiStatus status)
+{
+    switch (status)
+    {
+        case ToiStatus::Separated:
+            return "separated";
+        case ToiStatus::Hit:
+            return "hit";
+        case ToiStatus::Overlapping:
+            return "overlapping";
+        case ToiStatus::TouchingLeaving:
+            return "touching_leaving";
+        case ToiStatus::TouchingPressing:
+            return "touching_pressing";
+        case ToiStatus::IterationLimit:
+            return "iteration_limit";
+    }
+    BULLET_CCD_ASSERT(false);
+    return {};
+}
+
+std::string resultHeader(bool warm)
+{
+    return std::string("id,status,toi,gap,px,py,pz,nx,ny,nz,iterations,microseconds") +
+           (warm ? ",warm_microseconds" : "");
+}
+
+std::string resultRow(const std::string& id, const TimedAnswer& answer, bool warm)
+{
+    const ToiResult& result = answer.result;
+    return fmt::format("{},{},{},{},{},{},{},{}{}",
+                       csvCell(id),
+                       statusWord(result.status),
+                       result.time,
+                       hasGap(result) ? fmt::format("{}", result.gap) : "",
+                       cells(middle(result), hasPoints(result)),
+                       cells(result.normal, hasNormal(result)),
+                       iterations(result),
+                       answer.microseconds,
+                       warm ? fmt::format(",{}", answer.warmMicroseconds) : "");
+}
+
+std::string badResultRow(const std::string& id, bool warm)
+{
+    return fmt::format("{},{},,,,,,,,,,{}", csvCell(id), kBadRowWord, warm ? "," : "");
+}
+
+std::string jsonText(const TimedAnswer& answer)
+{
+    const ToiResult& result = answer.result;
+    return fmt::format(
+        R"({{
+  "status": "{}",
+  "toi": {},
+  "gap": {},
+  "point_a": {},
+  "point_b": {},
+  "normal": {},
+  "node_pairs": {},
+  "triangle_pairs": {},
+  "states": {},
+  "microseconds": {}
+}}
+)",
+        statusWord(result.status),
+        result.time,
+        hasGap(result) ? fmt::format("{}", result.gap) : "null",
+        jsonArray(result.pointA, hasPoints(result)),
+        jsonArray(result.pointB, hasPoints(result)),
+        jsonArray(result.normal, hasNormal(result)),
+        result.counters.nodePairs,
+        result.counters.trianglePairs,
+        result.counters.states,
+        answer.microseconds);
+}
+
+std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
+{
+    const ToiResult& result = answer.result;
+    return fmt::format(
+        "{}: {}\n"
+        "  toi         {} of the interval\n"
+        "  gap         {}\n"
+        "  point on A  {}\n"
+        "  point on B  {}\n"
+        "  normal      {}{}\n"
+        "  examined    {} node pairs, {} triangle pairs, {} states\n"
+        "  took        {:.1f} microseconds\n",
+        statusWord(result.status),
+        sentence(result, options),
+        result.time,
+        hasGap(result) ? fmt::format("{:.12g}", result.gap) : "unknown",
+        words(result.pointA, hasPoints(result)),
+        words(result.pointB, hasPoints(result)),
+        words(result.normal, hasNormal(result)),
+        hasNormal(result) ? " (from A to B)" : "",
+        result.counters.nodePairs,
+        result.counters.trianglePairs,
+        result.counters.states,
+        answer.microseconds);
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,31 @@
+/// Results of queries as text: for tables, for programs, for people.
+///
+/// All numbers have the shortest digits that give the same double back.
+#pragma once
+
+#include "tools/ccd_cli/query_run.h"
+
+#include <string>
+
+namespace bullet_ccd::tools
+{
+/// separated, hit, overlapping, touching_leaving, touching_pressing or iteration_limit.
+[[nodiscard]] std::string statusWord(ToiStatus status);
+
+/// Instead of a status for rows that are no query.
+inline constexpr const char* kBadRowWord = "bad_row";
+
+/// First line of the table, without line end.
+[[nodiscard]] std::string resultHeader(bool warm);
+
+/// One row. p is the middle of the two witness points; p and n are empty where there is no contact,
+/// n also if the surfaces intersect, and the gap if the query gave up.
+[[nodiscard]] std::string resultRow(const std::string& id, const TimedAnswer& answer, bool warm);
+[[nodiscard]] std::string badResultRow(const std::string& id, bool warm);
+
+/// One JSON object, a few lines; null for what there is not.
+[[nodiscard]] std::string jsonText(const TimedAnswer& answer);
+
+/// Some lines to read.
+[[nodiscard]] std::string readableText(const TimedAnswer& answer, const ToiOptions& options);
+}  // namespace bullet_ccd::tools

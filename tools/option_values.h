@@ -1,0 +1,54 @@
+/// Checks of option values that the programs share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// Accepts values from low to high, so never nan, which CLI::Range lets pass; the range shows in
+/// errors, not in the help.
+template <typename T>
+[[nodiscard]] CLI::Validator within(T low, T high)
+{
+    return {[low, high](const std::string& text)
+            {
+                T value{};
+                const bool fits =
+                    CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+                return fits ? std::string()
+                            : fmt::format("{} is not a number from {} to {}", text, low, high);
+            },
+            ""};
+}
+
+/// Accepts one of the words, which show in errors, not in the help.
+[[nodiscard]] inline CLI::Validator oneOf(const std::vector<std::string>& words)
+{
+    CLI::Validator validator = CLI::IsMember(words);
+    validator.description("");
+    return validator;
+}
+
+/// Accepts what `parse` takes without an exception, whose text becomes the error.
+template <typename Parse>
+[[nodiscard]] CLI::Validator parsedBy(const Parse& parse)
+{
+    return {[parse](const std::string& text) -> std::string
+            {
+                try
+                {
+                    (void)parse(text);
+                    return {};
+                }
+                catch (const std::invalid_argument& error)
+                {
+                    return error.what();
+                }
+            },
+            ""};
+}
+}  // namespace bullet_ccd::tools
