@@ -614,6 +614,13 @@ Judgement judgeApart(const ToiOptions& options,
     return honest ? Judgement{} : wrong(Verdict::WrongGap, result.time, distance);
 }
 
+/// Giving up is right where a limit below the usual one asked for it.
+Judgement giveUp(const ToiOptions& options, const ToiResult& result)
+{
+    const bool wasAsked = options.maxIterations < ToiOptions{}.maxIterations;
+    return wasAsked ? Judgement{} : wrong(Verdict::GaveUp, result.time, 0.0);
+}
+
 Judgement judge(Certifier& certifier,
                 const ToiOptions& options,
                 const ToiResult& result,
@@ -630,6 +637,10 @@ Judgement judge(Certifier& certifier,
     if (!(result.time >= 0.0 && result.time <= 1.0))
     {
         return wrong(Verdict::WrongStatus, result.time, 0.0);
+    }
+    if (result.status == ToiStatus::IterationLimit && result.time == 0.0)
+    {
+        return giveUp(options, result);  // nothing is claimed
     }
     const double end = free ? 1.0 : result.time;
     Judgement proof = certifier.prove(end);
@@ -652,8 +663,7 @@ Judgement judge(Certifier& certifier,
     }
     if (result.status == ToiStatus::IterationLimit)
     {
-        const bool wasAsked = options.maxIterations < ToiOptions{}.maxIterations;
-        return wasAsked ? Judgement{} : wrong(Verdict::GaveUp, result.time, 0.0);
+        return giveUp(options, result);
     }
     const double start = certifier.apartAt(0.0).distance;
     const double last = certifier.apartAt(end).distance;

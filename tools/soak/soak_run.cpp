@@ -69,12 +69,13 @@ public:
         report();
     }
 
-    void reportFailure(std::uint64_t seed, const SoakQuery& query, const SoakOutcome& outcome)
+    void mention(std::uint64_t seed, const SoakQuery& query, const SoakOutcome& outcome)
     {
         const std::lock_guard lock(m_mutex);
+        const bool isUndecided = outcome.judgement.verdict == Verdict::Undecided;
         std::printf(
-            "FAILED seed %llu (%s, %s): %s\n"
-            "  tools/soak_rigid --seed %llu --count 1 --verbose\n",
+            "%s seed %llu (%s, %s): %s\n  tools/soak_rigid --seed %llu --count 1 --verbose\n",
+            isUndecided ? "not decided:" : "FAILED",
             static_cast<unsigned long long>(seed),
             nameOf(query.family),
             nameOf(query.options.strategy),
@@ -144,10 +145,13 @@ void work(Ledger& ledger)
             const SoakOutcome outcome = runSoakQuery(query);
             chunk.tallies[static_cast<std::size_t>(query.family)].add(outcome);
             const Verdict verdict = outcome.judgement.verdict;
+            if (verdict != Verdict::Right)
+            {
+                ledger.mention(seed, query, outcome);
+            }
             if (verdict != Verdict::Right && verdict != Verdict::Undecided)
             {
                 chunk.failures.push_back(seed);
-                ledger.reportFailure(seed, query, outcome);
             }
         }
         ledger.giveBack(first, std::move(chunk));
