@@ -3,11 +3,15 @@
 //   bench_hierarchy [--data FOLDER] [--repeat N]   every kind: rigidToi on several sets of queries
 //   bench_hierarchy --scaling                      bytes and times for 1K to 1M triangles
 //
+// Times of --scaling are medians; (1) is one thread, (all) every core; refit, save and load are
+// those of the default kind, with the file in the system's cache.
+//
 // FOLDER (default: $BULLET_CCD_TEST_DATA) may hold rigid_queries/poses/bunny_ident.csv and the
 // bunny; without them the generated sets remain. Every query starts cold; times are the mean over a
 // set of the median over the repeats. All kinds must agree on hits, or the program fails.
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/hierarchy/ssv_tree_file.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
@@ -21,6 +25,7 @@
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <oneapi/tbb/global_control.h>
 #include <optional>
 #include <random>
 #include <span>
@@ -307,6 +312,60 @@ void compareKinds(const std::optional<fs::path>& data, int repeats)
     }
 }
 
+/// One line: a knotted tube of about `triangles` triangles.
+void printScale(int triangles, const fs::path& folder)
+{
+    const int around = 4 << static_cast<int>(std::log2(std::sqrt(triangles / 1024.0)) + 0.5);
+    const TriangleMesh mesh = makeKnot(triangles / (2 * around), around);
+    const int repeats = triangles > 100'000 ? 3 : 9;
+    const auto milliseconds = [&](const auto& work)
+    { return 1e3 * medianSecondsOf(repeats, work); };
+    const auto build = [&] { (void)buildSsvTree(mesh); };
+
+    double oneThread = 0.0;
+    {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        oneThread = milliseconds(build);
+    }
+    const double allThreads = milliseconds(build);
+    SsvTree tree = buildSsvTree(mesh);
+    const double refit = milliseconds([&] { tree.refit(mesh.vertices); });
+    const fs::path file = folder / ssvTreeFileName(mesh, tree.options());
+    const double save = milliseconds([&] { saveSsvTree(tree, file); });
+    const double load = milliseconds([&] { (void)loadSsvTree(mesh, tree.options(), file); });
+    const auto count = static_cast<double>(mesh.triangles.size());
+    std::printf("%9.0f %12.1f %10.1f %14.2f %14.2f %9.2f %9.2f %9.2f\n",
+                count,
+                static_cast<double>(tree.nodes().size_bytes()) / count,
+                bytesOf(tree) / count,
+                oneThread,
+                allThreads,
+                refit,
+                save,
+                load);
+    std::fflush(stdout);
+}
+
+void printScaling()
+{
+    std::printf("%9s %12s %10s %14s %14s %9s %9s %9s\n",
+                "triangles",
+                "node bytes/t",
+                "bytes/t",
+                "build ms (1)",
+                "build ms (all)",
+                "refit ms",
+                "save ms",
+                "load ms");
+    const fs::path folder =
+        fs::temp_directory_path() / ("bench_hierarchy_" + std::to_string(std::random_device()()));
+    fs::create_directories(folder);
+    for (int triangles = 1 << 10; triangles <= 1 << 20; triangles *= 4)
+    {
+        printScale(triangles, folder);
+    }
+    fs::remove_all(folder);
+}
 }  // namespace
 
 int main(int argc, char** argv)
@@ -320,6 +379,7 @@ int main(int argc, char** argv)
             data = folder;
         }
         int repeats = 5;
+        bool scaling = false;
         for (int i = 1; i < argc; ++i)
         {
             const std::string argument = argv[i];
@@ -331,13 +391,25 @@ int main(int argc, char** argv)
             {
                 repeats = std::max(std::stoi(argv[++i]), 1);
             }
+            else if (argument == "--scaling")
+            {
+                scaling = true;
+            }
             else
             {
-                std::fprintf(stderr, "usage: bench_hierarchy [--data FOLDER] [--repeat N]\n");
+                std::fprintf(stderr,
+                             "usage: bench_hierarchy [--data FOLDER] [--repeat N] | --scaling\n");
                 return 2;
             }
         }
-        compareKinds(data, repeats);
+        if (scaling)
+        {
+            printScaling();
+        }
+        else
+        {
+            compareKinds(data, repeats);
+        }
         return 0;
     }
     catch (const std::exception& error)

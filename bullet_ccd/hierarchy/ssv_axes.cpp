@@ -173,7 +173,7 @@ private:
 class Sample
 {
 public:
-    static constexpr std::size_t kTriangles = 96;
+    static constexpr std::size_t kTriangles = 48;
 
     explicit Sample(std::span<const SsvCorners> triangles)
         : m_triangles(triangles), m_stride((triangles.size() + kTriangles - 1) / kTriangles)
@@ -237,19 +237,16 @@ Spread spreadOf(const Sample& sample, const Vector3d& about)
     return spread;
 }
 
-/// The extremes along 13 directions: axes, face and space diagonals, stretched with the set.
+/// The extremes along the axes, the diagonals of the widest face and the space diagonals, stretched
+/// with the set.
 void addExtremes(const Sample& sample, const Spread& spread, TurningBox& box)
 {
-    constexpr int kDirections = 13;
+    constexpr int kDirections = 9;
     constexpr float kSigns[kDirections][3] = {{1, 0, 0},
                                               {0, 1, 0},
                                               {0, 0, 1},
                                               {1, 1, 0},
                                               {1, -1, 0},
-                                              {1, 0, 1},
-                                              {1, 0, -1},
-                                              {0, 1, 1},
-                                              {0, 1, -1},
                                               {1, 1, 1},
                                               {1, 1, -1},
                                               {1, -1, 1},

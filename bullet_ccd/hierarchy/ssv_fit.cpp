@@ -231,14 +231,15 @@ SsvNode roundedBox(std::span<const SsvCorners> triangles,
                    std::vector<Vector3d>& offsets)
 {
     const SsvNode box = storeBox(triangles, axes);
-    if (triangles.size() == 1)
+    constexpr float kFlat = 0.02F;
+    if (box.half[2] < kFlat * box.half[1])
     {
-        return box;  // flat
+        return box;  // too little to gain
     }
     const Matrix3d toAxes = axes.matrix().transpose();
     const Vector3d center = toDoubles(box.center);
     const Vector3d half = toDoubles(box.half);
-    constexpr std::size_t kSample = 96;
+    constexpr std::size_t kSample = 48;
     const std::size_t stride = (triangles.size() + kSample - 1) / kSample;
     offsets.clear();
     for (std::size_t i = 0; i < triangles.size(); i += stride)
@@ -248,7 +249,7 @@ SsvNode roundedBox(std::span<const SsvCorners> triangles,
             offsets.emplace_back((toAxes * (corner - center)).cwiseAbs());
         }
     }
-    constexpr int kSteps = 6;
+    constexpr int kSteps = 4;
     Vector3d bestHalf = half;
     double bestSurface = sweptSurface(half, 0.0);
     for (int i = 1; i <= kSteps; ++i)

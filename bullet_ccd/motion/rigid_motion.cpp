@@ -7,18 +7,22 @@ namespace bullet_ccd
 MotionState RigidMotion::at(double t) const
 {
     MotionState state{.X_W = X_W0, .v_W = v_W, .w_W = w_W};
+    state.X_W.translation() += t * v_W;
     const double rate = w_W.norm();
     if (rate > 0.0)
     {
-        const Eigen::AngleAxisd turn(t * rate, w_W / rate);
-        state.X_W.linear() = turn.toRotationMatrix() * X_W0.linear();
-        const Eigen::Vector3d arm = -(state.X_W.linear() * reference_B);
-        state.X_W.translation() = X_W0 * reference_B + t * v_W + arm;
-        state.v_W += w_W.cross(arm);
-    }
-    else
-    {
-        state.X_W.translation() += t * v_W;
+        const double angle = t * rate;
+        const Eigen::Vector3d axis = w_W / rate;
+        state.X_W.linear() = Eigen::AngleAxisd(angle, axis).toRotationMatrix() * X_W0.linear();
+        // The reference is `arm` from the origin. (turn - 1) arm, written so that a far reference
+        // (a screw of little rotation has one) does not cancel.
+        const Eigen::Vector3d arm = X_W0.linear() * reference_B;
+        const double half = std::sin(0.5 * angle);
+        const Eigen::Vector3d across = axis.cross(arm);
+        const Eigen::Vector3d turned =
+            std::sin(angle) * across + 2.0 * half * half * axis.cross(across);
+        state.X_W.translation() -= turned;
+        state.v_W -= w_W.cross(arm + turned);
     }
     return state;
 }

@@ -111,6 +111,7 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
     checkQuery(bodies, options);
     SearchState& state = work.scratch().state;
     state.hit = {};
+    state.start = {};
     state.counters = {};
     state.options = options;
     state.scene.reset(bodies, pairs, options);
@@ -127,6 +128,8 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
         result.pair = limit.pair;
     }
     result.counters = state.counters;
+    result.startsTouching = state.start.touches;
+    result.startsPressing = state.start.approaches;
     return result;
 }
 

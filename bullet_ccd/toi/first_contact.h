@@ -61,10 +61,13 @@ private:
 
 struct FirstContactResult : ToiResult
 {
-    std::int32_t pair = kNone;  ///< index of the pair that touches (or overlaps) first
+    std::int32_t pair = kNone;    ///< index of the pair that touches (or overlaps) first
+    bool startsTouching = false;  ///< some pair was within the tolerance at t = 0, but not below
+    bool startsPressing = false;  ///< and closed in there
 };
 
-/// First time at which one of `pairs` comes within the tolerance.
+/// First time at which one of `pairs` comes within the tolerance. The status is one of Separated,
+/// Hit, Overlapping and IterationLimit.
 ///
 /// Guarantee: no pair touches in [0, result.time); ToiStatus says what each outcome promises. Links
 /// of one tree are compared in the frame of their deepest common ancestor, so that common motion

@@ -164,6 +164,7 @@ TriangleStep triangleStep(const SsvTree& treeA,
                           const SsvTree& treeB,
                           const PairState& state,
                           double margin,
+                          bool apart,
                           std::int32_t slotA,
                           std::int32_t slotB)
 {
@@ -172,21 +173,23 @@ TriangleStep triangleStep(const SsvTree& treeA,
     const double keep = margin + state.rounding;
     TriangleApproach approach;
     approachTriangles(state.motion, cornersA[0].data(), cornersB[0].data(), keep, approach);
+    const TriangleStep closest{.distance = {.distance = approach.distance,
+                                            .pointA = vector(approach.pointA),
+                                            .pointB = vector(approach.pointB)},
+                               .time = approach.time};
     // The direction of the closest points separates by their distance, or something is wrong.
     if (approach.gap >= 0.99 * approach.distance && approach.distance > state.rounding)
     {
-        return {.distance = {.distance = approach.distance,
-                             .pointA = vector(approach.pointA),
-                             .pointB = vector(approach.pointB)},
-                .time = approach.time};
+        return closest;
     }
-    TriangleStep result;
-    result.distance = exactDistance(state.motion, cornersA, cornersB);
-    if (result.distance.distance > 0.0)
+    TriangleStep result{.distance = exactDistance(state.motion, cornersA, cornersB)};
+    if (result.distance.distance <= 0.0)
     {
-        const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, keep);
-        result.time = (best.gap > approach.gap ? best : approach).time;
+        // Slivers may seem to cross where they are known to be apart.
+        return apart && approach.distance > 0.0 ? closest : result;
     }
+    const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, keep);
+    result.time = (best.gap > approach.gap ? best : approach).time;
     return result;
 }
 }  // namespace bullet_ccd

@@ -57,12 +57,13 @@ struct TriangleStep
                             const SsvNode& nodeA,
                             const SsvNode& nodeB);
 
-/// Distance, exact up to one percent, and certified step of two triangles in slots of the trees.
-/// The distance is exact where it is below the threshold or the triangles intersect.
+/// Distance and certified step of two triangles in slots of the trees.
+/// @param apart they are known not to touch at this time
 [[nodiscard]] TriangleStep triangleStep(const SsvTree& treeA,
                                         const SsvTree& treeB,
                                         const PairState& state,
                                         double margin,
+                                        bool apart,
                                         std::int32_t slotA,
                                         std::int32_t slotB);
 }  // namespace bullet_ccd

@@ -36,6 +36,18 @@ bool relaxThreshold(ScenePair& pair, const PairState& state, double upperBound)
     return true;
 }
 
+/// Speed at which two points that face each other close in.
+double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
+{
+    using Eigen::Map;
+    using Eigen::Vector3d;
+    const Vector3d arm = d.pointA - Map<const Vector3d>(m.p);
+    const Vector3d velocity =
+        Map<const Vector3d>(m.velocity) + Map<const Vector3d>(m.wA).cross(arm) -
+        Map<const Vector3d>(m.wB).cross(d.pointB + Map<const Vector3d>(m.armB));
+    return velocity.dot((d.pointB - d.pointA).stableNormalized());
+}
+
 void noteHit(SearchState& state, const NodePair& p, const TriangleDistance& distance)
 {
     EarliestHit& hit = state.hit;
@@ -61,11 +73,19 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const std::int32_t slotA = state.scene.nodeA(p).first;
     const std::int32_t slotB = state.scene.nodeB(p).first;
     const auto look = [&]
-    { return triangleStep(*pair.treeA, *pair.treeB, pose, pair.limits.margin(), slotA, slotB); };
+    {
+        return triangleStep(
+            *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
+    };
     TriangleStep step = look();
     const double distance = step.distance.distance;
     if (p.time == 0.0 && distance <= pair.limits.threshold && relaxThreshold(pair, pose, distance))
     {
+        state.start.touches = true;
+        // Speeds below the rounding of the velocities are those of bodies that slide or rest.
+        const bool closesIn =
+            closingSpeed(pose.motion, step.distance) > 1e-12 * state.scene.pair(p.pair).speedScale;
+        state.start.approaches = state.start.approaches || closesIn;
         step = look();
     }
     // Rounded down; a step that time no longer resolves is one that has arrived.

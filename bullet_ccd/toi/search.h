@@ -29,6 +29,13 @@ struct IterationLimitReached
 };
 
 /// Scratch and state of one query, shared by the strategies.
+/// What is known of a pair of bodies that are within the tolerance of each other at t = 0.
+struct TouchingStart
+{
+    bool touches = false;
+    bool approaches = false;  ///< closest triangles of a touching pair close in at t = 0
+};
+
 struct SearchState
 {
     PairScene scene;
@@ -36,6 +43,7 @@ struct SearchState
     std::vector<NodePair> front;  ///< interval: pairs that wait, a block for every open interval
     std::vector<NodePair> work;   ///< interval: pairs to be looked at
     EarliestHit hit;
+    TouchingStart start;
     ToiCounters counters;
     ToiOptions options;
 };

@@ -30,7 +30,7 @@ public:
         }
         while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
         {
-            checkLimit(m_state, m_queue.top());
+            checkLimit(m_state, {.time = m_queue.time(), .pair = m_queue.top().pair});
             const std::size_t count = collect();
             if (count > 0)
             {

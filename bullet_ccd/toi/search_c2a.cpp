@@ -12,9 +12,11 @@ namespace
 /// moves on by the smallest certified step. In the queue `time` is where a pair's own step ends.
 ///
 /// Any cut through the pairs of nodes covers all pairs of triangles, so its smallest step is a safe
-/// one, however shallow the cut. How deep it goes is controlled by the number of node pairs that a
-/// step may cost: it doubles whenever the steps become short, so that far apart the cuts are
-/// shallow, and near contact they reach the triangles. No unit of length enters.
+/// one, however shallow the cut. The triangles that limited the last step are looked at first: a
+/// cut whose smallest step is at least half of theirs is deep enough. As long as no triangles have
+/// been met, a step may cost a number of node pairs that doubles whenever steps become short. So
+/// far apart the cuts are shallow, and near contact they reach the triangles; no unit of length
+/// enters.
 class ControlledAdvancement
 {
 public:
@@ -49,13 +51,22 @@ private:
             examine(now, {next.data(), 1});
         }
         double trianglesEnd = std::numeric_limits<double>::infinity();
-        while (!m_queue.empty())
+        if (m_limiting.pair != kNone)
         {
+            NodePair leaves = m_limiting;
+            leaves.time = now;
+            trianglesEnd = endOfTriangles(leaves);
+        }
+        while (!m_queue.empty() && !m_state.hit.found())
+        {
+            const double earliest = std::max(now, m_queue.time());
             const NodePair p = m_queue.top();
             checkLimit(m_state, {.time = now, .pair = p.pair});
-            if (p.time >= trianglesEnd || (spent >= m_budget && p.time > now))
+            const bool deepEnough = earliest - now >= 0.5 * (trianglesEnd - now) ||
+                                    (spent >= m_budget && earliest > now);
+            if (deepEnough)
             {
-                return std::min(p.time, trianglesEnd);
+                return std::min(earliest, trianglesEnd);
             }
             m_queue.pop();
             ++spent;
@@ -63,13 +74,11 @@ private:
             {
                 NodePair leaves = p;
                 leaves.time = now;
-                if (advanceTriangles(m_state, leaves))
+                const double end = endOfTriangles(leaves);
+                if (end < trianglesEnd)
                 {
-                    trianglesEnd = std::min(trianglesEnd, leaves.time);
-                }
-                else if (m_state.hit.found())
-                {
-                    return now;
+                    trianglesEnd = end;
+                    m_limiting = p;
                 }
                 continue;
             }
@@ -83,7 +92,14 @@ private:
             const auto count = static_cast<std::size_t>(opening.count);
             examine(now, {next.data(), count});
         }
-        return trianglesEnd;
+        return m_state.hit.found() ? now : trianglesEnd;
+    }
+
+    /// Where the certified step of two leaves ends; infinity if they cannot touch or do so now.
+    double endOfTriangles(NodePair& leaves)
+    {
+        return advanceTriangles(m_state, leaves) ? leaves.time
+                                                 : std::numeric_limits<double>::infinity();
     }
 
     void examine(double now, std::span<NodePair> pairs)
@@ -103,6 +119,7 @@ private:
     SearchState& m_state;
     EarliestFirst& m_queue;
     std::int64_t m_budget = 32;
+    NodePair m_limiting{};  ///< the triangles that ended the last step that met any
 };
 }  // namespace
 

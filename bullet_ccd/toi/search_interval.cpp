@@ -82,9 +82,11 @@ private:
         const SsvNode& b = m_state.scene.nodeB(p);
         if (a.isLeaf() && b.isLeaf())
         {
+            const double start = p.time;
             while (p.time <= last(t1) && advanceTriangles(m_state, p))
             {
-                checkLimit(m_state, p);
+                // Other pairs of the interval are certified only up to its beginning.
+                checkLimit(m_state, {.time = start, .pair = p.pair});
             }
             return;
         }

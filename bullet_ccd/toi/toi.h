@@ -67,7 +67,10 @@ struct ToiResult
 {
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;  ///< certified: no contact before it
-    double gap = 0.0;   ///< distance at `time`; for Separated a lower bound over the motion [m]
+    /// Distance of the named triangles at `time`; no others are much closer, by the certificate
+    /// (see ToiOptions::aim). For Separated a lower bound of the distance over the whole motion
+    /// [m].
+    double gap = 0.0;
     std::int32_t triangleA = kNone;
     std::int32_t triangleB = kNone;
     Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< witnesses at `time`, in W [m]

@@ -33,7 +33,7 @@ inline Vector4 cross(const Vector4& a, const Vector4& b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline Vector4 all(const double* v)
+inline Vector4 splat(const double* v)
 {
     return {Doubles4{} + v[0], Doubles4{} + v[1], Doubles4{} + v[2]};
 }
@@ -89,16 +89,16 @@ struct MovingCorners
 inline MovingCorners moveA(const RelativeMotion& m, const double* corners)
 {
     const Vector4 x = loadCorners(corners);
-    const Vector4 c = x + all(m.armA);
+    const Vector4 c = x + splat(m.armA);
     const double* R = m.R;
     const Vector4 arm{R[0] * c.x + R[1] * c.y + R[2] * c.z,
                       R[3] * c.x + R[4] * c.y + R[5] * c.z,
                       R[6] * c.x + R[7] * c.y + R[8] * c.z};
-    const Vector4 orbit = cross(all(m.wA), arm);
+    const Vector4 orbit = cross(splat(m.wA), arm);
     MovingCorners out;
-    out.place = arm + all(m.p);
-    out.velocity = all(m.velocity) + orbit;
-    const Vector4 r = x + all(m.radiusArmA);
+    out.place = arm + splat(m.p);
+    out.velocity = splat(m.velocity) + orbit;
+    const Vector4 r = x + splat(m.radiusArmA);
     out.constant = m.constant + m.perRadiusA * root(dot(r, r));
     out.bend = m.axisA * m.spinA * root(dot(orbit, orbit));
     return out;
@@ -107,8 +107,8 @@ inline MovingCorners moveA(const RelativeMotion& m, const double* corners)
 inline MovingCorners moveB(const RelativeMotion& m, const double* corners)
 {
     const Vector4 x = loadCorners(corners);
-    const Vector4 r = x + all(m.armB);
-    const Vector4 orbit = cross(all(m.wB), r);
+    const Vector4 r = x + splat(m.armB);
+    const Vector4 orbit = cross(splat(m.wB), r);
     return {.place = x,
             .velocity = orbit,
             .constant = m.perRadiusB * root(dot(r, r)),
@@ -136,7 +136,7 @@ inline void stepAlong(const RelativeMotion& m,
                       double margin,
                       TriangleApproach& out)
 {
-    const Vector4 n = all(direction);
+    const Vector4 n = splat(direction);
     const Doubles4 bendA = a.constant + across(m.wA, m.spinA, direction) * a.bend;
     const Doubles4 bendB = b.constant + across(m.wB, m.spinB, direction) * b.bend;
     const Doubles4 heightA = dot(n, a.place);
@@ -237,6 +237,45 @@ inline void takeFace(const Vector4& face, const Vector4& corners, Closest& best)
         best.take(candidate, foot, corners);
     }
 }
+/// The direction perpendicular to two edges, or to a face, that is nearest to n. The vector between
+/// closest points loses digits as they come together, and an error of the direction times the size
+/// of the triangles is an error of the gap; edges and faces keep theirs.
+inline void alignWithFeatures(const Vector4& a, const Vector4& b, double (&n)[3])
+{
+    const Vector4 alongA = next(a) - a;
+    const Vector4 alongB = next(b) - b;
+    const Vector4 target = splat(n);
+    double bestScore = 0.0;
+    double best[3] = {n[0], n[1], n[2]};
+    for (int i = 0; i < 4; ++i)
+    {
+        // Three times an edge of A and those of B, then both faces.
+        Vector4 c = cross(lane(alongA, i), alongB);
+        if (i == 3)
+        {
+            const Vector4 faceA = cross(lane(alongA, 0), lane(alongA, 1));
+            const Vector4 faceB = cross(lane(alongB, 0), lane(alongB, 1));
+            c = select(Longs4{-1, -1, 0, 0}, faceA, faceB);
+        }
+        const Doubles4 square = dot(c, c);
+        const Doubles4 along = dot(c, target);
+        const Doubles4 score = square > 1e-280 ? along * along / orOne(square) : Doubles4{};
+        for (int j = 0; j < 4; ++j)
+        {
+            if (score[j] > bestScore)
+            {
+                bestScore = score[j];
+                const double scale = (along[j] < 0.0 ? -1.0 : 1.0) / __builtin_sqrt(square[j]);
+                best[0] = scale * c.x[j];
+                best[1] = scale * c.y[j];
+                best[2] = scale * c.z[j];
+            }
+        }
+    }
+    n[0] = best[0];
+    n[1] = best[1];
+    n[2] = best[2];
+}
 }  // namespace
 
 void approachTriangles(const RelativeMotion& motion,
@@ -278,6 +317,16 @@ void approachTriangles(const RelativeMotion& motion,
         x /= distance;
     }
     stepAlong(motion, a, b, n, margin, approach);
+    if (approach.gap < 0.999 * distance)
+    {
+        TriangleApproach aligned = approach;
+        alignWithFeatures(a.place, b.place, n);
+        stepAlong(motion, a, b, n, margin, aligned);
+        if (aligned.gap > approach.gap)
+        {
+            approach = aligned;
+        }
+    }
 }
 
 void approachAlong(const RelativeMotion& motion,

@@ -24,7 +24,7 @@ RigidMotion randomPass(Random& random)
     RigidMotion motion;
     motion.X_W0.linear() = random.rotation();
     motion.X_W0.translation() = 3.5 * from;
-    motion.v_W = -4.0 * from + 4.0 * random.direction();
+    motion.v_W = -4.0 * from + 3.0 * random.direction();
     motion.w_W = 2.0 * random.direction();
     return motion;
 }

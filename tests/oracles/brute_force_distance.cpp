@@ -11,7 +11,6 @@ namespace
 {
 using Real = long double;
 using Vector = Eigen::Matrix<Real, 3, 1>;
-using WideCorners = std::array<Vector, 3>;
 
 /// The smallest distance so far, between points that lie on the two triangles.
 struct Best
@@ -93,6 +92,22 @@ bool projectInto(const Vector& point, const WideCorners& triangle, Vector& foot)
     return true;
 }
 
+Real toTriangle(const Vector& point, const WideCorners& triangle)
+{
+    Vector foot;
+    if (projectInto(point, triangle, foot))
+    {
+        return (foot - point).norm();
+    }
+    Real distance = std::numeric_limits<Real>::infinity();
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Vector near = closestOnSegment(point, triangle[k], triangle[(k + 1) % 3]);
+        distance = std::min(distance, (near - point).norm());
+    }
+    return distance;
+}
+
 /// True if the segment properly meets the triangle's plane, inside the triangle.
 bool crosses(const Vector& p, const Vector& q, const WideCorners& triangle, Vector& point)
 {
@@ -115,18 +130,21 @@ bool crosses(const Vector& p, const Vector& q, const WideCorners& triangle, Vect
     {
         return false;
     }
-    point = (volume[0] * triangle[0] + volume[1] * triangle[1] + volume[2] * triangle[2]) / sum;
-    return true;
+    // In the plane of a sliver, volumes and sides are rounding and say nothing: the point of the
+    // segment must lie on the triangle.
+    point = p + sideP / (sideP - sideQ) * along;
+    const Real size = along.cwiseAbs().sum() + (p - triangle[0]).cwiseAbs().sum();
+    return toTriangle(point, triangle) <= 1e-17L * size;
 }
 
-WideCorners widen(const Corners& corners, const Eigen::Vector3d& origin)
+WideCorners widen(const Corners& corners)
 {
-    WideCorners wide;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-        wide[k] = corners[k].cast<Real>() - origin.cast<Real>();
-    }
-    return wide;
+    return {corners[0].cast<Real>(), corners[1].cast<Real>(), corners[2].cast<Real>()};
+}
+
+WideCorners relativeTo(const Vector& origin, const WideCorners& corners)
+{
+    return {corners[0] - origin, corners[1] - origin, corners[2] - origin};
 }
 
 bool findCrossing(const WideCorners& a, const WideCorners& b, Vector& point)
@@ -174,14 +192,19 @@ std::vector<Bounded> boundedTriangles(const TriangleMesh& mesh, const Eigen::Iso
 
 OracleDistance bruteForceTriangleDistance(const Corners& a, const Corners& b)
 {
-    const Eigen::Vector3d origin = a[0];
-    const WideCorners wideA = widen(a, origin);
-    const WideCorners wideB = widen(b, origin);
+    return bruteForceTriangleDistance(widen(a), widen(b));
+}
+
+OracleDistance bruteForceTriangleDistance(const WideCorners& a, const WideCorners& b)
+{
+    const Vector origin = a[0];
+    const WideCorners wideA = relativeTo(origin, a);
+    const WideCorners wideB = relativeTo(origin, b);
     OracleDistance result;
     Vector point;
     if (findCrossing(wideA, wideB, point))
     {
-        result.pointA = result.pointB = (point + origin.cast<Real>()).cast<double>();
+        result.pointA = result.pointB = (point + origin).cast<double>();
         return result;
     }
     Best best;
@@ -202,8 +225,8 @@ OracleDistance bruteForceTriangleDistance(const Corners& a, const Corners& b)
         }
     }
     result.distance = static_cast<double>(std::sqrt(best.squared));
-    result.pointA = (best.onA + origin.cast<Real>()).cast<double>();
-    result.pointB = (best.onB + origin.cast<Real>()).cast<double>();
+    result.pointA = (best.onA + origin).cast<double>();
+    result.pointB = (best.onB + origin).cast<double>();
     return result;
 }
 

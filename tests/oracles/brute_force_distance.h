@@ -16,6 +16,7 @@
 namespace bullet_ccd::tests
 {
 using Corners = std::array<Eigen::Vector3d, 3>;
+using WideCorners = std::array<Eigen::Matrix<long double, 3, 1>, 3>;
 
 struct OracleDistance
 {
@@ -27,6 +28,7 @@ struct OracleDistance
 };
 
 [[nodiscard]] OracleDistance bruteForceTriangleDistance(const Corners& a, const Corners& b);
+[[nodiscard]] OracleDistance bruteForceTriangleDistance(const WideCorners& a, const WideCorners& b);
 
 /// Witnesses in the frame of B.
 [[nodiscard]] OracleDistance bruteForceMeshDistance(const TriangleMesh& meshA,

@@ -169,13 +169,15 @@ private:
 Eigen::Isometry3d oraclePose(const RigidMotion& motion, double t)
 {
     Eigen::Isometry3d X = motion.X_W0;
-    X.translation() += t * motion.v_W;
     const double turn = motion.w_W.norm();
     if (turn > 0.0)
     {
         X.linear() = Eigen::AngleAxisd(t * turn, motion.w_W / turn).toRotationMatrix() *
                      motion.X_W0.linear();
     }
+    // The reference moves on a straight line, the origin keeps its place relative to it.
+    X.translation() = motion.X_W0.translation() + t * motion.v_W +
+                      (motion.X_W0.linear() - X.linear()) * motion.reference_B;
     return X;
 }
 
@@ -207,7 +209,8 @@ OracleBody oracleBody(const TriangleMesh& mesh, const RigidMotion& motion)
 {
     return {.mesh = &mesh,
             .poseAt = [motion](double t) { return oraclePose(motion, t); },
-            .speed = motion.v_W.norm() + motion.w_W.norm() * radiusOf(mesh)};
+            .speed = motion.v_W.norm() +
+                     motion.w_W.norm() * (radiusOf(mesh) + motion.reference_B.norm())};
 }
 
 OracleBody oracleLink(const TriangleMesh& mesh,

@@ -34,7 +34,7 @@ struct OracleToi
     double minDistance = 0.0;  ///< smallest distance that was sampled, 0 with a contact
 };
 
-/// exp(t [w]) R0 about the moving origin x0 + t v.
+/// exp(t [w]) R0 about the reference, which moves with v.
 [[nodiscard]] Eigen::Isometry3d oraclePose(const RigidMotion& motion, double t);
 
 /// Composition of parent frames and joint rotations or shifts from the root down.

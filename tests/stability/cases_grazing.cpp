@@ -231,6 +231,16 @@ RigidCase drivenAtEachOther()
             .answer = {.time = 0.5, .closingSpeed = 2.0}};
 }
 
+/// All lengths at the edge of what doubles can square.
+RigidCase extremeUnits(const std::string& id, double unit)
+{
+    return {.id = id,
+            .scene = {.meshA = cube(unit),
+                      .meshB = floorAt(0.0, 10.0 * unit),
+                      .motionA = {.X_W0 = poseOf({0, 0, 5.0 * unit}), .v_W = {0, 0, -8.0 * unit}}},
+            .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0 * unit, .length = unit}};
+}
+
 /// Past a sphere at a gap of 1e-6, then into a wall.
 RigidCase nearMissThenWall()
 {
@@ -283,6 +293,8 @@ std::vector<RigidCase> degenerateCases()
         swingingBar(),
         nearerButSlower(),
         drivenAtEachOther(),
+        extremeUnits("F17a", 1e-15),
+        extremeUnits("F17b", 1e+15),
     };
 }
 }  // namespace bullet_ccd::tests

@@ -133,6 +133,17 @@ RigidCase shaftInBearing()
             .answer = {.clearance = 0.0099, .tolerances = {1e-3}}};
 }
 
+/// A wheel of many corners turns over a plane just out of its reach.
+RigidCase polygonWheel()
+{
+    return {.id = "B13",
+            .scene = {.meshA = placed(prism(circlePoints(1.0, circleAngles(1024, 0.0)), -0.2, 0.2),
+                                      poseOf(Vector3d::Zero(), 0.5 * kPi, Vector3d::UnitX())),
+                      .meshB = floorAt(0.0, 10.0),
+                      .motionA = {.X_W0 = poseOf({0, 0, 1.001}), .w_W = {0, 2.0 * kPi, 0}}},
+            .answer = {.clearance = 1.001 - 1.0, .tolerances = {1e-4}}};
+}
+
 RigidCase cubeAroundSphere()
 {
     return {.id = "B14",
@@ -245,6 +256,7 @@ std::vector<RigidCase> rotationCases()
         scissors(),
         squarePeg(),
         shaftInBearing(),
+        polygonWheel(),
         cubeAroundSphere(),
         spinningCone(),
         flywheel(),

@@ -146,6 +146,40 @@ RigidCase intoCavity()
             .answer = {.time = (0.4 - 0.4 + 1.0) / 2.0, .closingSpeed = 2.0}};
 }
 
+/// A hundred plates in one plane, all met at once.
+RigidCase ontoPlates()
+{
+    TriangleMesh plates;
+    for (int i = 0; i < 10; ++i)
+    {
+        for (int j = 0; j < 10; ++j)
+        {
+            const double x = -1.0 + 0.2 * i;
+            const double y = -1.0 + 0.2 * j;
+            const double end = 0.2;
+            plates = merged(
+                {plates, quad({x, y, 0}, {x + end, y, 0}, {x + end, y + end, 0}, {x, y + end, 0})});
+        }
+    }
+    return {.id = "J03",
+            .scene = {.meshA = cube(1.0),
+                      .meshB = plates,
+                      .motionA = {.X_W0 = poseOf({0, 0, 5}), .v_W = {0, 0, -8}}},
+            .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0}};
+}
+
+/// A jaw that closes on an object of half width 0.025, which stands that far off the middle.
+RigidCase jaw(const std::string& id, double offset, double time)
+{
+    constexpr double kTravel = 0.04;
+    return {.id = id,
+            .scene = {.meshA = box({0, -0.02, -0.02}, {0.01, 0.02, 0.02}),
+                      .meshB =
+                          shifted(box({-0.025, -0.03, -0.03}, {0.025, 0.03, 0.03}), {offset, 0, 0}),
+                      .motionA = {.X_W0 = poseOf({0.04, 0, 0}), .v_W = {-kTravel, 0, 0}}},
+            .answer = {.time = time, .closingSpeed = kTravel, .length = 0.1}};
+}
+
 RigidCase palmToSphere()
 {
     return {.id = "I01",
@@ -199,7 +233,11 @@ std::vector<RigidCase> translationCases()
         pegInBlindHole(),
         combs(),
         intoCavity(),
+        ontoPlates(),
         palmToSphere(),
+        jaw("I02", 0.0, (0.08 - 0.05) / 2.0 / 0.04),
+        jaw("I03a", 0.005, (0.015 - 0.005) / 0.04),
+        jaw("I03b", -0.005, (0.015 + 0.005) / 0.04),
     };
 }
 }  // namespace bullet_ccd::tests

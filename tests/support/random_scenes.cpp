@@ -44,11 +44,18 @@ RigidScene randomRigidScene(Random& random)
 
 ToiResult queryToi(const RigidScene& scene, double tolerance)
 {
+    return queryToi(scene, ToiOptions{.tolerance = tolerance});
+}
+
+ToiResult queryToi(const RigidScene& scene, const ToiOptions& options)
+{
     const SsvTree treeA = buildSsvTree(scene.meshA);
     const SsvTree treeB = buildSsvTree(scene.meshB);
     ToiWorkspace work;
-    return rigidToi(
-        {&treeA, scene.motionA}, {&treeB, scene.motionB}, {.tolerance = tolerance}, work);
+    return rigidToi({.tree = &treeA, .motion = scene.motionA},
+                    {.tree = &treeB, .motion = scene.motionB},
+                    options,
+                    work);
 }
 
 double roundingOf(const RigidScene& scene)

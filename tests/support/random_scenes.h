@@ -18,6 +18,7 @@ namespace bullet_ccd::tests
 [[nodiscard]] TriangleMesh randomMesh(Random& random);
 
 [[nodiscard]] ToiResult queryToi(const RigidScene& scene, double tolerance);
+[[nodiscard]] ToiResult queryToi(const RigidScene& scene, const ToiOptions& options);
 
 /// Rounding of a distance in that scene: 64 units in the last place of its largest coordinate.
 [[nodiscard]] double roundingOf(const RigidScene& scene);

@@ -2,11 +2,13 @@
 #include "tests/support/random_scenes.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
+#include "tests/support/soak_queries.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace bullet_ccd::tests
@@ -46,7 +48,28 @@ void expectSameContact(const RigidScene& scene,
     EXPECT_LE(distanceAt(scene, hit.time), allowed) << what;
 }
 
-TEST(RigidToi, SwappingTheBodiesKeepsTheTime)
+class RigidToiInvariance : public testing::TestWithParam<ToiStrategy>
+{
+protected:
+    [[nodiscard]] ToiResult query(const RigidScene& scene, double tolerance = kTolerance) const
+    {
+        return queryToi(scene, {.tolerance = tolerance, .strategy = GetParam()});
+    }
+};
+
+INSTANTIATE_TEST_SUITE_P(Strategies,
+                         RigidToiInvariance,
+                         testing::Values(ToiStrategy::BestFirst,
+                                         ToiStrategy::Interval,
+                                         ToiStrategy::C2A),
+                         [](const auto& tested)
+                         {
+                             std::string name = nameOf(tested.param);
+                             std::erase(name, '-');
+                             return name;
+                         });
+
+TEST_P(RigidToiInvariance, SwappingTheBodiesKeepsTheTime)
 {
     Random random(80);
     int same = 0;
@@ -54,8 +77,8 @@ TEST(RigidToi, SwappingTheBodiesKeepsTheTime)
     for (int i = 0; i < kScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
-        const ToiResult first = queryToi(scene, kTolerance);
-        const ToiResult second = queryToi(swapped(scene), kTolerance);
+        const ToiResult first = query(scene);
+        const ToiResult second = query(swapped(scene));
         expectSameContact(scene, first, second, std::to_string(i));
         hits += first.status == ToiStatus::Hit ? 1 : 0;
         same += first.status == ToiStatus::Hit && std::abs(first.time - second.time) < 1e-5 ? 1 : 0;
@@ -64,17 +87,17 @@ TEST(RigidToi, SwappingTheBodiesKeepsTheTime)
     EXPECT_GT(same, hits * 95 / 100);
 }
 
-TEST(RigidToi, MovingTheWholeSceneKeepsTheTime)
+TEST_P(RigidToiInvariance, MovingTheWholeSceneKeepsTheTime)
 {
     Random random(81);
     int hits = 0;
     for (int i = 0; i < kScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
-        const ToiResult first = queryToi(scene, kTolerance);
+        const ToiResult first = query(scene);
         const Eigen::Isometry3d X = random.pose(random.chance(0.5) ? 5.0 : 1e4);
         const RigidScene other = moved(scene, X);
-        const ToiResult second = queryToi(other, kTolerance);
+        const ToiResult second = query(other);
         expectSameContact(other, first, second, std::to_string(i));
         expectHonest(other, second, kTolerance, std::to_string(i));
         hits += first.status == ToiStatus::Hit ? 1 : 0;
@@ -82,7 +105,7 @@ TEST(RigidToi, MovingTheWholeSceneKeepsTheTime)
     EXPECT_GT(hits, kScenes / 4);
 }
 
-TEST(RigidToi, CommonVelocityKeepsTheTime)
+TEST_P(RigidToiInvariance, CommonVelocityKeepsTheTime)
 {
     Random random(82);
     for (int i = 0; i < kScenes; ++i)
@@ -92,49 +115,157 @@ TEST(RigidToi, CommonVelocityKeepsTheTime)
         const Eigen::Vector3d drift = random.inBox(1e3);
         other.motionA.v_W += drift;
         other.motionB.v_W += drift;
-        expectSameContact(
-            other, queryToi(scene, kTolerance), queryToi(other, kTolerance), std::to_string(i));
+        expectSameContact(other, query(scene), query(other), std::to_string(i));
     }
 }
 
-TEST(RigidToi, OrderOfTrianglesDoesNotChangeTheTime)
+TEST_P(RigidToiInvariance, OrderOfTrianglesDoesNotChangeABit)
 {
     Random random(83);
+    int hits = 0;
     for (int i = 0; i < kScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         RigidScene other = scene;
         other.meshA = permuted(scene.meshA, random);
         other.meshB = permuted(scene.meshB, random);
-        const ToiResult first = queryToi(scene, kTolerance);
-        const ToiResult second = queryToi(other, kTolerance);
-        expectSameContact(scene, first, second, std::to_string(i));
-        EXPECT_NEAR(first.time, second.time, 1e-5) << i;
+        const ToiResult first = query(scene);
+        const ToiResult second = query(other);
+        EXPECT_EQ(first.status, second.status) << i;
+        EXPECT_EQ(first.time, second.time) << i;
+        EXPECT_EQ(first.gap, second.gap) << i;
+        hits += first.status == ToiStatus::Hit ? 1 : 0;
     }
+    EXPECT_GT(hits, kScenes / 4);
 }
 
-TEST(RigidToi, UnitOfLengthDoesNotChangeTheTime)
+TEST_P(RigidToiInvariance, UnitOfLengthDoesNotChangeTheTime)
 {
     Random random(84);
     for (int i = 0; i < kScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
-        const ToiResult first = queryToi(scene, kTolerance);
-        for (const double factor : {0x1p-20, 0x1p20, 1e-3})
+        const ToiResult first = query(scene);
+        for (const double factor : {0x1p-20, 0x1p20, 1e-3, 1e3})
         {
-            RigidScene other = scene;
-            other.meshA = scaled(scene.meshA, factor);
-            other.meshB = scaled(scene.meshB, factor);
-            for (RigidMotion* motion : {&other.motionA, &other.motionB})
-            {
-                motion->X_W0.translation() *= factor;
-                motion->v_W *= factor;
-            }
-            const ToiResult second = queryToi(other, kTolerance * factor);
+            const ToiResult second = query(scaled(scene, factor), kTolerance * factor);
+            const bool isPowerOfTwo = factor == 0x1p-20 || factor == 0x1p20;
             EXPECT_EQ(first.status, second.status) << i;
-            EXPECT_NEAR(first.time, second.time, factor == 1e-3 ? 1e-6 : 1e-12) << i;
+            EXPECT_NEAR(first.time, second.time, isPowerOfTwo ? 1e-12 : 1e-6) << i;
         }
     }
+}
+
+/// A motion that the library knows, handed over as one that it does not.
+class Wrapped : public UserMotion
+{
+public:
+    explicit Wrapped(const RigidMotion& motion) : m_motion(motion) {}
+    [[nodiscard]] MotionState at(double t) const override { return m_motion.at(t); }
+    [[nodiscard]] AccelerationBound accelerationBound() const override
+    {
+        return m_motion.accelerationBound();
+    }
+
+private:
+    RigidMotion m_motion;
+};
+
+TEST_P(RigidToiInvariance, AUserMotionGivesTheAnswerOfTheMotionThatItEquals)
+{
+    Random random(88);
+    int hits = 0;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        RigidScene scene = randomRigidScene(random);
+        scene.motionA.reference_B =
+            random.chance(0.5) ? random.inBox(1.0) : Eigen::Vector3d::Zero();
+        const Wrapped userA(scene.motionA);
+        const Wrapped userB(scene.motionB);
+        const SsvTree treeA = buildSsvTree(scene.meshA);
+        const SsvTree treeB = buildSsvTree(scene.meshB);
+        ToiWorkspace work;
+        const ToiOptions options{.tolerance = kTolerance, .strategy = GetParam()};
+        const ToiResult known = query(scene);
+        const ToiResult user = rigidToi({.tree = &treeA, .userMotion = &userA},
+                                        {.tree = &treeB, .userMotion = &userB},
+                                        options,
+                                        work);
+        expectSameContact(scene, known, user, std::to_string(i));
+        const Judgement judgement = judgeToi(scene, options, user);
+        EXPECT_EQ(judgement.verdict, Verdict::Right) << i << ": " << judgement.text();
+        hits += user.status == ToiStatus::Hit ? 1 : 0;
+    }
+    EXPECT_GT(hits, kScenes / 5);
+}
+
+/// Swings there and back on a circle of radius 1 about the origin: angle sin(pi t).
+class Swing : public UserMotion
+{
+public:
+    [[nodiscard]] MotionState at(double t) const override
+    {
+        const double angle = std::sin(kPi * t);
+        const double rate = kPi * std::cos(kPi * t);
+        MotionState state{.X_W = poseOf(Eigen::Vector3d::Zero(), angle)};
+        state.w_W = {0, 0, rate};
+        return state;
+    }
+    [[nodiscard]] AccelerationBound accelerationBound() const override
+    {
+        // Centripetal pi^2 cos^2 and tangential pi^2 sin: at most sqrt(2) pi^2 together.
+        return {.constant = 0.0, .perRadius = std::numbers::sqrt2 * kPi * kPi};
+    }
+
+private:
+    static constexpr double kPi = std::numbers::pi;
+};
+
+TEST_P(RigidToiInvariance, AUserMotionMeetsItsClosedForm)
+{
+    // A rod of length 2 along x meets the wall y = h at sin(angle) = h / 2, angle = sin(pi t).
+    const Swing swing;
+    const SsvTree rod = buildSsvTree(segment({0, 0, 0}, {2, 0, 0}));
+    ToiWorkspace work;
+    for (const double h : {0.1, 0.5, 1.0, 1.6})
+    {
+        const SsvTree wall = buildSsvTree(wallAtY(h, 4.0));
+        const double exact = std::asin(std::asin(0.5 * h)) / std::numbers::pi;
+        const ToiResult result = rigidToi({.tree = &rod, .userMotion = &swing},
+                                          {.tree = &wall},
+                                          {.tolerance = 1e-8, .strategy = GetParam()},
+                                          work);
+        ASSERT_EQ(result.status, ToiStatus::Hit) << h;
+        EXPECT_LE(result.time, exact + 1e-15) << h;
+        EXPECT_GE(result.time, exact - 1e-7) << h;
+    }
+    // sin(1) is the farthest that it comes.
+    const SsvTree wall = buildSsvTree(wallAtY(2.0 * std::sin(1.0) + 1e-6, 4.0));
+    EXPECT_EQ(rigidToi({.tree = &rod, .userMotion = &swing},
+                       {.tree = &wall},
+                       {.tolerance = 1e-7, .strategy = GetParam()},
+                       work)
+                  .status,
+              ToiStatus::Separated);
+}
+
+TEST(RigidToi, AllStrategiesFindTheSameContact)
+{
+    Random random(89);
+    int hits = 0;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        const RigidScene scene = randomRigidScene(random);
+        const ToiResult first = queryToi(scene, kTolerance);
+        hits += first.status == ToiStatus::Hit ? 1 : 0;
+        for (const ToiStrategy strategy : {ToiStrategy::Interval, ToiStrategy::C2A})
+        {
+            const ToiResult other =
+                queryToi(scene, {.tolerance = kTolerance, .strategy = strategy});
+            expectSameContact(scene, first, other, nameOf(strategy) + std::to_string(i));
+        }
+    }
+    EXPECT_GT(hits, kScenes / 4);
 }
 
 TEST(RigidToi, RepeatingAQueryGivesTheSameBits)

@@ -1,0 +1,49 @@
+/// A seeded part of the soak: random and adversarial queries, every answer judged by proof or
+/// counterexample. tools/soak_rigid runs a million of them.
+#include "tests/support/soak_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr std::uint64_t kQueries = 1260;  // of each family
+
+class RigidToiSoak : public testing::TestWithParam<int>
+{
+};
+
+TEST_P(RigidToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
+{
+    const auto family = static_cast<std::uint64_t>(GetParam());
+    SoakTallies tallies;
+    for (std::uint64_t i = 0; i < kQueries; ++i)
+    {
+        const std::uint64_t seed = family + kSoakFamilies * i;
+        const SoakQuery query = soakQuery(seed);
+        ASSERT_EQ(static_cast<std::uint64_t>(query.family), family);
+        const SoakOutcome outcome = runSoakQuery(query);
+        tallies[family].add(outcome);
+        const Verdict verdict = outcome.judgement.verdict;
+        EXPECT_TRUE(verdict == Verdict::Right || verdict == Verdict::Undecided)
+            << outcome.judgement.text() << ", " << nameOf(query.options.strategy)
+            << "\n  tools/soak_rigid --seed " << seed << " --count 1 --verbose";
+        ASSERT_LT(tallies[family].wrong(), 5) << "and so on";
+    }
+    EXPECT_EQ(vacuity(tallies), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Families,
+                         RigidToiSoak,
+                         testing::Range(0, static_cast<int>(kSoakFamilies)),
+                         [](const auto& tested)
+                         {
+                             std::string name = nameOf(static_cast<SoakFamily>(tested.param));
+                             std::erase(name, '-');
+                             return name;
+                         });
+}  // namespace
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,26 @@
+/// Where a soak run stands, kept in a small text file.
+#pragma once
+
+#include "tests/support/soak_queries.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace bullet_ccd::tests
+{
+struct Checkpoint
+{
+    std::uint64_t firstSeed = 0;
+    std::uint64_t nextSeed = 0;  ///< all before are done
+    SoakTallies tallies = {};
+    std::vector<std::uint64_t> failures = {};  ///< seeds
+};
+
+/// Replaces the file in one step, so that a run that is stopped leaves the old or the new one.
+/// Throws std::runtime_error.
+void save(const Checkpoint& checkpoint, const std::string& path);
+
+/// None if there is no such file. Throws std::runtime_error if it cannot be understood.
+[[nodiscard]] std::optional<Checkpoint> load(const std::string& path);
+}  // namespace bullet_ccd::tests
