@@ -87,19 +87,25 @@ void measurePeer(const RigidSet& set, Size& size)
     size.fclMicros = sum / static_cast<double>(set.queries.size());
 }
 
-void printSize(const std::string& set, const Size& size, double baseMicros, double baseTriangles)
+/// Microseconds a doubling of the triangles adds from one size to another.
+double slopeOf(const Size& smaller, const Size& larger)
 {
-    // Logarithmic growth: time / log2(triangles) does not grow.
-    const double logs = std::log2(size.triangles) / std::log2(baseTriangles);
+    const double doublings = std::log2(larger.triangles / smaller.triangles);
+    return doublings > 0.0 ? (larger.micros - smaller.micros) / doublings : 0.0;
+}
+
+void printSize(const std::string& set, const Size& size, const Size& smallest, const Size& before)
+{
+    // Logarithmic growth: the same microseconds a doubling at all sizes.
     fmt::print(
-        "{:<13}{:>9.0f}{:>6}{:>9.1f}{:>9.2f}{:>9.2f}{:>10.1f}{:>9.0f}{:>9.0f}{:>9.0f}{:>9.0f}"
+        "{:<13}{:>9.0f}{:>6}{:>9.1f}{:>9.2f}{:>12.1f}{:>10.1f}{:>9.0f}{:>9.0f}{:>9.0f}{:>9.0f}"
         "{:>9.0f}\n",
         set,
         size.triangles,
         size.hits,
         size.micros,
-        size.micros / baseMicros,
-        logs,
+        size.micros / smallest.micros,
+        slopeOf(before, size),
         size.fclMicros,
         size.nodeBytes,
         size.bytes,
@@ -108,18 +114,31 @@ void printSize(const std::string& set, const Size& size, double baseMicros, doub
         size.fclBuildMillis);
     std::fflush(stdout);
 }
+nlohmann::json toJson(const std::string& set, const Size& size)
+{
+    return {{"set", set},
+            {"triangles", size.triangles},
+            {"hits", size.hits},
+            {"microseconds", size.micros},
+            {"fclMicroseconds", size.fclMicros},
+            {"nodeBytesPerTriangle", size.nodeBytes},
+            {"bytesPerTriangle", size.bytes},
+            {"fclBytesPerTriangle", size.fclBytes},
+            {"buildMilliseconds", size.buildMillis},
+            {"fclBuildMilliseconds", size.fclBuildMillis}};
+}
 }  // namespace
 
 nlohmann::json printScaling(MeshLibrary& meshes, const ScalingOptions& options)
 {
     nlohmann::json rows = nlohmann::json::array();
-    fmt::print("{:<13}{:>9}{:>6}{:>9}{:>9}{:>9}{:>10}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
+    fmt::print("{:<13}{:>9}{:>6}{:>9}{:>9}{:>12}{:>10}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
                "set",
                "triangles",
                "hits",
                "us",
                "growth",
-               "log grow",
+               "us/doubling",
                "FCL us",
                "nodes B",
                "all B",
@@ -129,7 +148,7 @@ nlohmann::json printScaling(MeshLibrary& meshes, const ScalingOptions& options)
     for (const char* family : {"knot", "sphere"})
     {
         std::optional<Size> first;
-        double slope = 0.0;
+        Size before;
         for (const std::string& name : fileSetNames())
         {
             if (!name.starts_with(std::string(family) + "_"))
@@ -147,26 +166,23 @@ nlohmann::json printScaling(MeshLibrary& meshes, const ScalingOptions& options)
             {
                 measurePeer(set, size);
             }
-            first = first.value_or(size);
-            const double doublings = std::log2(size.triangles / first->triangles);
-            slope = doublings > 0.0 ? (size.micros - first->micros) / doublings : 0.0;
-            printSize(name, size, first->micros, first->triangles);
-            rows.push_back({{"set", name},
-                            {"triangles", size.triangles},
-                            {"hits", size.hits},
-                            {"microseconds", size.micros},
-                            {"fclMicroseconds", size.fclMicros},
-                            {"nodeBytesPerTriangle", size.nodeBytes},
-                            {"bytesPerTriangle", size.bytes},
-                            {"fclBytesPerTriangle", size.fclBytes},
-                            {"buildMilliseconds", size.buildMillis},
-                            {"fclBuildMilliseconds", size.fclBuildMillis}});
+            if (!first)
+            {
+                first = size;
+                before = size;
+            }
+            printSize(name, size, *first, before);
+            before = size;
+            rows.push_back(toJson(name, size));
         }
-        fmt::print("{}: {:+.2f} us a doubling of the triangles\n", family, slope);
+        fmt::print("{}: {:+.2f} us a doubling from the smallest to the largest\n",
+                   family,
+                   first ? slopeOf(*first, before) : 0.0);
     }
     fmt::print(
-        "growth: time against the smallest size; log grow: what time ~ log(triangles) would "
-        "give.\nBytes a triangle: our nodes; all of our hierarchy, with its "
+        "growth: time against the smallest size; us/doubling: against the size before, constant "
+        "where time grows with the logarithm.\n"
+        "Bytes a triangle: our nodes; all of our hierarchy, with its "
         "copy of the mesh; FCL's nodes and mesh.\n");
     return rows;
 }
