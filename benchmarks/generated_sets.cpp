@@ -202,15 +202,23 @@ std::optional<RigidQuery> drawFinger(Random& random, const Bodies& bodies)
     return query;
 }
 
-/// Two thin plates, nearly parallel, cross in 1/100 to 1/1000 of the motion: at the crossing their
-/// tilt and thickness span that fraction of the way.
-std::optional<RigidQuery> drawTunnel(Random& random, const Bodies& bodies)
+/// Tilt at which the crossing of two plates spans a part of the way.
+/// Tilted: the tilt spans it where they face each other, their thickness comes on top.
+/// Flat: tilt and thickness together; some plates are exactly parallel and meet everywhere at once.
+double tunnelTilt(double span, double side, bool isFlat)
+{
+    constexpr double kBothThick = 0.4;
+    constexpr double kFacing = 0.4;  // of the side: they overlap in part only
+    return isFlat ? std::max(0.0, span - kBothThick) / side : span / (kFacing * side);
+}
+
+/// Two thin plates, nearly parallel, cross in 1/100 to 1/1000 of the motion.
+std::optional<RigidQuery> drawTunnel(Random& random, const Bodies& bodies, bool isFlat)
 {
     constexpr double kSide = 120.0;
-    constexpr double kBothThick = 0.4;
     const double length = random.uniform(0.9, 3.3) * kSide;
     const double span = random.uniform(0.001, 0.01) * length;
-    const double tilt = std::max(0.0, span - kBothThick) / kSide;
+    const double tilt = tunnelTilt(span, kSide, isFlat);
     const double inPlane = random.uniform(0.0, 2.0 * pi);
     const Vector3d tiltAxis(std::cos(inPlane), std::sin(inPlane), 0.0);
     const double when = random.uniform(0.1, 0.9);
@@ -218,7 +226,7 @@ std::optional<RigidQuery> drawTunnel(Random& random, const Bodies& bodies)
         random.uniform(-1.15, 1.15) * kSide, random.uniform(-1.15, 1.15) * kSide, 0.0);
     const Vector3d drift(
         random.uniform(-0.2, 0.2) * length, random.uniform(-0.2, 0.2) * length, 0.0);
-    const Vector3d turn = random.uniform(0.0, 0.1) * random.direction();
+    const Vector3d turn = random.uniform(0.0, 0.2) * random.direction();
 
     // In the frame of B; then both are turned together.
     const Isometry3d X_WB = pose(random.rotation(), random.inBall(0.5 * bodies.radiusB));
@@ -275,13 +283,19 @@ const std::vector<Recipe>& recipes()
         return [maxTurn](Random& random, const Bodies& bodies)
         { return drawFlight(random, bodies, maxTurn); };
     };
+    const auto tunnelOf = [](bool isFlat)
+    {
+        return [isFlat](Random& random, const Bodies& bodies)
+        { return drawTunnel(random, bodies, isFlat); };
+    };
     static const std::vector<Recipe> kRecipes{
         {"bunny_random", "bunny", "bunny", 300, 1, flightOf(2.0 * pi / 3.0)},
         {"bunny_near", "bunny", "bunny", 200, 2, drawNear},
         {"bunny_rot", "bunny", "bunny", 100, 3, drawRotation},
         {"bunny_trans", "bunny", "bunny", 100, 4, flightOf(0.0)},
         {"finger", "finger", "bunny", 200, 5, drawFinger},
-        {"tunnel", "plate", "plate", 200, 6, drawTunnel},
+        {"tunnel", "plate", "plate", 200, 6, tunnelOf(false)},
+        {"tunnel_flat", "plate", "plate", 200, 6, tunnelOf(true)},
         {"bunny_both", "bunny", "bunny", 200, 7, drawBoth},
         {"bunny_both_rest", "bunny", "bunny", 200, 7, drawBothAtRest},
     };

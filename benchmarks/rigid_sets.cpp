@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fmt/format.h>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -228,6 +229,42 @@ RigidSet makeRigidSet(const std::string& name, MeshLibrary& meshes, std::uint64_
         return generateSet(name, meshes, seedShift);
     }
     throw std::invalid_argument("set '" + name + "' is unknown: --list names all");
+}
+
+void writePoses(const RigidSet& set, const fs::path& file)
+{
+    std::ofstream out(file);
+    out << "id";
+    for (const char* pose : {"a0", "a1", "b0", "b1"})
+    {
+        for (const char* part : {"qw", "qx", "qy", "qz", "tx", "ty", "tz"})
+        {
+            out << ',' << pose << '_' << part;
+        }
+    }
+    out << '\n';
+    for (const RigidQuery& query : set.queries)
+    {
+        out << query.id;
+        for (const RigidMotion* motion : {&query.motionA, &query.motionB})
+        {
+            for (const double t : {0.0, 1.0})
+            {
+                const Eigen::Isometry3d X = motion->at(t).X_W;
+                const Eigen::Quaterniond q(X.linear());
+                const Eigen::Vector3d p = X.translation();
+                for (const double value : {q.w(), q.x(), q.y(), q.z(), p.x(), p.y(), p.z()})
+                {
+                    out << fmt::format(",{:.17g}", value);
+                }
+            }
+        }
+        out << '\n';
+    }
+    if (!out)
+    {
+        throw std::runtime_error(file.string() + ": cannot be written: make its folder first");
+    }
 }
 
 fs::path defaultDataFolder()

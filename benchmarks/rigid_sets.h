@@ -71,6 +71,9 @@ private:
                                     MeshLibrary& meshes,
                                     std::uint64_t seedShift = 0);
 
+/// Writes start and end poses in the form that the recorded sets have. Throws std::runtime_error.
+void writePoses(const RigidSet& set, const std::filesystem::path& file);
+
 /// The data folder: $BULLET_CCD_TEST_DATA, or ../shared/data beside the checkout.
 [[nodiscard]] std::filesystem::path defaultDataFolder();
 }  // namespace bullet_ccd::benchmarks

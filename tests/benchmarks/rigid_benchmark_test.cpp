@@ -1,0 +1,175 @@
+// What the rigid benchmark rests on: its meshes, its query sets, its checks of answers.
+#include "benchmarks/limited_run.h"
+#include "benchmarks/rigid_check.h"
+#include "benchmarks/rigid_meshes.h"
+#include "benchmarks/rigid_sets.h"
+#include "bullet_ccd/toi/rigid_toi.h"
+
+#include <chrono>
+#include <gmock/gmock.h>
+#include <thread>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+/// Plates need no data folder.
+RigidSet plates(std::uint64_t seedShift = 0)
+{
+    MeshLibrary meshes("");
+    return makeRigidSet("tunnel", meshes, seedShift);
+}
+
+std::vector<ToiResult> answersOf(const RigidSet& set)
+{
+    const SsvTree a = buildSsvTree(*set.meshA);
+    const SsvTree b = buildSsvTree(*set.meshB);
+    ToiWorkspace work;
+    std::vector<ToiResult> answers;
+    for (const RigidQuery& query : set.queries)
+    {
+        answers.push_back(rigidToi({.tree = &a, .motion = query.motionA},
+                                   {.tree = &b, .motion = query.motionB},
+                                   {.tolerance = 1e-4},
+                                   work));
+    }
+    return answers;
+}
+
+TEST(RigidMeshes, AreClosedAndHaveTheirNumberOfTriangles)
+{
+    const std::vector<std::pair<TriangleMesh, std::size_t>> meshes{
+        {makeKnotTube(64, 8), 1024},
+        {makeBumpySphere(3, 80.0, 0.15), 1280},
+        {makeFinger(), 928},
+        {makePlate(15, 120.0, 0.2), 1020},
+        {makeSmallBox({1.0, 0.6, 0.3}), 12},
+    };
+    for (const auto& [mesh, triangles] : meshes)
+    {
+        EXPECT_EQ(mesh.triangles.size(), triangles);
+        EXPECT_TRUE(isWatertight(mesh));
+        EXPECT_GT(massProperties(mesh).volume, 0.0);
+    }
+}
+
+TEST(GeneratedSets, AreTheSameForASeedAndOthersForAnother)
+{
+    const RigidSet set = plates();
+    const RigidSet again = plates();
+    const RigidSet other = plates(1);
+    ASSERT_EQ(set.queries.size(), 200u);
+    for (std::size_t i = 0; i < set.queries.size(); ++i)
+    {
+        EXPECT_EQ(set.queries[i].motionA.v_W, again.queries[i].motionA.v_W);
+        EXPECT_NE(set.queries[i].motionA.v_W, other.queries[i].motionA.v_W);
+    }
+}
+
+TEST(GeneratedSets, BeginApartAndCollideOften)
+{
+    int hits = 0;
+    for (const ToiResult& answer : answersOf(plates()))
+    {
+        EXPECT_NE(answer.status, ToiStatus::Overlapping);
+        hits += isContact(answer.status) ? 1 : 0;
+    }
+    EXPECT_GT(hits, 100);
+    EXPECT_LT(hits, 190);
+}
+
+class RigidCheck : public testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        if (!isFclPresent())
+        {
+            GTEST_SKIP() << "FCL is not part of this build: install libfcl-dev";
+        }
+        m_model.emplace(*m_set.meshA);
+        for (const RigidQuery& query : m_set.queries)
+        {
+            m_naive.push_back(fclNaive({*m_model, query.motionA}, {*m_model, query.motionB}, 1001));
+        }
+    }
+
+    [[nodiscard]] CheckResult check() const
+    {
+        const PeerView peer{*m_model, *m_model, m_naive};
+        return checkAnswers(m_set, m_answers, 1e-4, &peer);
+    }
+
+    /// Index of a query that collides.
+    [[nodiscard]] std::size_t collision() const
+    {
+        for (std::size_t i = 0; i < m_answers.size(); ++i)
+        {
+            if (m_answers[i].status == ToiStatus::Hit)
+            {
+                return i;
+            }
+        }
+        return 0;
+    }
+
+    RigidSet m_set = plates();
+    std::vector<ToiResult> m_answers = answersOf(m_set);
+    std::optional<FclModel> m_model;
+    std::vector<FclAnswer> m_naive;
+};
+
+TEST_F(RigidCheck, AcceptsRightAnswers)
+{
+    const CheckResult result = check();
+    EXPECT_EQ(result.wrong(), 0) << testing::PrintToString(result.complaints);
+    EXPECT_GT(result.hits, 100);
+    EXPECT_THAT(result.errors, testing::SizeIs(result.hits));
+    EXPECT_THAT(result.errors, testing::Each(testing::Ge(0.0)));
+}
+
+TEST_F(RigidCheck, SeesAMissedContact)
+{
+    m_answers[collision()].status = ToiStatus::Separated;
+    EXPECT_EQ(check().missed, 1);
+}
+
+TEST_F(RigidCheck, SeesALateContact)
+{
+    m_answers[collision()].time += 1e-5;
+    EXPECT_EQ(check().late, 1);
+}
+
+TEST_F(RigidCheck, SeesAContactReportedTooEarly)
+{
+    m_answers[collision()].time -= 1e-4;
+    EXPECT_EQ(check().falseHits, 1);
+}
+
+TEST_F(RigidCheck, SeesAWrongGap)
+{
+    m_answers[collision()].gap *= 0.5;
+    EXPECT_EQ(check().badGaps, 1);
+}
+
+TEST(RunWithLimit, EndsACallThatTakesTooLongAndGoesOn)
+{
+    const std::vector<ChartAnswer> answers =
+        runWithLimit(4,
+                     0.2,
+                     [](std::size_t i) -> ChartAnswer
+                     {
+                         if (i == 1)
+                         {
+                             std::this_thread::sleep_for(std::chrono::seconds(30));
+                         }
+                         return {.hit = true, .time = 0.1 * static_cast<double>(i)};
+                     });
+    ASSERT_EQ(answers.size(), 4u);
+    EXPECT_FALSE(answers[0].timedOut);
+    EXPECT_TRUE(answers[1].timedOut);
+    EXPECT_FALSE(answers[2].timedOut);
+    EXPECT_DOUBLE_EQ(answers[3].time, 0.1 * 3.0);
+}
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
