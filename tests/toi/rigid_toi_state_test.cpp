@@ -215,7 +215,7 @@ TEST_P(RigidToiState, MovingAsOneBodyIsSeparatedAndCostsNextToNothing)
             EXPECT_LE(result.gap, 1e-3 + 1e-12);
             // In the frame of one of them nothing moves. Bounds of each body's own motion would
             // need a pose for every 1e-3 of the way: thousands.
-            EXPECT_LE(result.counters.states, 64) << hub.transpose() << ", " << turns;
+            EXPECT_LE(result.counters.states, 128) << hub.transpose() << ", " << turns;
             EXPECT_LE(result.counters.nodePairs + result.counters.trianglePairs, 1000)
                 << hub.transpose() << ", " << turns;
         }
