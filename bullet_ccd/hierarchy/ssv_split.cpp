@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <oneapi/tbb/parallel_invoke.h>
+#include <oneapi/tbb/parallel_sort.h>
 #include <utility>
 
 namespace bullet_ccd
@@ -363,7 +364,15 @@ std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
             items[i].corners[k] = (scale * (mesh.vertices[vertex] - origin)).cast<float>();
         }
         items[i].triangle = static_cast<std::int32_t>(i);
+        rotateToSmallest(items[i].corners);
     }
+    const auto numbers = [](const Item& item) { return item.corners[0].data(); };
+    tbb::parallel_sort(items.begin(),
+                       items.end(),
+                       [&](const Item& a, const Item& b) {
+                           return std::lexicographical_compare(
+                               numbers(a), numbers(a) + 9, numbers(b), numbers(b) + 9);
+                       });
     return items;
 }
 }  // namespace

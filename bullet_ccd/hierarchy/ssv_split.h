@@ -5,8 +5,10 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -44,4 +46,15 @@ struct SsvBinaryNode
 /// Splits the triangles top-down until every leaf has one.
 /// @pre checkMesh() passed
 [[nodiscard]] SsvTopology splitTriangles(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
+/// Rotates the corners of a triangle so that the lexicographically smallest is first. The tree sees
+/// triangles so, and sorted, so that how a file lists them changes nothing.
+template <class Corners>
+void rotateToSmallest(Corners& corners)
+{
+    const auto smaller = [](const auto& a, const auto& b)
+    { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); };
+    std::rotate(std::begin(corners),
+                std::min_element(std::begin(corners), std::end(corners), smaller),
+                std::end(corners));
+}
 }  // namespace bullet_ccd

@@ -5,7 +5,10 @@
 #include "bullet_ccd/math/check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <oneapi/tbb/parallel_for.h>
+#include <sstream>
+#include <string>
 #include <utility>
 
 namespace bullet_ccd
@@ -77,6 +80,16 @@ std::array<Eigen::Vector3d, 3> SsvTree::cornersOfTriangle(std::int32_t triangle)
     return c;
 }
 
+namespace
+{
+std::string toText(double x)
+{
+    std::ostringstream text;
+    text << x;
+    return text.str();
+}
+}  // namespace
+
 void SsvTree::placeCorners()
 {
     m_corners.clear();
@@ -85,6 +98,7 @@ void SsvTree::placeCorners()
     for (const std::int32_t triangle : m_triangles)
     {
         m_corners.push_back(cornersOfTriangle(triangle));
+        rotateToSmallest(m_corners.back());
         for (const Eigen::Vector3d& corner : m_corners.back())
         {
             radiusSquared = std::max(radiusSquared, corner.squaredNorm());
@@ -112,6 +126,11 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
 SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options)
 {
     checkMesh(mesh, "buildSsvTree");
+    // Single precision squares lengths: far outside of this range they vanish or overflow.
+    const double size = bounds(mesh).sizes().norm();
+    require(size == 0.0 || (size > 1e-12 && size < 1e15),
+            "buildSsvTree: the mesh is " + toText(size) +
+                " across: choose a unit of length in which it is between 1e-12 and 1e15");
     SsvTree tree(std::move(mesh), options);
     SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
     tree.m_triangles = std::move(topology.triangles);

@@ -28,4 +28,15 @@ struct RigidBody
                                  const RigidBody& bodyB,
                                  const ToiOptions& options,
                                  ToiWorkspace& work);
+
+/// Two bodies of a batch.
+struct RigidBodyPair
+{
+    RigidBody bodyA;
+    RigidBody bodyB;
+};
+
+/// rigidToi() of every pair, in parallel; the results do not depend on the number of threads.
+[[nodiscard]] std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs,
+                                               const ToiOptions& options);
 }  // namespace bullet_ccd
