@@ -369,9 +369,11 @@ std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
     const auto numbers = [](const Item& item) { return item.corners[0].data(); };
     tbb::parallel_sort(items.begin(),
                        items.end(),
-                       [&](const Item& a, const Item& b) {
-                           return std::lexicographical_compare(
+                       [&](const Item& a, const Item& b)
+                       {
+                           const auto order = std::lexicographical_compare_three_way(
                                numbers(a), numbers(a) + 9, numbers(b), numbers(b) + 9);
+                           return order == 0 ? a.triangle < b.triangle : order < 0;
                        });
     return items;
 }
@@ -382,13 +384,19 @@ SsvTopology splitTriangles(const TriangleMesh& mesh, const Vector3d& origin)
     const std::size_t count = mesh.triangles.size();
     Splitter splitter;
     splitter.items = makeItems(mesh, origin);
+    // Ties are broken by the place in the sorted order, which a file's order does not change.
+    std::vector<std::int32_t> sorted(count);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        sorted[i] = std::exchange(splitter.items[i].triangle, static_cast<std::int32_t>(i));
+    }
     splitter.run();
 
     SsvTopology topology{.branches = flattened(splitter.nodes), .triangles = {}};
     topology.triangles.reserve(count);
     for (const Item& item : splitter.items)
     {
-        topology.triangles.push_back(item.triangle);
+        topology.triangles.push_back(sorted[static_cast<std::size_t>(item.triangle)]);
     }
     return topology;
 }

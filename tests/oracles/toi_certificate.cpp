@@ -732,10 +732,11 @@ double distanceRounding(const RigidScene& scene)
         {
             radius = std::max(radius, v.norm());
         }
-        return radius + 2.0 * motion.reference_B.norm() + motion.X_W0.translation().norm() +
-               motion.v_W.norm();
+        const double reference = motion.reference_B.norm();
+        return radius + 2.0 * reference + motion.X_W0.translation().norm() + motion.v_W.norm() +
+               std::min(1.0, motion.w_W.norm()) * (radius + reference);
     };
-    return 256.0 * 1.2e-16 *
+    return 512.0 * 1.2e-16 *
            (extent(scene.meshA, scene.motionA) + extent(scene.meshB, scene.motionB));
 }
 

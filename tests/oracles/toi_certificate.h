@@ -54,7 +54,7 @@ struct InstantDistance
 /// The same in double precision, for bodies that do not cross; else some positive distance.
 [[nodiscard]] InstantDistance featureDistance(const RigidScene& scene, double t);
 
-/// What rounding may do to a distance in that scene: 256 units in the last place of its largest
+/// What rounding may do to a distance in that scene: 512 units in the last place of its largest
 /// coordinate.
 [[nodiscard]] double distanceRounding(const RigidScene& scene);
 

@@ -60,10 +60,11 @@ std::string text(const std::array<double, 7>& work)
     return result;
 }
 
-/// Eight decades against five: a logarithm grows 1.6-fold, the inverse square root 31-fold.
+/// Eight decades against six: a logarithm grows by a third, the inverse square root tenfold. (Large
+/// tolerances say nothing: there the facets of a mesh are not told apart.)
 void expectLogarithmic(const std::array<double, 7>& work)
 {
-    EXPECT_LE(work[6], 2.0 * work[3] + 20.0) << text(work);
+    EXPECT_LE(work[6], 1.6 * work[4] + 20.0) << text(work);
 }
 
 RigidScene spheresPassing(double offset)
