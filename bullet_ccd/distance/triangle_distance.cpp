@@ -115,6 +115,49 @@ struct Face
     }
 };
 
+/// True if a plane certainly separates the triangles: what seems to pierce a sliver need not,
+/// because the normal of a sliver is uncertain.
+bool areSeparated(const TriangleCorners& a, const TriangleCorners& b)
+{
+    double size = 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        size = std::max({size, (a[k] - a[0]).norm(), (b[k] - a[0]).norm()});
+    }
+    const auto separates = [&](const Vector3d& n)
+    {
+        double lowA = 0.0;
+        double highA = 0.0;
+        double lowB = std::numeric_limits<double>::infinity();
+        double highB = -lowB;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const double heightA = n.dot(a[k] - a[0]);
+            const double heightB = n.dot(b[k] - a[0]);
+            lowA = std::min(lowA, heightA);
+            highA = std::max(highA, heightA);
+            lowB = std::min(lowB, heightB);
+            highB = std::max(highB, heightB);
+        }
+        constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+        return std::max(lowB - highA, lowA - highB) > kRounding * size * n.norm();
+    };
+    const auto edge = [](const TriangleCorners& c, std::size_t k)
+    { return Vector3d(c[(k + 1) % 3] - c[k]); };
+    if (separates(edge(a, 0).cross(edge(a, 1))) || separates(edge(b, 0).cross(edge(b, 1))))
+    {
+        return true;
+    }
+    for (std::size_t i = 0; i < 9; ++i)
+    {
+        if (separates(edge(a, i / 3).cross(edge(b, i % 3))))
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
 /// Corners of `other` over the face, and edges of `other` through it.
 template <bool kFaceIsA>
 void considerFace(const Face& face, const TriangleCorners& other, Closest& best)
@@ -142,7 +185,10 @@ void considerFace(const Face& face, const TriangleCorners& other, Closest& best)
             other[k] + (heights[k] / (heights[k] - heights[l])) * (other[l] - other[k]);
         if (face.covers(through))
         {
-            consider(through, through);
+            if (!areSeparated(face.c, other))
+            {
+                consider(through, through);
+            }
             return;
         }
     }

@@ -46,7 +46,7 @@ void checkQuery(std::span<const MovingBody> bodies, const ToiOptions& options)
     require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
             "time of impact: the minimum separation must not be negative and must be finite");
     require(options.aim > 0.0 && options.aim <= 0.5,
-            "time of impact: aim must be in (0, 1/2]; 1/1024 is usual");
+            "time of impact: aim must be in (0, 1/2]; 1/4096 is usual");
     for (const MovingBody& body : bodies)
     {
         require(isFinite(body),
@@ -84,13 +84,12 @@ FirstContactResult describe(SearchState& state)
         }
         return result;
     }
-    const ScenePair& pair = state.scene.pair(hit.pair);
     result.status = hit.atStart ? ToiStatus::Overlapping : ToiStatus::Hit;
     result.time = hit.time;
     result.gap = hit.distance.distance;
     result.pair = hit.pair;
-    result.triangleA = pair.treeA->triangle(hit.slotA);
-    result.triangleB = pair.treeB->triangle(hit.slotB);
+    result.triangleA = hit.triangleA;
+    result.triangleB = hit.triangleB;
     const Eigen::Isometry3d X_WB = state.scene.worldOfB(hit.pair, hit.time);
     result.pointA = X_WB * hit.distance.pointA;
     result.pointB = X_WB * hit.distance.pointB;
@@ -129,6 +128,7 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
     }
     result.counters = state.counters;
     result.startsTouching = state.start.touches;
+    result.mayStartTouching = state.scene.mayStartTouching();
     result.startsPressing = state.start.approaches;
     return result;
 }

@@ -61,9 +61,10 @@ private:
 
 struct FirstContactResult : ToiResult
 {
-    std::int32_t pair = kNone;    ///< index of the pair that touches (or overlaps) first
-    bool startsTouching = false;  ///< some pair was within the tolerance at t = 0, but not below
-    bool startsPressing = false;  ///< and closed in there
+    std::int32_t pair = kNone;      ///< index of the pair that touches (or overlaps) first
+    bool startsTouching = false;    ///< some pair was within the tolerance at t = 0, but not below
+    bool startsPressing = false;    ///< and closed in there
+    bool mayStartTouching = false;  ///< true as well if that was not found out
 };
 
 /// First time at which one of `pairs` comes within the tolerance. The status is one of Separated,

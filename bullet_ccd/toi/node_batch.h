@@ -42,13 +42,14 @@ struct alignas(64) NodeBatch
     float axisB[kLanes];
 
     float step[kLanes];  ///< output: time in which the pair cannot come within the margin
+    float gap[kLanes];   ///< output: by which it is farther apart than the margin, a lower bound
 
     bool turnsB = false;     ///< else wB, armB, spinB and axisB count as zero
     bool hasRadius = false;  ///< else perRadiusA and perRadiusB count as zero
 };
 
-/// Writes batch.step: for every lane the largest step that one of the separating axes of its pair
-/// certifies, rounded down.
+/// Writes batch.step and batch.gap: for every lane the largest step that one of the separating axes
+/// of its pair certifies, rounded down.
 void nodeSteps(NodeBatch& batch);
 
 /// Poses of two rigid bodies as functions of time, for eight times at once.

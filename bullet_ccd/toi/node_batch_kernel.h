@@ -112,15 +112,23 @@ inline Floats across(Floats along)
     return minimum(rootAbove(maximum(one - along * along, Floats{} + 1e-6F)), one);
 }
 
+/// The longest step and the widest gap so far.
+struct Best
+{
+    Floats step{};
+    Floats gap{};
+};
+
 /// Everything that a direction contributes. `scale` normalises it: |n| scale <= 1, up to rounding.
 template <bool kTurnsB>
-inline Floats axisStep(const Motion<kTurnsB>& m,
-                       Floats distance,
-                       Floats extent,
-                       Floats speed,
-                       Floats alongA,
-                       Floats alongB,
-                       Floats scale)
+inline void takeAxis(const Motion<kTurnsB>& m,
+                     Best& best,
+                     Floats distance,
+                     Floats extent,
+                     Floats speed,
+                     Floats alongA,
+                     Floats alongB,
+                     Floats scale)
 {
     const Floats zero{};
     const Floats gap = maximum((absolute(distance) - extent - m.slack) * scale - m.margin, zero);
@@ -135,7 +143,10 @@ inline Floats axisStep(const Motion<kTurnsB>& m,
     }
     // The root of closing s + bend s^2 / 2 = gap.
     const Floats root = rootAbove(closing * closing + 2.0F * bend * gap);
-    return 1.999F * gap * roughInverse(maximum(closing + root, zero + 1e-30F));
+    const Floats step = 1.999F * gap * roughInverse(maximum(closing + root, zero + 1e-30F));
+    // In this order NaN, from motions that overflow, leaves what there was.
+    best.step = maximum(step, best.step);
+    best.gap = maximum(gap, best.gap);
 }
 
 template <bool kTurnsB>
@@ -213,15 +224,15 @@ inline void stepLanes(NodeBatch& batch, int lane)
         }
     }
     const Floats one = Floats{} + 1.0F;
-    Floats step{};
+    Best best;
     for (int i = 0; i < 3; ++i)
     {
         const Floats extentA =
             a.half[i] + b.half[0] * absC[i][0] + b.half[1] * absC[i][1] + b.half[2] * absC[i][2];
-        step = maximum(step, axisStep(m, DA[i], extentA, UA[i], SA[i], TA[i], one));
+        takeAxis(m, best, DA[i], extentA, UA[i], SA[i], TA[i], one);
         const Floats extentB =
             b.half[i] + a.half[0] * absC[0][i] + a.half[1] * absC[1][i] + a.half[2] * absC[2][i];
-        step = maximum(step, axisStep(m, DB[i], extentB, UB[i], SB[i], TB[i], one));
+        takeAxis(m, best, DB[i], extentB, UB[i], SB[i], TB[i], one);
     }
     for (int i = 0; i < 3; ++i)
     {
@@ -238,11 +249,11 @@ inline void stepLanes(NodeBatch& batch, int lane)
             const auto along = [&](const Floats* x) { return x[i2] * C[i1][j] - x[i1] * C[i2][j]; };
             const Floats extent = a.half[i1] * absC[i2][j] + a.half[i2] * absC[i1][j] +
                                   b.half[j1] * absC[i][j2] + b.half[j2] * absC[i][j1];
-            step = maximum(step,
-                           axisStep(m, along(DA), extent, along(UA), along(SA), along(TA), scale));
+            takeAxis(m, best, along(DA), extent, along(UA), along(SA), along(TA), scale);
         }
     }
-    store(batch.step + lane, step);
+    store(batch.step + lane, best.step);
+    store(batch.gap + lane, best.gap);
 }
 
 // ---------------------------------------------------------------------------------------- poses

@@ -115,6 +115,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_bodyPairs = pairs;
     m_state.pair = kNone;
     m_batchPair = kNone;
+    m_mayStartTouching = false;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
@@ -325,5 +326,12 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
     }
     nodeSteps(m_batch);
     std::copy(m_batch.step, m_batch.step + nodePairs.size(), out);
+    for (std::size_t i = 0; i < nodePairs.size() && times[i] == 0.0; ++i)
+    {
+        const PairLimits& limits = m_pairs[static_cast<std::size_t>(nodePairs[i].pair)].limits;
+        m_mayStartTouching =
+            m_mayStartTouching || (out[i] > 0.0F && static_cast<double>(m_batch.gap[i]) <=
+                                                        limits.threshold - limits.floor);
+    }
 }
 }  // namespace bullet_ccd

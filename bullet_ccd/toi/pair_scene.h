@@ -70,6 +70,10 @@ public:
     void steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
     [[nodiscard]] bool canShareBatch(const NodePair& p, const NodePair& first) const;
 
+    /// True if a node pair that steps() looked at for t = 0 may be within the tolerance there,
+    /// though it was certified to go on.
+    [[nodiscard]] bool mayStartTouching() const { return m_mayStartTouching; }
+
     /// Relative state of a pair of bodies at time t; valid until the next call.
     [[nodiscard]] const PairState& stateAt(std::int32_t pair, double t, ToiCounters& counters);
 
@@ -98,6 +102,7 @@ private:
     std::vector<ScenePair> m_pairs;
     PairState m_state;
     NodeBatch m_batch{};
+    bool m_mayStartTouching = false;
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd

@@ -1,5 +1,7 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
+
 #include <array>
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -16,6 +18,18 @@ MovingBody movingBody(const RigidBody& body)
     return moving;
 }
 
+namespace
+{
+/// True if the bodies are within the tolerance at t = 0.
+bool startTouches(const std::array<MovingBody, 2>& bodies, const ToiOptions& options)
+{
+    const Eigen::Isometry3d X_BA =
+        geometryPoseAt(bodies[1], 0.0).inverse() * geometryPoseAt(bodies[0], 0.0);
+    const double reach = options.minimumSeparation + options.tolerance;
+    return treeDistance(*bodies[0].tree, *bodies[1].tree, X_BA, reach).triangleA != kNone;
+}
+}  // namespace
+
 ToiResult rigidToi(const RigidBody& bodyA,
                    const RigidBody& bodyB,
                    const ToiOptions& options,
@@ -24,7 +38,8 @@ ToiResult rigidToi(const RigidBody& bodyA,
     const std::array<MovingBody, 2> bodies{movingBody(bodyA), movingBody(bodyB)};
     constexpr std::array<BodyPair, 1> kPair{BodyPair{.bodyA = 0, .bodyB = 1}};
     FirstContactResult result = firstContact(bodies, kPair, options, work);
-    if (result.startsTouching && result.status == ToiStatus::Separated)
+    if (result.status == ToiStatus::Separated &&
+        (result.startsTouching || (result.mayStartTouching && startTouches(bodies, options))))
     {
         result.status = ToiStatus::TouchingLeaving;
     }

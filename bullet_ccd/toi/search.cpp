@@ -9,25 +9,35 @@ namespace bullet_ccd
 {
 namespace
 {
-/// Distance of the two meshes if it is below `upperBound`, else that.
-double meshDistance(const ScenePair& pair, const RelativeMotion& m, double upperBound)
+/// The closest triangles of the two meshes, which have triangles as close as `found`.
+EarliestHit closestTriangles(const ScenePair& pair, const PairState& state, EarliestHit found)
 {
     using Eigen::Map;
     using Eigen::Vector3d;
+    const RelativeMotion& m = state.motion;
     Eigen::Isometry3d X_BA = Eigen::Isometry3d::Identity();
     X_BA.linear() = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
     X_BA.translation() = X_BA.linear() * (Map<const Vector3d>(m.armA) - pair.treeA->origin()) +
                          Map<const Vector3d>(m.p) + pair.treeB->origin();
-    return treeDistance(*pair.treeA, *pair.treeB, X_BA, upperBound).distance;
+    const TrianglePair closest =
+        treeDistance(*pair.treeA, *pair.treeB, X_BA, found.distance.distance);
+    if (closest.triangleA != kNone)
+    {
+        found.triangleA = closest.triangleA;
+        found.triangleB = closest.triangleB;
+        found.distance = {.distance = closest.distance,
+                          .pointA = closest.pointA - pair.treeB->origin(),
+                          .pointB = closest.pointB - pair.treeB->origin()};
+    }
+    return found;
 }
 
 /// The bodies are within the tolerance where the query begins: from now on they must close in
 /// further to count as in contact, so that they can separate or slide. Returns false if they are
 /// as near as they may be, so that there is nothing to be done.
-bool relaxThreshold(ScenePair& pair, const PairState& state, double upperBound)
+bool relaxThreshold(ScenePair& pair, const PairState& state, double start)
 {
     PairLimits& limits = pair.limits;
-    const double start = meshDistance(pair, state.motion, upperBound);
     if (start <= limits.floor + 4.0 * state.rounding)
     {
         return false;
@@ -48,21 +58,6 @@ double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
     return velocity.dot((d.pointB - d.pointA).stableNormalized());
 }
 
-void noteHit(SearchState& state, const NodePair& p, const TriangleDistance& distance)
-{
-    EarliestHit& hit = state.hit;
-    const std::int32_t slotA = state.scene.nodeA(p).first;
-    const std::int32_t slotB = state.scene.nodeB(p).first;
-    if (p.time < hit.time)
-    {
-        hit = {.time = p.time,
-               .pair = p.pair,
-               .slotA = slotA,
-               .slotB = slotB,
-               .distance = distance,
-               .atStart = p.time == 0.0};
-    }
-}
 }  // namespace
 
 bool advanceTriangles(SearchState& state, NodePair& p)
@@ -78,13 +73,24 @@ bool advanceTriangles(SearchState& state, NodePair& p)
             *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
     };
     TriangleStep step = look();
+    const EarliestHit found{.time = p.time,
+                            .pair = p.pair,
+                            .triangleA = pair.treeA->triangle(slotA),
+                            .triangleB = pair.treeB->triangle(slotB),
+                            .distance = step.distance,
+                            .atStart = p.time == 0.0};
     const double distance = step.distance.distance;
-    if (p.time == 0.0 && distance <= pair.limits.threshold && relaxThreshold(pair, pose, distance))
+    if (p.time == 0.0 && distance <= pair.limits.threshold)
     {
+        const EarliestHit closest = closestTriangles(pair, pose, found);
+        if (!relaxThreshold(pair, pose, closest.distance.distance))
+        {
+            state.hit = closest;
+            return false;
+        }
         state.start.touches = true;
         // Speeds below the rounding of the velocities are those of bodies that slide or rest.
-        const bool closesIn =
-            closingSpeed(pose.motion, step.distance) > 1e-12 * state.scene.pair(p.pair).speedScale;
+        const bool closesIn = closingSpeed(pose.motion, step.distance) > 1e-12 * pair.speedScale;
         state.start.approaches = state.start.approaches || closesIn;
         step = look();
     }
@@ -92,7 +98,10 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);
     if (distance <= pair.limits.near() || next <= p.time)
     {
-        noteHit(state, p, step.distance);
+        if (p.time < state.hit.time)
+        {
+            state.hit = found;
+        }
         return false;
     }
     if (p.time + step.time > 1.0)

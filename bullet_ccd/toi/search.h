@@ -13,10 +13,10 @@ struct EarliestHit
 {
     double time = 2.0;
     std::int32_t pair = kNone;
-    std::int32_t slotA = kNone;
-    std::int32_t slotB = kNone;
-    TriangleDistance distance{};
-    bool atStart = false;  ///< the bodies touch where the query begins
+    std::int32_t triangleA = kNone;  ///< of the meshes
+    std::int32_t triangleB = kNone;
+    TriangleDistance distance{};  ///< points in B's tree
+    bool atStart = false;         ///< the bodies touch where the query begins
 
     [[nodiscard]] bool found() const { return pair != kNone; }
 };

@@ -50,7 +50,7 @@ struct ToiOptions
     double minimumSeparation = 0.0;
     /// Steps leave this part of the tolerance as gap, in (0, 1/2]. Small: the reported time is as
     /// late as can be. 1/2: room is left to a query that goes on from there.
-    double aim = 1.0 / 1024.0;
+    double aim = 1.0 / 4096.0;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };

@@ -609,8 +609,11 @@ Judgement judgeApart(const ToiOptions& options,
     {
         return wrong(Verdict::False, result.time, distance);
     }
-    const bool honest =
-        result.gap > 0.0 && result.gap <= contact && std::abs(result.gap - distance) <= rounding;
+    // The named triangles need not be the closest, but others are closer by the aim at most.
+    const double nearest = options.minimumSeparation + 2.0 * options.aim * options.tolerance;
+    const bool honest = result.gap > 0.0 && result.gap <= contact &&
+                        result.gap >= distance - rounding &&
+                        result.gap <= std::max(distance, nearest) + rounding;
     return honest ? Judgement{} : wrong(Verdict::WrongGap, result.time, distance);
 }
 

@@ -109,7 +109,8 @@ TEST_P(RigidStability, DoesNotDependOnTheOrderOfTriangles)
         scene.meshB = permuted(scene.meshB, random);
         const ToiResult second = queryToi(scene, how);
         EXPECT_EQ(first.status, second.status);
-        EXPECT_EQ(first.time, second.time);
+        // The same tree but for triangles that single precision cannot tell apart.
+        EXPECT_NEAR(first.time, second.time, 1e-12);
     }
 }
 

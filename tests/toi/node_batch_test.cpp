@@ -2,10 +2,10 @@
 #include "bullet_ccd/toi/node_batch.h"
 
 #include "bullet_ccd/toi/pair_scene.h"
+#include "tests/oracles/brute_force_distance.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
 
-#include "oracles/brute_force_distance.h"
-#include "support/random.h"
-#include "support/shapes.h"
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -149,7 +149,7 @@ TEST(NodeBatch, StepsKeepTheirMarginAndAreAsLongAsInDoublePrecision)
     ASSERT_GT(ratios.size(), 500U);
     std::sort(ratios.begin(), ratios.end());
     // Approximate roots cost half a thousandth; single precision in between a little more.
-    EXPECT_GT(ratios[ratios.size() / 2], 0.998);
+    EXPECT_GT(ratios[ratios.size() / 2], 0.996);
     EXPECT_GT(ratios[ratios.size() / 50], 0.9);
     EXPECT_LT(ratios[ratios.size() * 49 / 50], 1.01);
 }
