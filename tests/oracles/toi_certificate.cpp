@@ -463,7 +463,7 @@ private:
             return PairState::Proved;
         }
         // The direction of a gap is only known to rounding / gap.
-        if (near.distance < 1e-5 * size && apartAlongFeatures(across, a, b, pair, h))
+        if ((isShort || near.distance < 1e-5 * size) && apartAlongFeatures(across, a, b, pair, h))
         {
             return PairState::Proved;
         }

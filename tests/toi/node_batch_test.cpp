@@ -2,10 +2,10 @@
 #include "bullet_ccd/toi/node_batch.h"
 
 #include "bullet_ccd/toi/pair_scene.h"
+#include "tests/oracles/brute_force_distance.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
 
-#include "oracles/brute_force_distance.h"
-#include "support/random.h"
-#include "support/shapes.h"
 #include <gtest/gtest.h>
 
 #include <algorithm>
