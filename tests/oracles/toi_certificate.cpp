@@ -1,6 +1,8 @@
 #include "tests/oracles/toi_certificate.h"
 
 #include "tests/oracles/brute_force_distance.h"
+#include "tests/oracles/closest_features.h"
+#include "tests/oracles/wide_body.h"
 
 #include <algorithm>
 #include <array>
@@ -15,9 +17,6 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-using Real = long double;
-using Wide = Eigen::Matrix<Real, 3, 1>;
-using WideMatrix = Eigen::Matrix<Real, 3, 3>;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -27,240 +26,6 @@ constexpr double kShortest = 1e-14;
 constexpr std::size_t kShort = 10;
 /// Relative rounding of gaps computed in long double, generously.
 constexpr Real kWideRounding = 1e-17L;
-
-/// A point that turns with its body: where it is at t = 0, and its arm from the reference then.
-struct Rider
-{
-    Wide start;
-    Wide arm;
-    double reach = 0.0;  ///< distance from the axis of rotation through the reference
-};
-
-struct Ball
-{
-    Rider center;
-    double radius = 0.0;
-};
-
-struct Piece
-{
-    std::array<Rider, 3> corners;
-    Ball ball;
-};
-
-/// A body and where it is at the instant last asked for. Positions are relative to `origin`.
-class Body
-{
-public:
-    Body(const TriangleMesh& mesh, const RigidMotion& motion)
-        : m_v(motion.v_W.cast<Real>()), m_w(motion.w_W.cast<Real>()), m_spin(m_w.norm())
-    {
-        const WideMatrix R0 = motion.X_W0.linear().cast<Real>();
-        const Wide x0 = motion.X_W0.translation().cast<Real>();
-        const Wide reference = motion.reference_B.cast<Real>();
-        const auto rider = [&](const Wide& p)
-        { return riderAt(x0 + R0 * p, R0 * (p - reference)); };
-        Vector3d low = Vector3d::Constant(kInfinity);
-        Vector3d high = -low;
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        {
-            const Corners corners = cornersOf(mesh, i);
-            Piece piece;
-            for (std::size_t k = 0; k < 3; ++k)
-            {
-                piece.corners[k] = rider(corners[k].cast<Real>());
-                low = low.cwiseMin(corners[k]);
-                high = high.cwiseMax(corners[k]);
-            }
-            const Wide middle =
-                (corners[0].cast<Real>() + corners[1].cast<Real>() + corners[2].cast<Real>()) / 3;
-            piece.ball = ballAbout(rider(middle), {&piece, 1});
-            m_pieces.push_back(piece);
-        }
-        m_ball = ballAbout(rider((0.5 * (low + high)).cast<Real>()), m_pieces);
-        m_centers.resize(m_pieces.size());
-        m_centerRates.resize(m_pieces.size());
-        m_stamps.assign(m_pieces.size(), 0);
-    }
-
-    [[nodiscard]] std::size_t size() const { return m_pieces.size(); }
-    [[nodiscard]] double spin() const { return static_cast<double>(m_spin); }
-    [[nodiscard]] const Piece& piece(std::size_t i) const { return m_pieces[i]; }
-    [[nodiscard]] const Ball& ball() const { return m_ball; }
-
-    void moveTo(Real t)
-    {
-        ++m_stamp;
-        m_shift = t * m_v;
-        m_turnLess1.setZero();
-        if (m_spin > 0)
-        {
-            const Wide u = m_w / m_spin;
-            const Real angle = t * m_spin;
-            const Real half = std::sin(angle / 2);
-            WideMatrix K;
-            K << 0, -u.z(), u.y(), u.z(), 0, -u.x(), -u.y(), u.x(), 0;
-            m_turnLess1 = std::sin(angle) * K + 2 * half * half * (K * K);
-        }
-    }
-
-    [[nodiscard]] Wide at(const Rider& rider) const
-    {
-        return rider.start + (m_shift + m_turnLess1 * rider.arm);
-    }
-    [[nodiscard]] Wide rate(const Rider& rider) const
-    {
-        return m_v + m_w.cross(rider.arm + m_turnLess1 * rider.arm);
-    }
-    void setOrigin(const Wide& origin) { m_origin = origin; }
-
-    /// Centre of the ball about a triangle, its velocity, and the corners: at the instant of the
-    /// last moveTo(), relative to the origin.
-    [[nodiscard]] const Vector3d& center(std::size_t i) { return touch(i), m_centers[i]; }
-    [[nodiscard]] const Vector3d& centerRate(std::size_t i) { return touch(i), m_centerRates[i]; }
-    [[nodiscard]] WideCorners corners(std::size_t i) const
-    {
-        const Piece& p = m_pieces[i];
-        return {
-            at(p.corners[0]) - m_origin, at(p.corners[1]) - m_origin, at(p.corners[2]) - m_origin};
-    }
-
-private:
-    [[nodiscard]] Rider riderAt(const Wide& start, const Wide& arm) const
-    {
-        const Real across = m_spin > 0 ? m_w.cross(arm).norm() / m_spin : Real(0);
-        return {.start = start, .arm = arm, .reach = static_cast<double>(across * (1 + 1e-15L))};
-    }
-
-    static Ball ballAbout(const Rider& center, std::span<const Piece> pieces)
-    {
-        Real radius = 0;
-        for (const Piece& piece : pieces)
-        {
-            for (const Rider& corner : piece.corners)
-            {
-                radius = std::max(radius, (corner.arm - center.arm).norm());
-            }
-        }
-        return {.center = center, .radius = static_cast<double>(radius * (1 + 1e-15L))};
-    }
-
-    void touch(std::size_t i)
-    {
-        if (m_stamps[i] != m_stamp)
-        {
-            m_stamps[i] = m_stamp;
-            m_centers[i] = (at(m_pieces[i].ball.center) - m_origin).cast<double>();
-            m_centerRates[i] = rate(m_pieces[i].ball.center).cast<double>();
-        }
-    }
-
-    Wide m_v;
-    Wide m_w;
-    Real m_spin;
-    std::vector<Piece> m_pieces;
-    Ball m_ball;
-    Wide m_shift = Wide::Zero();
-    WideMatrix m_turnLess1 = WideMatrix::Zero();
-    Wide m_origin = Wide::Zero();
-    std::uint64_t m_stamp = 0;
-    std::vector<std::uint64_t> m_stamps;
-    std::vector<Vector3d> m_centers;
-    std::vector<Vector3d> m_centerRates;
-};
-
-/// Closest points of the segments p0 p1 and q0 q1, in double: good for a direction.
-void closestOfSegments(const Vector3d& p0,
-                       const Vector3d& p1,
-                       const Vector3d& q0,
-                       const Vector3d& q1,
-                       InstantDistance& best)
-{
-    const Vector3d u = p1 - p0;
-    const Vector3d v = q1 - q0;
-    const Vector3d w = p0 - q0;
-    const double a = u.squaredNorm();
-    const double e = v.squaredNorm();
-    const double b = u.dot(v);
-    const double c = u.dot(w);
-    const double f = v.dot(w);
-    const double det = a * e - b * b;
-    double s = det > 1e-14 * a * e ? std::clamp((b * f - c * e) / det, 0.0, 1.0) : 0.0;
-    double t = e > 0.0 ? (b * s + f) / e : 0.0;
-    if (t < 0.0 || t > 1.0)
-    {
-        t = std::clamp(t, 0.0, 1.0);
-    }
-    s = a > 0.0 ? std::clamp((b * t - c) / a, 0.0, 1.0) : 0.0;
-    const Vector3d onA = p0 + s * u;
-    const Vector3d onB = q0 + t * v;
-    const double distance = (onB - onA).norm();
-    if (distance < best.distance)
-    {
-        best = {.distance = distance, .pointA = onA, .pointB = onB};
-    }
-}
-
-/// A triangle with what it takes to drop perpendiculars on it; none if it has no area.
-struct Face
-{
-    explicit Face(const std::array<Vector3d, 3>& corners) : t(corners)
-    {
-        normal = (t[1] - t[0]).cross(t[2] - t[0]);
-        area = normal.squaredNorm();
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            inwards[k] = normal.cross(t[(k + 1) % 3] - t[k]);
-        }
-    }
-
-    /// Offers the foot of the perpendicular from `point`, if it is inside.
-    [[nodiscard]] bool foot(const Vector3d& point, Vector3d& result) const
-    {
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            if (!(area > 0.0) || inwards[k].dot(point - t[k]) < 0.0)
-            {
-                return false;
-            }
-        }
-        result = point - normal.dot(point - t[0]) / area * normal;
-        return true;
-    }
-
-    const std::array<Vector3d, 3>& t;
-    Vector3d normal;
-    double area;
-    std::array<Vector3d, 3> inwards;
-};
-
-/// The closest of all edge-edge and corner-face pairs; crossing triangles have a positive result.
-InstantDistance closestFeatures(const std::array<Vector3d, 3>& a, const std::array<Vector3d, 3>& b)
-{
-    InstantDistance best{.distance = kInfinity};
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        for (std::size_t j = 0; j < 3; ++j)
-        {
-            closestOfSegments(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3], best);
-        }
-    }
-    const Face faceA(a);
-    const Face faceB(b);
-    Vector3d foot;
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        if (faceB.foot(a[i], foot) && (foot - a[i]).norm() < best.distance)
-        {
-            best = {.distance = (foot - a[i]).norm(), .pointA = a[i], .pointB = foot};
-        }
-        if (faceA.foot(b[i], foot) && (foot - b[i]).norm() < best.distance)
-        {
-            best = {.distance = (foot - b[i]).norm(), .pointA = foot, .pointB = b[i]};
-        }
-    }
-    return best;
-}
 
 std::array<Vector3d, 3> narrowed(const WideCorners& wide)
 {
@@ -463,7 +228,7 @@ private:
             return PairState::Proved;
         }
         // The direction of a gap is only known to rounding / gap.
-        if (near.distance < 1e-5 * size && apartAlongFeatures(across, a, b, pair, h))
+        if ((isShort || near.distance < 1e-5 * size) && apartAlongFeatures(across, a, b, pair, h))
         {
             return PairState::Proved;
         }

@@ -36,6 +36,33 @@ TEST_P(RigidToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
     EXPECT_EQ(vacuity(tallies), "");
 }
 
+/// Queries that were once answered wrongly: gaps of slivers, gaps that were not the distance, the
+/// time at which a search gave up, touching starts, hits where a step stalled.
+TEST(RigidToiSoakCorpus, AnswersTheQueriesThatOnceFailed)
+{
+    for (const std::uint64_t seed : {193,
+                                     385,
+                                     1617,
+                                     1960,
+                                     2896,
+                                     3518,
+                                     446,
+                                     1255,
+                                     68179,
+                                     97059,
+                                     114723,
+                                     121395,
+                                     123491,
+                                     222339,
+                                     331347})
+    {
+        const SoakQuery query = soakQuery(seed);
+        const SoakOutcome outcome = runSoakQuery(query);
+        EXPECT_EQ(outcome.judgement.verdict, Verdict::Right)
+            << seed << ", " << nameOf(query.family) << ": " << outcome.judgement.text();
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Families,
                          RigidToiSoak,
                          testing::Range(0, static_cast<int>(kSoakFamilies)),
