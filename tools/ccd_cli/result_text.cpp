@@ -3,7 +3,10 @@
 #include "bullet_ccd/math/check.h"
 #include "tools/ccd_cli/csv_text.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <fmt/format.h>
 
 namespace bullet_ccd::tools
@@ -43,6 +46,101 @@ std::string cells(const Eigen::Vector3d& v, bool present)
 std::string jsonArray(const Eigen::Vector3d& v, bool present)
 {
     return present ? fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()) : "null";
+}
+
+const char* kindWord(FeatureKind kind)
+{
+    switch (kind)
+    {
+        case FeatureKind::Vertex:
+            return "vertex";
+        case FeatureKind::Edge:
+            return "edge";
+        case FeatureKind::Face:
+            return "face";
+    }
+    BULLET_CCD_ASSERT(false);
+    return "";
+}
+
+std::string vertexNumbers(const Feature& feature, const char* separator)
+{
+    std::string text;
+    for (const std::int32_t vertex : feature.vertices)
+    {
+        if (vertex != kNone)
+        {
+            text += (text.empty() ? "" : separator) + std::to_string(vertex);
+        }
+    }
+    return text;
+}
+
+std::string jsonFeature(const Feature& feature, std::int32_t triangle)
+{
+    return fmt::format(R"({{"kind": "{}", "vertices": [{}], "triangle": {}}})",
+                       kindWord(feature.kind),
+                       vertexNumbers(feature, ", "),
+                       triangle);
+}
+
+std::string jsonContacts(std::span<const FeatureContact> contacts)
+{
+    std::string text;
+    for (const FeatureContact& c : contacts)
+    {
+        text += fmt::format(
+            R"({}
+    {{"a": {}, "b": {}, "gap": {}, "point_a": {}, "point_b": {}, "normal": {}}})",
+            text.empty() ? "" : ",",
+            jsonFeature(c.featureA, c.triangleA),
+            jsonFeature(c.featureB, c.triangleB),
+            c.gap,
+            jsonArray(c.pointA, true),
+            jsonArray(c.pointB, true),
+            jsonArray(c.normal, true));
+    }
+    return text.empty() ? "null" : "[" + text + "\n  ]";
+}
+
+/// A table, one contact a line.
+std::string readableContacts(std::span<const FeatureContact> contacts, double threshold)
+{
+    if (contacts.empty())
+    {
+        return {};
+    }
+    std::string text = fmt::format(
+        "  contacts    {} within {:.6g}: feature of A - of B by mesh vertices from 0; "
+        "gap; point; normal\n",
+        contacts.size(),
+        threshold);
+    const auto name = [](const Feature& feature)
+    { return fmt::format("{} {}", kindWord(feature.kind), vertexNumbers(feature, " ")); };
+    const std::span shown = contacts.first(std::min(contacts.size(), kShownContacts));
+    std::size_t width = 0;
+    for (const FeatureContact& c : shown)
+    {
+        width = std::max(width, name(c.featureA).size() + 3 + name(c.featureB).size());
+    }
+    for (const FeatureContact& c : shown)
+    {
+        text += fmt::format("    {:<{}}  {:<9.3g}  {:.6g} {:.6g} {:.6g}  {:.4f} {:.4f} {:.4f}\n",
+                            name(c.featureA) + " - " + name(c.featureB),
+                            width,
+                            c.gap,
+                            0.5 * (c.pointA.x() + c.pointB.x()),
+                            0.5 * (c.pointA.y() + c.pointB.y()),
+                            0.5 * (c.pointA.z() + c.pointB.z()),
+                            c.normal.x(),
+                            c.normal.y(),
+                            c.normal.z());
+    }
+    if (shown.size() < contacts.size())
+    {
+        text += fmt::format("    and {} more (--json has all)\n", contacts.size() - shown.size());
+    }
+    return text;
 }
 
 std::string words(const Eigen::Vector3d& v, bool present)
@@ -140,7 +238,7 @@ std::string badResultRow(const std::string& id, bool warm)
     return fmt::format("{},{},,,,,,,,,,{}", csvCell(id), kBadRowWord, warm ? "," : "");
 }
 
-std::string jsonText(const TimedAnswer& answer)
+std::string jsonText(const TimedAnswer& answer, std::span<const FeatureContact> contacts)
 {
     const ToiResult& result = answer.result;
     return fmt::format(
@@ -151,6 +249,7 @@ std::string jsonText(const TimedAnswer& answer)
   "point_a": {},
   "point_b": {},
   "normal": {},
+  "contacts": {},
   "node_pairs": {},
   "triangle_pairs": {},
   "states": {},
@@ -163,13 +262,16 @@ std::string jsonText(const TimedAnswer& answer)
         jsonArray(result.pointA, hasPoints(result)),
         jsonArray(result.pointB, hasPoints(result)),
         jsonArray(result.normal, hasNormal(result)),
+        jsonContacts(contacts),
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,
         answer.microseconds);
 }
 
-std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
+std::string readableText(const TimedAnswer& answer,
+                         const ToiOptions& options,
+                         std::span<const FeatureContact> contacts)
 {
     const ToiResult& result = answer.result;
     return fmt::format(
@@ -179,6 +281,7 @@ std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
         "  point on A  {}\n"
         "  point on B  {}\n"
         "  normal      {}{}\n"
+        "{}"
         "  examined    {} node pairs, {} triangle pairs, {} states\n"
         "  took        {:.1f} microseconds\n",
         statusWord(result.status),
@@ -189,6 +292,7 @@ std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
         words(result.pointB, hasPoints(result)),
         words(result.normal, hasNormal(result)),
         hasNormal(result) ? " (from A to B)" : "",
+        readableContacts(contacts, options.minimumSeparation + options.tolerance),
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,
