@@ -187,6 +187,18 @@ TEST(RigidContacts, ACornerOverTheDiagonalOfAPlateTouchesThatEdge)
     EXPECT_LT((contacts[0].normal + Vector3d::UnitZ()).norm(), 1e-9);
 }
 
+TEST(RigidContacts, ACornerJustInsideTheRimOfAFaceTouchesTheFaceOnly)
+{
+    // The rim is 1.00125 gaps away.
+    const RigidScene scene = atRest(cube(1),
+                                    onItsCorner({5 - 0.05 * kGap, -2, kHalfDiagonal + kGap}),
+                                    box({-5, -5, -1}, {5, 5, 0}));
+    const auto contacts = contactsOf(scene);
+    expectSound(contacts, scene);
+    EXPECT_EQ(summary(contacts), "vertex-face 1");
+    EXPECT_EQ(summary(contactsOf(swapped(scene))), "face-vertex 1");
+}
+
 TEST(RigidContacts, ACubeOnItsEdgeTouchesAPlateWithBothEndsOfIt)
 {
     // The edge crosses the plate's diagonal: that is no contact of its own.

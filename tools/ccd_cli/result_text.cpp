@@ -28,9 +28,9 @@ bool hasGap(const ToiResult& result)
     return result.status != ToiStatus::IterationLimit && std::isfinite(result.gap);
 }
 
-Eigen::Vector3d middle(const ToiResult& result)
+Eigen::Vector3d middle(const Eigen::Vector3d& pointA, const Eigen::Vector3d& pointB)
 {
-    return 0.5 * (result.pointA + result.pointB);
+    return 0.5 * (pointA + pointB);
 }
 
 std::int64_t iterations(const ToiResult& result)
@@ -125,16 +125,20 @@ std::string readableContacts(std::span<const FeatureContact> contacts, double th
     }
     for (const FeatureContact& c : shown)
     {
+        const Eigen::Vector3d point = middle(c.pointA, c.pointB);
+        // Without the minus of a zero.
+        const Eigen::Vector3d normal =
+            (1e4 * c.normal).array().round() / 1e4 + Eigen::Array3d::Zero();
         text += fmt::format("    {:<{}}  {:<9.3g}  {:.6g} {:.6g} {:.6g}  {:.4f} {:.4f} {:.4f}\n",
                             name(c.featureA) + " - " + name(c.featureB),
                             width,
                             c.gap,
-                            0.5 * (c.pointA.x() + c.pointB.x()),
-                            0.5 * (c.pointA.y() + c.pointB.y()),
-                            0.5 * (c.pointA.z() + c.pointB.z()),
-                            c.normal.x(),
-                            c.normal.y(),
-                            c.normal.z());
+                            point.x(),
+                            point.y(),
+                            point.z(),
+                            normal.x(),
+                            normal.y(),
+                            normal.z());
     }
     if (shown.size() < contacts.size())
     {
@@ -226,7 +230,7 @@ std::string resultRow(const std::string& id, const TimedAnswer& answer, bool war
                        statusWord(result.status),
                        result.time,
                        hasGap(result) ? fmt::format("{}", result.gap) : "",
-                       cells(middle(result), hasPoints(result)),
+                       cells(middle(result.pointA, result.pointB), hasPoints(result)),
                        cells(result.normal, hasNormal(result)),
                        iterations(result),
                        answer.microseconds,
