@@ -562,6 +562,34 @@ TEST(RigidContacts, NeitherAFrameNorTheOrderOfTheBodiesChangesTheFeatures)
     EXPECT_GT(pairs, 400);
 }
 
+TEST(RigidContacts, NeitherTheUnitNorThePlaceChangesTheFeatures)
+{
+    Random random(74);
+    int pairs = 0;
+    for (int k = 0; k < 100; ++k)
+    {
+        RigidScene scene = randomSoups(random);
+        if (random.chance(0.5))
+        {
+            const Vector3d place = 0.6 * random.inBox(1.0);
+            scene = atRest(cube(0.5), poseOf({place.x(), place.y(), 1 + kGap}, 0.4), cube(0.5));
+        }
+        const double threshold = random.logUniform(2 * kGap, 0.02);
+        const auto expected = featuresOf(contactsOf(scene, threshold));
+        pairs += static_cast<int>(expected.size());
+        for (const double unit : {1e-3, 1e3})
+        {
+            const auto contacts = contactsOf(scaled(scene, unit), unit * threshold);
+            ASSERT_EQ(featuresOf(contacts), expected) << "scene " << k << " times " << unit;
+        }
+        // Millimetres at a distance of 100 m.
+        const RigidScene far =
+            moved(scaled(scene, 1e-2), poseOf({60, -80, 0}, 0.3, random.direction()));
+        ASSERT_EQ(featuresOf(contactsOf(far, 1e-2 * threshold)), expected) << "scene " << k;
+    }
+    EXPECT_GT(pairs, 200);
+}
+
 TEST(RigidContacts, AtTheTimeOfAHitTheNamedTrianglesAreAmongTheContacts)
 {
     Random random(73);
