@@ -14,6 +14,7 @@ namespace bullet_ccd::tools
 namespace
 {
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST_F(BulletCcdProgram, HelpNamesVerbsUnitsAndExitCodes)
 {
@@ -118,6 +119,25 @@ TEST_F(BulletCcdProgram, OneQueryIsShownToPeople)
         EXPECT_THAT(hit.out, HasSubstr(word));
     }
     EXPECT_THAT(run("toi " + cubeAndPlate()).out, HasSubstr("overlapping: "));
+}
+
+TEST_F(BulletCcdProgram, AHitListsAllItsContactFeatures)
+{
+    const std::string falling = "toi " + cubeAndPlate() + "--a0 1,0,0,0,0.5,0,2 ";
+    const Outcome flat = run(falling + "--a-velocity 0,0,-4");
+    EXPECT_EQ(flat.exitCode, 0) << flat.err;
+    EXPECT_THAT(flat.out, HasSubstr("contacts    4 within 0.0001"));
+    EXPECT_THAT(flat.out, HasSubstr("0.0000 0.0000 -1.0000"));
+    const Outcome json = run(falling + "--a-velocity 0,0,-4 --json");
+    std::size_t count = 0;
+    for (std::size_t at = json.out.find("{\"a\": {\"kind\": \"vertex\""); at != std::string::npos;
+         at = json.out.find("{\"a\": {\"kind\": \"vertex\"", at + 1))
+    {
+        ++count;
+    }
+    EXPECT_EQ(count, 4U);
+    EXPECT_THAT(run(falling + "--json").out, HasSubstr("\"contacts\": null"));
+    EXPECT_THAT(run(falling).out, Not(HasSubstr("contacts")));
 }
 
 TEST_F(BulletCcdProgram, AScrewGoesRoundWhereALineCutsTheCorner)

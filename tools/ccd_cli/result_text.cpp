@@ -3,7 +3,10 @@
 #include "bullet_ccd/math/check.h"
 #include "tools/ccd_cli/csv_text.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <fmt/format.h>
 
 namespace bullet_ccd::tools
@@ -25,9 +28,9 @@ bool hasGap(const ToiResult& result)
     return result.status != ToiStatus::IterationLimit && std::isfinite(result.gap);
 }
 
-Eigen::Vector3d middle(const ToiResult& result)
+Eigen::Vector3d middle(const Eigen::Vector3d& pointA, const Eigen::Vector3d& pointB)
 {
-    return 0.5 * (result.pointA + result.pointB);
+    return 0.5 * (pointA + pointB);
 }
 
 std::int64_t iterations(const ToiResult& result)
@@ -43,6 +46,105 @@ std::string cells(const Eigen::Vector3d& v, bool present)
 std::string jsonArray(const Eigen::Vector3d& v, bool present)
 {
     return present ? fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()) : "null";
+}
+
+const char* kindWord(FeatureKind kind)
+{
+    switch (kind)
+    {
+        case FeatureKind::Vertex:
+            return "vertex";
+        case FeatureKind::Edge:
+            return "edge";
+        case FeatureKind::Face:
+            return "face";
+    }
+    BULLET_CCD_ASSERT(false);
+    return "";
+}
+
+std::string vertexNumbers(const Feature& feature, const char* separator)
+{
+    std::string text;
+    for (const std::int32_t vertex : feature.vertices)
+    {
+        if (vertex != kNone)
+        {
+            text += (text.empty() ? "" : separator) + std::to_string(vertex);
+        }
+    }
+    return text;
+}
+
+std::string jsonFeature(const Feature& feature, std::int32_t triangle)
+{
+    return fmt::format(R"({{"kind": "{}", "vertices": [{}], "triangle": {}}})",
+                       kindWord(feature.kind),
+                       vertexNumbers(feature, ", "),
+                       triangle);
+}
+
+std::string jsonContacts(std::span<const FeatureContact> contacts)
+{
+    std::string text;
+    for (const FeatureContact& c : contacts)
+    {
+        text += fmt::format(
+            R"({}
+    {{"a": {}, "b": {}, "gap": {}, "point_a": {}, "point_b": {}, "normal": {}}})",
+            text.empty() ? "" : ",",
+            jsonFeature(c.featureA, c.triangleA),
+            jsonFeature(c.featureB, c.triangleB),
+            c.gap,
+            jsonArray(c.pointA, true),
+            jsonArray(c.pointB, true),
+            jsonArray(c.normal, true));
+    }
+    return text.empty() ? "null" : "[" + text + "\n  ]";
+}
+
+/// A table, one contact a line.
+std::string readableContacts(std::span<const FeatureContact> contacts, double threshold)
+{
+    if (contacts.empty())
+    {
+        return {};
+    }
+    std::string text = fmt::format(
+        "  contacts    {} within {:.6g}: feature of A - of B by mesh vertices from 0; "
+        "gap; point; normal\n",
+        contacts.size(),
+        threshold);
+    const auto name = [](const Feature& feature)
+    { return fmt::format("{} {}", kindWord(feature.kind), vertexNumbers(feature, " ")); };
+    const std::span shown = contacts.first(std::min(contacts.size(), kShownContacts));
+    std::size_t width = 0;
+    for (const FeatureContact& c : shown)
+    {
+        width = std::max(width, name(c.featureA).size() + 3 + name(c.featureB).size());
+    }
+    for (const FeatureContact& c : shown)
+    {
+        const Eigen::Vector3d point = middle(c.pointA, c.pointB);
+        // Without the minus of a zero.
+        const Eigen::Vector3d normal =
+            (1e4 * c.normal).array().round() / 1e4 + Eigen::Array3d::Zero();
+        text += fmt::format("    {:<{}}  {:<9.3g}  {:.6g} {:.6g} {:.6g}  {:.4f} {:.4f} {:.4f}\n",
+                            name(c.featureA) + " - " + name(c.featureB),
+                            width,
+                            c.gap,
+                            point.x(),
+                            point.y(),
+                            point.z(),
+                            normal.x(),
+                            normal.y(),
+                            normal.z());
+    }
+    if (shown.size() < contacts.size())
+    {
+        text += fmt::format("    and {} more (--json has all)\n", contacts.size() - shown.size());
+    }
+    return text;
 }
 
 std::string words(const Eigen::Vector3d& v, bool present)
@@ -128,7 +230,7 @@ std::string resultRow(const std::string& id, const TimedAnswer& answer, bool war
                        statusWord(result.status),
                        result.time,
                        hasGap(result) ? fmt::format("{}", result.gap) : "",
-                       cells(middle(result), hasPoints(result)),
+                       cells(middle(result.pointA, result.pointB), hasPoints(result)),
                        cells(result.normal, hasNormal(result)),
                        iterations(result),
                        answer.microseconds,
@@ -140,7 +242,7 @@ std::string badResultRow(const std::string& id, bool warm)
     return fmt::format("{},{},,,,,,,,,,{}", csvCell(id), kBadRowWord, warm ? "," : "");
 }
 
-std::string jsonText(const TimedAnswer& answer)
+std::string jsonText(const TimedAnswer& answer, std::span<const FeatureContact> contacts)
 {
     const ToiResult& result = answer.result;
     return fmt::format(
@@ -151,6 +253,7 @@ std::string jsonText(const TimedAnswer& answer)
   "point_a": {},
   "point_b": {},
   "normal": {},
+  "contacts": {},
   "node_pairs": {},
   "triangle_pairs": {},
   "states": {},
@@ -163,13 +266,16 @@ std::string jsonText(const TimedAnswer& answer)
         jsonArray(result.pointA, hasPoints(result)),
         jsonArray(result.pointB, hasPoints(result)),
         jsonArray(result.normal, hasNormal(result)),
+        jsonContacts(contacts),
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,
         answer.microseconds);
 }
 
-std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
+std::string readableText(const TimedAnswer& answer,
+                         const ToiOptions& options,
+                         std::span<const FeatureContact> contacts)
 {
     const ToiResult& result = answer.result;
     return fmt::format(
@@ -179,6 +285,7 @@ std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
         "  point on A  {}\n"
         "  point on B  {}\n"
         "  normal      {}{}\n"
+        "{}"
         "  examined    {} node pairs, {} triangle pairs, {} states\n"
         "  took        {:.1f} microseconds\n",
         statusWord(result.status),
@@ -189,6 +296,7 @@ std::string readableText(const TimedAnswer& answer, const ToiOptions& options)
         words(result.pointB, hasPoints(result)),
         words(result.normal, hasNormal(result)),
         hasNormal(result) ? " (from A to B)" : "",
+        readableContacts(contacts, options.minimumSeparation + options.tolerance),
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,

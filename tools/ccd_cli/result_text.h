@@ -3,8 +3,11 @@
 /// All numbers have the shortest digits that give the same double back.
 #pragma once
 
+#include "bullet_ccd/contact/rigid_contacts.h"
 #include "tools/ccd_cli/query_run.h"
 
+#include <cstddef>
+#include <span>
 #include <string>
 
 namespace bullet_ccd::tools
@@ -23,9 +26,16 @@ inline constexpr const char* kBadRowWord = "bad_row";
 [[nodiscard]] std::string resultRow(const std::string& id, const TimedAnswer& answer, bool warm);
 [[nodiscard]] std::string badResultRow(const std::string& id, bool warm);
 
-/// One JSON object, a few lines; null for what there is not.
-[[nodiscard]] std::string jsonText(const TimedAnswer& answer);
+/// One JSON object, a few lines and one for each contact; null for what there is not. A hit has
+/// contacts, other answers have none.
+[[nodiscard]] std::string jsonText(const TimedAnswer& answer,
+                                   std::span<const FeatureContact> contacts);
+
+/// Contacts that readableText() names; of others it gives the number.
+inline constexpr std::size_t kShownContacts = 20;
 
 /// Some lines to read.
-[[nodiscard]] std::string readableText(const TimedAnswer& answer, const ToiOptions& options);
+[[nodiscard]] std::string readableText(const TimedAnswer& answer,
+                                       const ToiOptions& options,
+                                       std::span<const FeatureContact> contacts);
 }  // namespace bullet_ccd::tools

@@ -1,3 +1,4 @@
+#include "bullet_ccd/contact/rigid_contacts.h"
 #include "tools/ccd_cli/commands.h"
 #include "tools/ccd_cli/mesh_pair.h"
 #include "tools/ccd_cli/pose_text.h"
@@ -10,6 +11,7 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
+#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -93,8 +95,18 @@ void answer(const ToiArguments& arguments)
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
     const std::vector<TimedAnswer> answers =
         runQueries(*meshes.treeA, *meshes.treeB, query, {.toi = arguments.toi}, [](std::size_t) {});
+    const ToiResult& result = answers[0].result;
+    std::vector<FeatureContact> contacts;
+    if (result.status == ToiStatus::Hit || result.status == ToiStatus::TouchingPressing)
+    {
+        contacts = contactsAt({.tree = meshes.treeA.get(), .motion = query[0].motionA},
+                              {.tree = meshes.treeB.get(), .motion = query[0].motionB},
+                              result.time,
+                              arguments.toi.minimumSeparation + arguments.toi.tolerance);
+    }
     fmt::print("{}",
-               arguments.json ? jsonText(answers[0]) : readableText(answers[0], arguments.toi));
+               arguments.json ? jsonText(answers[0], contacts)
+                              : readableText(answers[0], arguments.toi, contacts));
 }
 }  // namespace
 
@@ -123,7 +135,8 @@ void addToiCommand(CLI::App& app)
         ->check(oneOf({"linear", "screw"}))
         ->default_str("linear");
     addToiOptions(*command, arguments->toi);
-    command->add_flag("--json", arguments->json, "print one JSON object with all digits");
+    command->add_flag(
+        "--json", arguments->json, "print one JSON object with all digits and contacts");
     command->callback([arguments] { answer(*arguments); });
 }
 }  // namespace bullet_ccd::tools

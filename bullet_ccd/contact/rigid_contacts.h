@@ -1,0 +1,74 @@
+/// All features of two rigid bodies that are in contact at one time, usually that of an impact.
+///
+/// A contact is a pair of a vertex, edge or face of A and one of B whose closest points lie inside
+/// both features, at most the threshold apart, and of which each is the nearest to the other on
+/// its own surface around it (within 0.1 rad: bodies that lie on each other nearly flat touch at
+/// all corners). So a cube over a plate touches with its lower corners, not with its walls nor
+/// with the upper corners of a plate thinner than the threshold.
+///
+/// Where surfaces are parallel the contacts are those that bound the common patch: corners of one
+/// over the other, and boundary edges that cross. Edges and vertices inside a flat part, such as
+/// the diagonal of a cube's face, bound nothing and are not reported for their own sake; but a
+/// corner that comes down on the diagonal is a contact of a vertex and that edge. Where surfaces
+/// intersect, the edges that pierce faces are contacts of an edge and a face with gap 0.
+#pragma once
+
+#include "bullet_ccd/toi/rigid_toi.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+namespace bullet_ccd
+{
+enum class FeatureKind : std::uint8_t
+{
+    Vertex,
+    Edge,
+    Face,
+};
+
+/// A vertex, edge or triangle of a mesh, by its vertices. Vertices at exactly the same position
+/// count as one and go by the smallest index among the triangles near the contact, so that the
+/// triangles of a soup that share no indices are neighbours all the same.
+struct Feature
+{
+    FeatureKind kind = FeatureKind::Vertex;
+    /// Indices into the mesh, ascending; kNone at the end where there are fewer.
+    std::array<std::int32_t, 3> vertices{kNone, kNone, kNone};
+
+    friend auto operator<=>(const Feature&, const Feature&) = default;
+};
+
+struct FeatureContact
+{
+    Feature featureA = {};
+    Feature featureB = {};
+    /// Triangles that have the features; where several do, the pair with the smallest indices.
+    std::int32_t triangleA = kNone;
+    std::int32_t triangleB = kNone;
+    Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< on the feature of A, in W [m]
+    Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
+    /// Unit, from A to B, in W. Below a gap of 1e-9 of the larger body from the features, which
+    /// have a sense by the winding of their triangles only.
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double gap = 0.0;  ///< [m]
+};
+
+/// All contacts of two bodies at a time, each pair of features once, ordered by gap, then by
+/// featureA and featureB.
+///
+/// Guarantee: not empty if the bodies are at most `threshold` apart. So at the time of a hit, with
+/// minimumSeparation + tolerance as threshold, it never is.
+/// @param time in [0, 1], as the motions take it
+/// @param threshold largest gap [m], >= 0; rounding of the distances is allowed for
+/// Throws std::invalid_argument for a time or pose that is not finite or a threshold that is
+/// negative or not finite.
+[[nodiscard]] std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
+                                                     const RigidBody& bodyB,
+                                                     double time,
+                                                     double threshold);
+}  // namespace bullet_ccd
