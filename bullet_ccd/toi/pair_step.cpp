@@ -101,6 +101,33 @@ TriangleApproach bestApproach(const RelativeMotion& motion,
     return best;
 }
 
+/// Time in which no two corners can come nearer by `room`, whatever the direction: a step for
+/// triangles as near as parallel edges, whose closest points give no direction that separates.
+double anyDirectionTime(const RelativeMotion& m,
+                        const TriangleCorners& cornersA,
+                        const TriangleCorners& cornersB,
+                        double room)
+{
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
+    double speed = 0.0;
+    double bend = 0.0;
+    for (const Vector3d& cornerA : cornersA)
+    {
+        const Vector3d orbitA = vector(m.wA).cross(R * (cornerA + vector(m.armA)));
+        const double bendA = m.constant + m.perRadiusA * (cornerA + vector(m.radiusArmA)).norm() +
+                             m.axisA * m.spinA * orbitA.norm();
+        for (const Vector3d& cornerB : cornersB)
+        {
+            const Vector3d armB = cornerB + vector(m.armB);
+            const Vector3d orbitB = vector(m.wB).cross(armB);
+            speed = std::max(speed, (vector(m.velocity) + orbitA - orbitB).norm());
+            bend = std::max(bend,
+                            bendA + m.perRadiusB * armB.norm() + m.axisB * m.spinB * orbitB.norm());
+        }
+    }
+    return closingTime(room, speed, bend);
+}
+
 /// Exact distance of the triangles in B's tree.
 TriangleDistance exactDistance(const RelativeMotion& m,
                                TriangleCorners cornersA,
@@ -190,6 +217,12 @@ TriangleStep triangleStep(const SsvTree& treeA,
     }
     const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, keep);
     result.time = (best.gap > approach.gap ? best : approach).time;
+    const double room = result.distance.distance - keep;
+    if (room > 0.0)
+    {
+        result.time =
+            std::max(result.time, anyDirectionTime(state.motion, cornersA, cornersB, room));
+    }
     return result;
 }
 }  // namespace bullet_ccd

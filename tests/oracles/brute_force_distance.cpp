@@ -131,10 +131,10 @@ bool crosses(const Vector& p, const Vector& q, const WideCorners& triangle, Vect
         return false;
     }
     // In the plane of a sliver, volumes and sides are rounding and say nothing: the point of the
-    // segment must lie on the triangle.
+    // segment must lie on the triangle, as well as a sliver allows to compute it.
     point = p + sideP / (sideP - sideQ) * along;
     const Real size = along.cwiseAbs().sum() + (p - triangle[0]).cwiseAbs().sum();
-    return toTriangle(point, triangle) <= 1e-17L * size;
+    return toTriangle(point, triangle) <= 1e-12L * size;
 }
 
 WideCorners widen(const Corners& corners)
