@@ -74,7 +74,6 @@ void btCcdMeshShape::processAllTriangles(btTriangleCallback* callback,
             }
             continue;
         }
-        const std::int32_t triangle = m_tree->triangle(node.first);
         const std::int32_t triangle = m_scaledTree->triangle(node.first);
         btVector3 corners[3];
         for (std::size_t k = 0; k < 3; ++k)
