@@ -98,9 +98,9 @@ TEST_F(SsvTreeFile, SaysWhatIsWrong)
     saveSsvTree(m_tree, m_file);
     const std::string good = readAll(m_file);
     std::string other = good;
-    ++other[8];  // the version
+    other[8] = 99;  // the version
     m_folder.write("torus.ssv", other);
-    EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("version 2")));
+    EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("version 99")));
     m_folder.write("torus.ssv", good + "x");
     EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("size is wrong")));
 
