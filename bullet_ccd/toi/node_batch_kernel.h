@@ -3,7 +3,7 @@
 ///
 /// Reference: nodeStep() in pair_step.h does the same for one pair in double precision; a test
 /// holds the two against each other. Rounding: every gap gives up `slack` before it is normalised
-/// and every speed `speedSlack` (first_contact.cpp derives both), so that what single precision
+/// and every speed `speedSlack` (pair_scene.cpp says how much), so that what single precision
 /// loses in between cannot make a step too long.
 #pragma once
 
@@ -105,11 +105,12 @@ struct Motion
     Floats margin, slack, speedSlack;
 };
 
-/// |u x n| <= root(1 - (u.n)^2), never less than 0 nor more than 1.
+/// |u x n| = root(1 - (u.n)^2), never too small nor more than 1: single precision leaves an error
+/// of 4e-6 in the square, which counts where u and n are almost parallel.
 inline Floats across(Floats along)
 {
     const Floats one = Floats{} + 1.0F;
-    return minimum(rootAbove(maximum(one - along * along, Floats{} + 1e-6F)), one);
+    return minimum(rootAbove(maximum(one - along * along, Floats{}) + 4e-6F), one);
 }
 
 /// The longest step and the widest gap so far.

@@ -135,8 +135,11 @@ void PairScene::reset(std::span<const MovingBody> bodies,
             pair.speedScale = pair.rigid.speed;
             // Beyond this an arm turned in single precision would blur the whole mesh.
             constexpr double kLongestArm = 16.0;
+            constexpr double kFastestTurn =
+                1e6;  // sines in single precision have been proved up to here
             pair.inBatches = pair.rigid.armA.norm() <= kLongestArm * a.tree->radius() &&
-                             pair.rigid.armB.norm() <= kLongestArm * b.tree->radius();
+                             pair.rigid.armB.norm() <= kLongestArm * b.tree->radius() &&
+                             std::max(pair.rigid.rateA, pair.rigid.rateB) <= kFastestTurn;
             pair.poses = toRigidPoses(pair.rigid);
             continue;
         }
@@ -168,7 +171,8 @@ void PairScene::computeState(std::int32_t index, double t)
     if (pair.isRigid)
     {
         m = pair.rigid.at(t);
-        m_state.rounding = kRounding * (pair.rigid.reach + length(m.p) + pair.rigid.speed);
+        m_state.rounding = kRounding * (pair.rigid.reach + length(m.p) + pair.rigid.speed) +
+                           1e-15 * pair.rigid.offset;
         return;
     }
     const TreeState a = treeStateAt(m_bodies[static_cast<std::size_t>(bodies.bodyA)], pair.base, t);

@@ -50,7 +50,7 @@ struct CoreMotion
 
 double across(double along)
 {
-    return std::sqrt(std::max(0.0, 1.0 - along * along));
+    return std::sqrt(std::max(0.0, 1.0 - along * along) + 1e-14);
 }
 
 /// Best step over all directions that can separate two triangles; where the closest points are too

@@ -54,6 +54,7 @@ struct Turning
     double rate;
     Vector3d axis;
     double radius;  // farthest point of the tree from the reference
+    double offset;  // size of the world coordinates that the reference was rounded to
 };
 
 Turning turningOf(const MovingBody& body)
@@ -68,6 +69,7 @@ Turning turningOf(const MovingBody& body)
     t.rate = m.w_W.norm();
     t.axis = t.rate > 0.0 ? Vector3d(m.w_W / t.rate) : Vector3d(Vector3d::UnitZ());
     t.radius = t.arm.norm() + body.tree->radius();
+    t.offset = m.reference_B.isZero(0.0) ? 0.0 : m.X_W0.translation().norm() + m.reference_B.norm();
     return t;
 }
 
@@ -92,12 +94,14 @@ void tryFrameOfB(const Turning& a, const Turning& b, RigidPair& pair)
     pair.wA = W;
     pair.spinA = W.norm();
     pair.constant = constant * (1.0 + 1e-12);
-    pair.perRadiusA = twist * (1.0 + 1e-12);
-    // Unless both turn about parallel axes, W turns in B's frame and |W x r| varies.
-    if (twist > 1e-9 * W.squaredNorm())
+    // (W x wB) x r, and what |W x n| |W x r| varies by because W turns in B's frame, with -wB.
+    const double rate = W.norm();
+    pair.perRadiusA = twist * (1.0 + 2.0 * rate + twist) * (1.0 + 1e-12);
+    if (twist > 1e-9 * rate * rate)
     {
+        // No use of the direction of W at all.
         pair.axisA = 0.0;
-        pair.perRadiusA += W.squaredNorm() * (1.0 + 1e-12);
+        pair.perRadiusA = (twist + rate * rate) * (1.0 + 1e-12);
     }
     pair.speed += b.rate * std::max(pair.d0.norm(), Vector3d(pair.d0 + pair.v).norm());
 }
@@ -114,6 +118,7 @@ RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB)
     pair.armA = a.arm;
     pair.armB = b.arm;
     pair.reach = a.radius + b.radius;
+    pair.offset = a.offset + b.offset;
     pair.speed = pair.v.norm() + a.rate * a.radius + b.rate * b.radius;
     pair.rateA = a.rate;
     pair.rateB = b.rate;

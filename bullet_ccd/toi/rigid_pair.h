@@ -29,9 +29,10 @@ struct RigidPair
     // Acceleration of A relative to B, see RelativeMotion.
     double constant = 0.0;
     double perRadiusA = 0.0;
-    double axisA = 1.0;  ///< 0 where the axis of A does not keep its direction
-    double speed = 0.0;  ///< bound of the relative speed of any two points [m per step]
-    double reach = 0.0;  ///< size of the coordinates apart from the translation [m]
+    double axisA = 1.0;   ///< 0 where the axis of A does not keep its direction
+    double speed = 0.0;   ///< bound of the relative speed of any two points [m per step]
+    double offset = 0.0;  ///< size of the world coordinates that the references were rounded to [m]
+    double reach = 0.0;   ///< size of the coordinates apart from the translation [m]
 
     /// Relative motion at time t.
     [[nodiscard]] RelativeMotion at(double t) const;

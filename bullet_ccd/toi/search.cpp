@@ -94,15 +94,20 @@ bool advanceTriangles(SearchState& state, NodePair& p)
         state.start.approaches = state.start.approaches || closesIn;
         step = look();
     }
-    // Rounded down; a step that time no longer resolves is one that has arrived.
-    const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);
-    if (distance <= pair.limits.near() || next <= p.time)
+    const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);  // rounded down
+    const bool stalls = next <= p.time;
+    if (distance <= pair.limits.near() || (stalls && distance <= pair.limits.threshold))
     {
         if (p.time < state.hit.time)
         {
             state.hit = found;
         }
         return false;
+    }
+    if (stalls)
+    {
+        // Apart, but neither time nor the coordinates resolve how much: nothing can be said.
+        throw IterationLimitReached{.time = state.certified, .pair = p.pair};
     }
     if (p.time + step.time > 1.0)
     {

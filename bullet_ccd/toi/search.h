@@ -28,7 +28,6 @@ struct IterationLimitReached
     std::int32_t pair;
 };
 
-/// Scratch and state of one query, shared by the strategies.
 /// What is known of a pair of bodies that are within the tolerance of each other at t = 0.
 struct TouchingStart
 {
@@ -36,6 +35,7 @@ struct TouchingStart
     bool approaches = false;  ///< closest triangles of a touching pair close in at t = 0
 };
 
+/// Scratch and state of one query, shared by the strategies.
 struct SearchState
 {
     PairScene scene;
@@ -44,6 +44,7 @@ struct SearchState
     std::vector<NodePair> work;   ///< interval: pairs to be looked at
     EarliestHit hit;
     TouchingStart start;
+    double certified = 0.0;  ///< all pairs keep their margin up to here
     ToiCounters counters;
     ToiOptions options;
 };

@@ -53,6 +53,7 @@ private:
             if (a.isLeaf() && b.isLeaf())
             {
                 m_queue.pop();
+                m_state.certified = count > 0 ? m_batch[0].time : p.time;
                 if (advanceTriangles(m_state, p))
                 {
                     m_queue.push(p);

@@ -43,6 +43,7 @@ private:
     double advance(double now)
     {
         m_queue.clear();
+        m_state.certified = now;
         std::int64_t spent = 0;
         std::array<NodePair, kArity> next{};
         for (std::int32_t i = 0; i < m_state.scene.size(); ++i)

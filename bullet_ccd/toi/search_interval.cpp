@@ -83,6 +83,7 @@ private:
         if (a.isLeaf() && b.isLeaf())
         {
             const double start = p.time;
+            m_state.certified = start;
             while (p.time <= last(t1) && advanceTriangles(m_state, p))
             {
                 // Other pairs of the interval are certified only up to its beginning.
