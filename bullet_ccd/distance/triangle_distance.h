@@ -12,8 +12,9 @@ using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
 struct TriangleDistance
 {
-    double distance = 0.0;   ///< 0 if they touch or intersect
-    Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< a closest point of A (an intersection point if distance == 0)
+    double distance = 0.0;  ///< 0 if they touch or intersect
+    Eigen::Vector3d pointA =
+        Eigen::Vector3d::Zero();  ///< a closest point of A (an intersection point if distance == 0)
     Eigen::Vector3d pointB = Eigen::Vector3d::Zero();  ///< of B
 };
 
