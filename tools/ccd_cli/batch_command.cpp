@@ -129,7 +129,7 @@ constexpr const char* kFooter =
     "bound of the distance; else p is the middle of the closest points in the world and n the\n"
     "normal from A to B. microseconds is the time of one query alone, without state of an earlier\n"
     "one; measure with --jobs 1. --warm asks the same query again at once; the library keeps no\n"
-    "answers yet, so only the caches of the processor are warm. RESULTS appears when all is done,\n"
+    "answers, so only the caches of the processor are warm. RESULTS appears when all is done,\n"
     "or not at all.\n"
     "\n"
     "A bad row is reported on stderr with its line and column, its status is bad_row, the others\n"
