@@ -230,27 +230,4 @@ TriangleMesh makePlate(int cells, double side, double thickness)
     }
     return mesh;
 }
-
-TriangleMesh makeSmallBox(const Vector3d& halfExtents)
-{
-    TriangleMesh mesh;
-    for (int i = 0; i < 8; ++i)
-    {
-        const Vector3d sign((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
-        mesh.vertices.push_back(halfExtents.cwiseProduct(sign));
-    }
-    mesh.triangles = {{0, 2, 3},
-                      {0, 3, 1},
-                      {4, 5, 7},
-                      {4, 7, 6},
-                      {0, 1, 5},
-                      {0, 5, 4},
-                      {2, 6, 7},
-                      {2, 7, 3},
-                      {0, 4, 6},
-                      {0, 6, 2},
-                      {1, 3, 7},
-                      {1, 7, 5}};
-    return mesh;
-}
 }  // namespace bullet_ccd::benchmarks

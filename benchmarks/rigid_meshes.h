@@ -20,7 +20,4 @@ namespace bullet_ccd::benchmarks
 
 /// Closed thin box in the x-y plane, `cells` x `cells` cells a side.
 [[nodiscard]] TriangleMesh makePlate(int cells, double side, double thickness);
-
-/// Box with 12 triangles.
-[[nodiscard]] TriangleMesh makeSmallBox(const Eigen::Vector3d& halfExtents);
 }  // namespace bullet_ccd::benchmarks

@@ -4,6 +4,7 @@
 #include "benchmarks/rigid_meshes.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/mesh/make_mesh.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -63,7 +64,7 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
     }
     if (name == "box")
     {
-        return makeSmallBox({1.0, 0.6, 0.3});
+        return makeBox({1.0, 0.6, 0.3});
     }
     if (name == "hull42" || name == "hull162")
     {

@@ -9,44 +9,18 @@ namespace bullet_ccd
 {
 namespace baseline
 {
-void nodeSteps(NodeBatch& batch);
-void rigidPoses(const RigidPoses& poses,
-                const double (&times)[NodeBatch::kLanes],
-                float slackPerMeter,
-                float slackFloor,
-                NodeBatch& batch);
-void approachTriangles(const RelativeMotion& motion,
-                       const double* cornersA,
-                       const double* cornersB,
-                       double margin,
-                       TriangleApproach& approach);
-void approachAlong(const RelativeMotion& motion,
-                   const double* cornersA,
-                   const double* cornersB,
-                   const double* n,
-                   double margin,
-                   TriangleApproach& approach);
+decltype(bullet_ccd::nodeSteps) nodeSteps;
+decltype(bullet_ccd::rigidPoses) rigidPoses;
+decltype(bullet_ccd::approachTriangles) approachTriangles;
+decltype(bullet_ccd::approachAlong) approachAlong;
 }  // namespace baseline
 #if defined(BULLET_CCD_AVX2)
 namespace avx2
 {
-void nodeSteps(NodeBatch& batch);
-void rigidPoses(const RigidPoses& poses,
-                const double (&times)[NodeBatch::kLanes],
-                float slackPerMeter,
-                float slackFloor,
-                NodeBatch& batch);
-void approachTriangles(const RelativeMotion& motion,
-                       const double* cornersA,
-                       const double* cornersB,
-                       double margin,
-                       TriangleApproach& approach);
-void approachAlong(const RelativeMotion& motion,
-                   const double* cornersA,
-                   const double* cornersB,
-                   const double* n,
-                   double margin,
-                   TriangleApproach& approach);
+decltype(bullet_ccd::nodeSteps) nodeSteps;
+decltype(bullet_ccd::rigidPoses) rigidPoses;
+decltype(bullet_ccd::approachTriangles) approachTriangles;
+decltype(bullet_ccd::approachAlong) approachAlong;
 }  // namespace avx2
 #endif
 

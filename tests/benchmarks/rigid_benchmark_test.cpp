@@ -43,7 +43,6 @@ TEST(RigidMeshes, AreClosedAndHaveTheirNumberOfTriangles)
         {makeBumpySphere(3, 80.0, 0.15), 1280},
         {makeFinger(), 928},
         {makePlate(15, 120.0, 0.2), 1020},
-        {makeSmallBox({1.0, 0.6, 0.3}), 12},
     };
     for (const auto& [mesh, triangles] : meshes)
     {
