@@ -53,13 +53,12 @@ public:
             double threshold)
         : m_contacts(contacts), m_same(1e-2 * threshold)
     {
-        m_axes.col(0) = normal.unitOrthogonal();
-        m_axes.col(1) = normal.cross(m_axes.col(0));
+        const Vector2d size = layAxes(members, normal);
         for (std::size_t k = 0; k < kDirections; ++k)
         {
             // Not along an edge of something rectangular, where many contacts are equally far.
             const double angle = 0.2 + 2.0 * std::numbers::pi * double(k) / double(kDirections);
-            add(extreme(members, Vector2d(std::cos(angle), std::sin(angle))));
+            add(extreme(members, Vector2d(std::cos(angle) * size.y(), std::sin(angle) * size.x())));
         }
         const double least = contacts[static_cast<std::size_t>(members.front())].gap;
         m_deep = least + 2e-2 * threshold;
@@ -99,6 +98,43 @@ private:
     {
         const Contact& c = m_contacts[static_cast<std::size_t>(contact)];
         return {m_axes.transpose() * c.pointB, c.gap, contact};
+    }
+    /// The first axis along the patch; its size along both. Directions at equal angles miss the
+    /// outline of a long patch unless it is made as wide as long.
+    Vector2d layAxes(const std::vector<std::int32_t>& members, const Vector3d& normal)
+    {
+        m_axes.col(0) = normal.unitOrthogonal();
+        m_axes.col(1) = normal.cross(m_axes.col(0));
+        const Vector2d start = spotOf(members.front()).at;
+        const Vector2d end = farthestFrom(start, members);
+        const Vector2d along = farthestFrom(end, members) - end;
+        if (along.norm() > m_same)
+        {
+            m_axes.col(0) = (m_axes * along).normalized();
+            m_axes.col(1) = normal.cross(m_axes.col(0));
+        }
+        Vector2d low = spotOf(members.front()).at;
+        Vector2d high = low;
+        for (const std::int32_t member : members)
+        {
+            low = low.cwiseMin(spotOf(member).at);
+            high = high.cwiseMax(spotOf(member).at);
+        }
+        return (high - low).cwiseMax(m_same);
+    }
+    [[nodiscard]] Vector2d farthestFrom(const Vector2d& place,
+                                        const std::vector<std::int32_t>& members) const
+    {
+        Vector2d best = place;
+        for (const std::int32_t member : members)
+        {
+            const Vector2d at = spotOf(member).at;
+            if ((at - place).squaredNorm() > (best - place).squaredNorm())
+            {
+                best = at;
+            }
+        }
+        return best;
     }
     [[nodiscard]] Spot extreme(const std::vector<std::int32_t>& members,
                                const Vector2d& direction) const
