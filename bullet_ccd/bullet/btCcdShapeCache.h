@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -25,6 +26,9 @@ struct btCcdShapePart
     /// sum of their margins. 0 for convex shapes, whose margin is part of the shape.
     double m_margin = 0.0;
 
+    /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
+    bool m_ownContacts = false;
+
     /// What lies deep inside a convex shape, shrunk about an inner point; null for meshes, which
     /// have no inside. Two shapes whose cores have not met are on the sides they came from.
     std::shared_ptr<const bullet_ccd::SsvTree> m_core;
@@ -39,6 +43,10 @@ struct btCcdShapeModel
     double m_reach = 0.0;  ///< all of the shape is within this distance of its origin [m]
     double m_depth = 0.0;  ///< smallest of the parts [m]
     bool m_hasMesh = false;  ///< some part has no inside
+    /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
+    double m_ownMargin = std::numeric_limits<double>::infinity();
+    /// Motion per step that cannot take the shape past another, whichever [m]: see btCcdStepper.
+    double m_reserve = 0.0;
 };
 
 /// Converts shapes. Covered, exactly: btCcdMeshShape, boxes, spheres, multi-spheres of one sphere,
