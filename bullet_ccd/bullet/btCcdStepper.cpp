@@ -144,7 +144,7 @@ btCcdAnswer btCcdStepper::firstImpact(const btCcdQuery& query)
 std::int64_t btCcdStepper::collect(const btCcdQuery& query)
 {
     std::int64_t unsupported = 0;
-    m_shapes.beginRound();
+    m_shapes.endRound();
     m_multiBodies.clear();
     m_bodies.clear();
     m_moving.clear();
@@ -168,8 +168,8 @@ std::int64_t btCcdStepper::collect(const btCcdQuery& query)
 
 bool btCcdStepper::collectObject(btCollisionObject& object, btScalar timeStep)
 {
-    m_parts.clear();
-    if (!m_shapes.appendParts(object.getCollisionShape(), m_parts))
+    const btCcdShapeModel* model = m_shapes.find(object.getCollisionShape());
+    if (model == nullptr)
     {
         return false;
     }
@@ -202,10 +202,10 @@ bool btCcdStepper::collectObject(btCollisionObject& object, btScalar timeStep)
         body.m_moves = !motion.v_W.isZero(0.0) || !motion.w_W.isZero(0.0);
         moving.motion = motion;
     }
-    for (const btCcdShapePart& part : m_parts)
+    for (const btCcdShapePart& part : model->m_parts)
     {
-        body.m_stock = part.m_stock;
-        moving.tree = part.m_tree;
+        body.m_stock = part.m_margin == 0.0;
+        moving.tree = part.m_tree.get();
         moving.X_BG = X_BS * part.X_SG;
         m_bodies.push_back(body);
         m_moving.push_back(moving);

@@ -87,7 +87,6 @@ private:
     std::vector<bullet_ccd::MovingBody> m_moving;  // parallel to m_bodies
     std::vector<Body> m_bodies;
     std::vector<bullet_ccd::BodyPair> m_pairs;
-    std::vector<btCcdShapePart> m_parts;
     std::vector<std::int32_t> m_order;
     std::vector<ObjectPair> m_solverPairs;
 
