@@ -25,9 +25,6 @@ struct btCcdPairToi
 /// btCcdMeshShape or GImpact mesh, or neither has an inside.
 [[nodiscard]] bool btCcdHasOwnContacts(const btCcdShapePart& a, const btCcdShapePart& b);
 
-/// Part of the sum of margins that a pair with contacts of the library's own can lose.
-inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
-
 /// How far two parts may approach each other from where discrete contacts leave them at rest,
 /// before anything can be lost [m].
 [[nodiscard]] double btCcdReserve(const btCcdShapeModel& a, const btCcdShapeModel& b);
