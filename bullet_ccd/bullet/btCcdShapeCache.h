@@ -10,9 +10,14 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
+
+/// Part of the sum of margins that a pair with contacts of the library's own can lose.
+inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
 
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
 /// radius, a capsule a segment and a radius: no tessellation.
@@ -25,6 +30,9 @@ struct btCcdShapePart
     /// sum of their margins. 0 for convex shapes, whose margin is part of the shape.
     double m_margin = 0.0;
 
+    /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
+    bool m_ownContacts = false;
+
     /// What lies deep inside a convex shape, shrunk about an inner point; null for meshes, which
     /// have no inside. Two shapes whose cores have not met are on the sides they came from.
     std::shared_ptr<const bullet_ccd::SsvTree> m_core;
@@ -36,28 +44,49 @@ struct btCcdShapePart
 struct btCcdShapeModel
 {
     std::vector<btCcdShapePart> m_parts;  ///< not empty
-    double m_reach = 0.0;  ///< all of the shape is within this distance of its origin [m]
-    double m_depth = 0.0;  ///< smallest of the parts [m]
+    double m_reach = 0.0;    ///< all of the shape is within this distance of its origin [m]
+    double m_depth = 0.0;    ///< smallest of the parts [m]
     bool m_hasMesh = false;  ///< some part has no inside
+    /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
+    double m_ownMargin = std::numeric_limits<double>::infinity();
+    /// What the shape can lose, by motion or by sinking in, before another can pass it [m].
+    double m_reserve = 0.0;
 };
 
-/// Converts shapes. Covered, exactly: btCcdMeshShape, boxes, spheres, multi-spheres of one sphere,
-/// capsules, convex hulls with their margin, triangles, triangle meshes (static, scaled, GImpact),
-/// height fields. As inscribed polyhedra (chord error 0.1 % of the radius): cylinders and cones.
-/// Static planes are squares of 200 km about the plane's origin. Compounds of all these, nested.
+/// Hierarchies by content: meshes with the same vertices and triangles share one for as long as
+/// somebody keeps it.
+class btCcdTreeStore
+{
+public:
+    /// Throws std::invalid_argument as buildSsvTree() does.
+    std::shared_ptr<const bullet_ccd::SsvTree> tree(bullet_ccd::TriangleMesh mesh);
+    void dropUnused();
+
+private:
+    std::unordered_map<std::uint64_t, std::weak_ptr<const bullet_ccd::SsvTree>> m_trees;
+};
+
+/// Converts shapes. Covered, exactly: btCcdMeshShape, boxes, spheres, multi-spheres of one radius
+/// (scaled alike in all directions), capsules, convex hulls and other polyhedra with their margin,
+/// triangles, triangle meshes (static, scaled, GImpact), height fields. As inscribed polyhedra
+/// (chord error 0.1 % of the radius): cylinders and cones. Static planes are squares of 200 km
+/// about the plane's origin. Compounds of all these, nested.
 ///
 /// A model is kept while its shape is asked for now and then, and made again when what defines the
-/// shape changes: type, scaling, bounds, points, children, mesh interface. Triangle meshes whose
-/// vertices are moved in place must be forgotten by hand.
+/// shape changes: type, scaling, margin, bounds, points, children, mesh interface. Triangle meshes
+/// and height fields whose vertices are moved in place within the same bounds must be forgotten by
+/// hand; so must convex hulls of which inner points are moved.
 class btCcdShapeCache
 {
 public:
-    /// The model, or null if a part of the shape is not covered. Valid until the shape changes or
-    /// endRound() drops it.
+    /// The model, or null if a part of the shape is not covered. Valid until the shape changes, is
+    /// forgotten, or endRound() drops it.
     const btCcdShapeModel* find(const btCollisionShape* shape);
-    /// Once a step: drops models that were not asked for in the last kRoundsKept rounds.
+    /// Once a step: now and then drops models that were not asked for in the last kRoundsKept
+    /// rounds.
     void endRound();
-    void forget(const btCollisionShape* shape) { m_entries.erase(shape); }
+    /// Children of a compound too.
+    void forget(const btCollisionShape* shape);
 
 private:
     static constexpr std::int64_t kRoundsKept = 1000;
@@ -65,13 +94,17 @@ private:
     struct Entry
     {
         btCcdShapeModel m_model;
-        bool m_covered;
-        std::uint64_t m_fingerprint;
-        std::int64_t m_round;
+        bool m_covered = false;
+        std::uint64_t m_fingerprint = 0;
+        std::int64_t m_round = 0;
     };
 
     std::unordered_map<const btCollisionShape*, Entry> m_entries;
-    std::int64_t m_round = 0;
+    btCcdTreeStore m_trees;
+    std::int64_t m_round = 1;  // 0: an entry that is not made yet
+
+    /// Empty if not covered.
+    std::vector<btCcdShapePart> convert(const btCollisionShape& shape);
 };
 
 #endif  // BT_CCD_SHAPE_CACHE_H
