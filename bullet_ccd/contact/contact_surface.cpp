@@ -89,34 +89,40 @@ ContactSurface::ContactSurface(const SsvTree& tree)
 
 void ContactSurface::mergeVertices()
 {
-    struct Corner
+    const std::vector<Vector3d>& places = m_tree->mesh().vertices;
+    const auto key = [&](std::int32_t vertex)
     {
-        Vector3d place;
-        std::size_t slot;
-        std::size_t k;
+        const Vector3d& v = places[static_cast<std::size_t>(vertex)];
+        return std::tuple(v.x(), v.y(), v.z());
     };
-    std::vector<Corner> corners;
-    corners.reserve(3 * m_slots.size());
+    std::vector<std::int32_t> order(places.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(),
+              order.end(),
+              [&](std::int32_t x, std::int32_t y) { return key(x) < key(y); });
+    std::vector<std::int32_t> merged(places.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        m_vertexCount += i == 0 || key(order[i]) != key(order[i - 1]) ? 1 : 0;
+        merged[static_cast<std::size_t>(order[i])] = m_vertexCount - 1;
+    }
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
+        const auto triangle =
+            static_cast<std::size_t>(m_tree->triangle(static_cast<std::int32_t>(i)));
+        // Slots hold the corners in the same order, but begin with another one.
+        const auto& corners = m_tree->corners(static_cast<std::int32_t>(i));
+        const auto inMesh = m_tree->cornersOfTriangle(static_cast<std::int32_t>(triangle));
+        std::size_t shift = 0;
+        while (shift < 2 && (corners[0] != inMesh[shift] || corners[1] != inMesh[(shift + 1) % 3]))
+        {
+            ++shift;
+        }
         for (std::size_t k = 0; k < 3; ++k)
         {
-            corners.push_back({m_tree->corners(static_cast<std::int32_t>(i))[k], i, k});
+            const std::int32_t vertex = m_tree->mesh().triangles[triangle][(k + shift) % 3];
+            m_slots[i].vertices[k] = merged[static_cast<std::size_t>(vertex)];
         }
-    }
-    const auto key = [](const Corner& c)
-    { return std::tuple(c.place.x(), c.place.y(), c.place.z()); };
-    std::sort(corners.begin(),
-              corners.end(),
-              [&](const Corner& x, const Corner& y)
-              {
-                  return std::tuple_cat(key(x), std::tuple(x.slot, x.k)) <
-                         std::tuple_cat(key(y), std::tuple(y.slot, y.k));
-              });
-    for (std::size_t c = 0; c < corners.size(); ++c)
-    {
-        m_vertexCount += c == 0 || key(corners[c]) != key(corners[c - 1]) ? 1 : 0;
-        m_slots[corners[c].slot].vertices[corners[c].k] = m_vertexCount - 1;
     }
 }
 
