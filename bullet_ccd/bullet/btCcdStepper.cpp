@@ -184,8 +184,9 @@ bool btCcdStepper::collectObject(btCollisionObject& object, btScalar timeStep)
         {
             return false;
         }
-        const LinkMotion motion{
-            &owner.m_motion.m_tree, &owner.m_motion.m_motion, collider->m_link + 1};
+        const LinkMotion motion{&owner.m_motion.m_tree,
+                                &owner.m_motion.m_motion,
+                                owner.m_motion.coreLink(collider->m_link)};
         moving.motion = motion;
         X_BS = owner.m_motion.bulletFrame(*collider->m_multiBody, collider->m_link);
         body.m_multiBodyMotion = &owner.m_motion;
@@ -292,10 +293,13 @@ bool btCcdStepper::wanted(const Body& a, const Body& b, const btCcdQuery& query)
     }
     if (a.m_multiBodyMotion != nullptr && a.m_multiBodyMotion == b.m_multiBodyMotion)
     {
-        const auto& [tree, motion] = *a.m_multiBodyMotion;
-        const std::int32_t base = bullet_ccd::commonAncestor(tree, a.m_link + 1, b.m_link + 1);
-        if (!bullet_ccd::moves(tree, motion, base, a.m_link + 1) &&
-            !bullet_ccd::moves(tree, motion, base, b.m_link + 1))
+        const bullet_ccd::KinematicTree& tree = a.m_multiBodyMotion->m_tree;
+        const bullet_ccd::JointMotion& motion = a.m_multiBodyMotion->m_motion;
+        const std::int32_t linkA = a.m_multiBodyMotion->coreLink(a.m_link);
+        const std::int32_t linkB = a.m_multiBodyMotion->coreLink(b.m_link);
+        const std::int32_t base = bullet_ccd::commonAncestor(tree, linkA, linkB);
+        if (!bullet_ccd::moves(tree, motion, base, linkA) &&
+            !bullet_ccd::moves(tree, motion, base, linkB))
         {
             return false;
         }
