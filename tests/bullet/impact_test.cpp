@@ -50,7 +50,7 @@ double touchAngle()
 
 TEST(Impact, ListenerLearnsWhoMeetsWhenAndWhere)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     btRigidBody* block = addBlock(scene);
     btMultiBody* finger = scene.chain({rod(scene)}, kHalfLength, btTransform::getIdentity());
     finger->setJointVel(0, -2);
@@ -78,7 +78,7 @@ TEST(Impact, ListenerLearnsWhoMeetsWhenAndWhere)
 
 TEST(Impact, HeldBodyKeepsItsVelocityAndOthersLoseNoTime)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     addBlock(scene);
     btMultiBody* finger = scene.chain({rod(scene)}, kHalfLength, btTransform::getIdentity());
     finger->setJointVel(0, -2);
@@ -102,7 +102,7 @@ TEST(Impact, HeldBodyKeepsItsVelocityAndOthersLoseNoTime)
 
 TEST(Impact, StoppedLinkFreezesAndTheRestOfTheFingerGoesOn)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     addBlock(scene);
     btMultiBody* finger =
         scene.chain({rod(scene), rod(scene)}, kHalfLength, btTransform::getIdentity());
@@ -148,7 +148,7 @@ TEST(Impact, StopLinkNeedsColliders)
 TEST(Impact, PairThatStartsWithinTheToleranceCanLeaveAndSlide)
 {
     // A box 1/10 of the tolerance above a wide plate moves sideways, then away.
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     const double gap = 0.1 * scene.ccd().getCcdTolerance();
     scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.01)));
     btRigidBody* box =
@@ -168,7 +168,7 @@ TEST(Impact, PairThatStartsWithinTheToleranceCanLeaveAndSlide)
 TEST(Impact, PushingAgainstAContactNeverClosesItAndNeverHangs)
 {
     // Two meshes have no discrete contacts: only the time of impact keeps them apart.
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     Recorder recorder;
     recorder.m_answer = btCcdAfterImpact::Continue;
     scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.01)));
@@ -195,7 +195,7 @@ namespace
 template <typename Prepare>
 bool isStopped(const Prepare& prepare)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     btRigidBody* plate = scene.body(scene.boxMesh(vec(0.1, 0.1, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
     btRigidBody* box =
         scene.body(scene.boxMesh(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(0, 0, 0.05)));
@@ -236,7 +236,7 @@ TEST(Impact, LinksOfOneBodyMeetOnlyWithSelfCollision)
     for (const bool self : {true, false})
     {
         // Three links fold onto each other: the last meets the first, not its own parent.
-        Scene scene(Kind::Ccd);
+        Scene scene(Kind::World);
         btMultiBody* body = scene.chain(
             {rod(scene), rod(scene), rod(scene)}, kHalfLength, btTransform::getIdentity());
         body->setHasSelfCollision(self);
@@ -257,7 +257,7 @@ TEST(Impact, LinksOfOneBodyMeetOnlyWithSelfCollision)
 
 TEST(Impact, UnsupportedShapesAreCountedAndLeftToBullet)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     scene.body(scene.keep(std::make_unique<btConeShape>(btScalar(0.1), btScalar(0.1))),
                0.0,
                poseAt(vec(0, 0, 0)));
@@ -271,7 +271,7 @@ TEST(Impact, UnsupportedShapesAreCountedAndLeftToBullet)
 
 TEST(Impact, IntersectingBodiesAreLeftToDiscreteContacts)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     scene.body(scene.boxMesh(vec(0.1, 0.1, 0.01)), 0.0, poseAt(vec(0, 0, 0)));
     btRigidBody* box =
         scene.body(scene.boxMesh(vec(0.02, 0.02, 0.02)), 0.1, poseAt(vec(0, 0, 0.005)));

@@ -1,4 +1,4 @@
-/// Bullet worlds for tests, stock or ours, in whichever precision is compiled.
+/// Bullet worlds for tests and benchmarks, stock or ours, in whichever precision is compiled.
 #pragma once
 
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
@@ -11,8 +11,11 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include <array>
 #include <memory>
 #include <vector>
+
+class btStridingMeshInterface;
 
 namespace bullet_ccd::tests
 {
@@ -26,11 +29,20 @@ inline constexpr bool kDouble = sizeof(btScalar) == 8;
 /// Rotation about z, then a shift.
 [[nodiscard]] btTransform poseAt(const btVector3& origin, double angleAboutZ = 0.0);
 
+/// How a world treats what is fast.
 enum class Kind
 {
     Stock,
-    Ccd,
+    StockCcd,  ///< Bullet's own: motion threshold, swept sphere, no penetration allowed
+    World,     ///< btCcdMultiBodyDynamicsWorld
 };
+inline constexpr std::array kAllKinds{Kind::Stock, Kind::StockCcd, Kind::World};
+
+[[nodiscard]] const char* nameOf(Kind kind);
+[[nodiscard]] inline bool isOurs(Kind kind)
+{
+    return kind == Kind::World;
+}
 
 /// One world and everything in it; no gravity, no damping.
 class Scene
@@ -43,11 +55,15 @@ public:
 
     btMultiBodyDynamicsWorld& world() { return *m_world; }
     btCcdMultiBodyDynamicsWorld& ccd();
+    /// Of ours; all zero for the other kinds.
+    [[nodiscard]] btCcdCounters counters();
     void step(double seconds) { m_world->stepSimulation(btScalar(seconds), 0); }
 
     btBoxShape* box(const btVector3& halfExtents);
     btCcdMeshShape* mesh(TriangleMesh triangles);
     btCcdMeshShape* boxMesh(const btVector3& halfExtents);
+    /// Bullet's static triangle mesh.
+    btCollisionShape* staticMesh(const TriangleMesh& triangles);
     /// Keeps a shape alive until the world is gone.
     template <typename Shape>
     Shape* keep(std::unique_ptr<Shape> shape)
@@ -61,9 +77,18 @@ public:
     btRigidBody* body(btCollisionShape* shape, double mass, const btTransform& pose);
     /// Chain on a fixed base without geometry: hinges about z, links along x of the shape's length,
     /// centres of mass in the middle. All links may collide, parents with children not.
+    /// @param masses of the links; empty: 10 g each
     btMultiBody* chain(const std::vector<btCollisionShape*>& links,
                        double halfLength,
-                       const btTransform& base);
+                       const btTransform& base,
+                       const std::vector<double>& masses = {});
+    /// Takes over a body whose joints are set up: colliders for the base (if it has a shape) and
+    /// for the links (null: none), then the body goes into the world. No damping.
+    /// @param baseMask what the base collides with
+    btMultiBody* addMultiBody(std::unique_ptr<btMultiBody> body,
+                              btCollisionShape* base,
+                              const std::vector<btCollisionShape*>& links,
+                              int baseMask = btBroadphaseProxy::AllFilter);
     /// After joints were set by hand.
     static void placeColliders(btMultiBody& body);
 
@@ -72,10 +97,15 @@ private:
     btCollisionDispatcher m_dispatcher;
     btDbvtBroadphase m_broadphase;
     btMultiBodyConstraintSolver m_solver;
+    std::vector<std::unique_ptr<btStridingMeshInterface>> m_triangles;
     std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
     std::vector<std::unique_ptr<btMultiBody>> m_multiBodies;
     std::vector<std::unique_ptr<btMultiBodyLinkCollider>> m_colliders;
     std::vector<std::unique_ptr<btRigidBody>> m_bodies;
     std::unique_ptr<btMultiBodyDynamicsWorld> m_world;
+    Kind m_kind;
+
+    void enableStockCcd(btCollisionObject& object) const;
+    btMultiBodyLinkCollider* collider(btMultiBody& body, int link, btCollisionShape* shape);
 };
 }  // namespace bullet_ccd::tests

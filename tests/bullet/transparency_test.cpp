@@ -69,14 +69,14 @@ btCollisionShape* plane(Scene& scene)
 
 TEST(Transparency, WithoutImpactsEveryBitIsAsInTheStockWorld)
 {
-    EXPECT_EQ(flight(Kind::Stock), flight(Kind::Ccd));
+    EXPECT_EQ(flight(Kind::Stock), flight(Kind::World));
 }
 
 TEST(Transparency, BoxComesToRestOnTheFloorAsInTheStockWorld)
 {
     double lost = 0.0;
     const double stock = restHeight(Kind::Stock, plane, false, nullptr);
-    EXPECT_NEAR(restHeight(Kind::Ccd, plane, false, &lost), stock, 1e-3);
+    EXPECT_NEAR(restHeight(Kind::World, plane, false, &lost), stock, 1e-3);
     // One impact, then the solver has it: the box does not freeze in the air.
     EXPECT_LT(lost, 0.05);
 }
@@ -85,7 +85,7 @@ TEST(Transparency, MeshRestsAtItsMarginOutOfReachOfTheTimeOfImpact)
 {
     double lost = 0.0;
     const double height = restHeight(
-        Kind::Ccd,
+        Kind::World,
         [](Scene& scene) -> btCollisionShape* { return scene.box(vec(0.5, 0.5, 0.01)); },
         true,
         &lost);
