@@ -30,17 +30,29 @@ const char* nameOf(Kind kind)
     return "";
 }
 
-Scene::Scene(Kind kind) : m_dispatcher(&m_configuration), m_kind(kind)
+const char* codeOf(Kind kind)
 {
-    if (kind == Kind::World)
+    switch (kind)
     {
-        m_world = std::make_unique<btCcdMultiBodyDynamicsWorld>(
-            &m_dispatcher, &m_broadphase, &m_solver, &m_configuration);
+        case Kind::Stock:
+            return "Stock";
+        case Kind::StockCcd:
+            return "StockCcd";
+        case Kind::World:
+            return "World";
+    }
+    return "";
+}
+
+Scene::Scene(Kind kind, WorldClass worldClass) : m_dispatcher(&m_configuration), m_kind(kind)
+{
+    if (worldClass == WorldClass::MultiBody)
+    {
+        makeMultiBodyWorld();
     }
     else
     {
-        m_world = std::make_unique<btMultiBodyDynamicsWorld>(
-            &m_dispatcher, &m_broadphase, &m_solver, &m_configuration);
+        makeRigidWorld();
     }
     if (kind == Kind::StockCcd)
     {
@@ -50,15 +62,62 @@ Scene::Scene(Kind kind) : m_dispatcher(&m_configuration), m_kind(kind)
     m_world->setGravity(vec(0, 0, 0));
 }
 
+void Scene::makeMultiBodyWorld()
+{
+    auto solver = std::make_unique<btMultiBodyConstraintSolver>();
+    std::unique_ptr<btMultiBodyDynamicsWorld> world;
+    if (m_kind == Kind::World)
+    {
+        world = std::make_unique<btCcdMultiBodyDynamicsWorld>(
+            &m_dispatcher, &m_broadphase, solver.get(), &m_configuration);
+    }
+    else
+    {
+        world = std::make_unique<btMultiBodyDynamicsWorld>(
+            &m_dispatcher, &m_broadphase, solver.get(), &m_configuration);
+    }
+    m_multiBodyWorld = world.get();
+    m_solver = std::move(solver);
+    m_world = std::move(world);
+}
+
+void Scene::makeRigidWorld()
+{
+    m_solver = std::make_unique<btSequentialImpulseConstraintSolver>();
+    m_world = std::make_unique<btDiscreteDynamicsWorld>(
+        &m_dispatcher, &m_broadphase, m_solver.get(), &m_configuration);
+}
+
+void Scene::addConstraint(std::unique_ptr<btTypedConstraint> constraint, bool collide)
+{
+    m_world->addConstraint(constraint.get(), !collide);
+    m_constraints.push_back(std::move(constraint));
+}
+
+void Scene::addConstraint(std::unique_ptr<btMultiBodyConstraint> constraint)
+{
+    m_multiBodyWorld->addMultiBodyConstraint(constraint.get());
+    constraint->finalizeMultiDof();
+    m_multiBodyConstraints.push_back(std::move(constraint));
+}
+
 Scene::~Scene()
 {
+    for (const auto& constraint : m_multiBodyConstraints)
+    {
+        m_multiBodyWorld->removeMultiBodyConstraint(constraint.get());
+    }
+    for (const auto& constraint : m_constraints)
+    {
+        m_world->removeConstraint(constraint.get());
+    }
     for (const auto& collider : m_colliders)
     {
         m_world->removeCollisionObject(collider.get());
     }
     for (const auto& body : m_multiBodies)
     {
-        m_world->removeMultiBody(body.get());
+        m_multiBodyWorld->removeMultiBody(body.get());
     }
     for (const auto& body : m_bodies)
     {
@@ -160,7 +219,7 @@ btMultiBody* Scene::addMultiBody(std::unique_ptr<btMultiBody> body,
     body->setLinearDamping(0);
     body->setAngularDamping(0);
     body->setMaxCoordinateVelocity(btScalar(1e4));
-    m_world->addMultiBody(body.get());
+    m_multiBodyWorld->addMultiBody(body.get());
     const auto add = [&](int link, btCollisionShape* shape, int mask)
     {
         btMultiBodyLinkCollider* added = collider(*body, link, shape);

@@ -7,7 +7,9 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletDynamics/ConstraintSolver/btTypedConstraint.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
@@ -36,9 +38,19 @@ enum class Kind
     StockCcd,  ///< Bullet's own: motion threshold, swept sphere, no penetration allowed
     World,     ///< btCcdMultiBodyDynamicsWorld
 };
+/// Which of Bullet's worlds it is.
+enum class WorldClass
+{
+    MultiBody,  ///< btMultiBodyDynamicsWorld with btMultiBodyConstraintSolver
+    Rigid,      ///< btDiscreteDynamicsWorld with btSequentialImpulseConstraintSolver
+};
 inline constexpr std::array kAllKinds{Kind::Stock, Kind::StockCcd, Kind::World};
 
+inline constexpr std::array kOurKinds{Kind::World};
+
 [[nodiscard]] const char* nameOf(Kind kind);
+/// One word, for names of tests and arguments of programs.
+[[nodiscard]] const char* codeOf(Kind kind);
 [[nodiscard]] inline bool isOurs(Kind kind)
 {
     return kind == Kind::World;
@@ -48,12 +60,12 @@ inline constexpr std::array kAllKinds{Kind::Stock, Kind::StockCcd, Kind::World};
 class Scene
 {
 public:
-    explicit Scene(Kind kind);
+    explicit Scene(Kind kind, WorldClass worldClass = WorldClass::MultiBody);
     ~Scene();
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
-    btMultiBodyDynamicsWorld& world() { return *m_world; }
+    btDiscreteDynamicsWorld& world() { return *m_world; }
     btCcdMultiBodyDynamicsWorld& ccd();
     /// Of ours; all zero for the other kinds.
     [[nodiscard]] btCcdCounters counters();
@@ -89,6 +101,8 @@ public:
                               btCollisionShape* base,
                               const std::vector<btCollisionShape*>& links,
                               int baseMask = btBroadphaseProxy::AllFilter);
+    void addConstraint(std::unique_ptr<btTypedConstraint> constraint, bool collide = false);
+    void addConstraint(std::unique_ptr<btMultiBodyConstraint> constraint);
     /// After joints were set by hand.
     static void placeColliders(btMultiBody& body);
 
@@ -96,14 +110,20 @@ private:
     btDefaultCollisionConfiguration m_configuration;
     btCollisionDispatcher m_dispatcher;
     btDbvtBroadphase m_broadphase;
-    btMultiBodyConstraintSolver m_solver;
+    std::unique_ptr<btSequentialImpulseConstraintSolver> m_solver;
     std::vector<std::unique_ptr<btStridingMeshInterface>> m_triangles;
     std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
     std::vector<std::unique_ptr<btMultiBody>> m_multiBodies;
     std::vector<std::unique_ptr<btMultiBodyLinkCollider>> m_colliders;
     std::vector<std::unique_ptr<btRigidBody>> m_bodies;
-    std::unique_ptr<btMultiBodyDynamicsWorld> m_world;
+    std::vector<std::unique_ptr<btTypedConstraint>> m_constraints;
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_multiBodyConstraints;
+    std::unique_ptr<btDiscreteDynamicsWorld> m_world;
+    btMultiBodyDynamicsWorld* m_multiBodyWorld = nullptr;  // the same, if it is one
     Kind m_kind;
+
+    void makeMultiBodyWorld();
+    void makeRigidWorld();
 
     void enableStockCcd(btCollisionObject& object) const;
     btMultiBodyLinkCollider* collider(btMultiBody& body, int link, btCollisionShape* shape);

@@ -74,6 +74,7 @@ TEST_P(EveryRow, LetsNothingThroughAndStopsNothingInTheAir)
 
 INSTANTIATE_TEST_SUITE_P(Tunnelling,
                          EveryRow,
-                         testing::Values(Kind::World),
-                         [](const testing::TestParamInfo<Kind>&) { return std::string("World"); });
+                         testing::ValuesIn(kOurKinds),
+                         [](const testing::TestParamInfo<Kind>& test)
+                         { return std::string(codeOf(test.param)); });
 }  // namespace bullet_ccd::tests
