@@ -20,7 +20,7 @@ struct Cell
     int runs = 0;
     int through = 0;
     int ghosts = 0;
-    double lost = 0.0;  ///< worst run: lost time of all its bodies / simulated time
+    double lost = 0.0;  ///< worst run and body: lost time / simulated time
     double lag = 0.0;   ///< worst run: the same of the centre of mass, seen from outside
 };
 

@@ -1,6 +1,8 @@
 #include "tests/bullet/scene.h"
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
@@ -24,6 +26,8 @@ const char* nameOf(Kind kind)
             return "stock";
         case Kind::StockCcd:
             return "stock CCD";
+        case Kind::Action:
+            return "ours, action";
         case Kind::World:
             return "ours, world";
     }
@@ -38,6 +42,8 @@ const char* codeOf(Kind kind)
             return "Stock";
         case Kind::StockCcd:
             return "StockCcd";
+        case Kind::Action:
+            return "Action";
         case Kind::World:
             return "World";
     }
@@ -54,6 +60,12 @@ Scene::Scene(Kind kind, WorldClass worldClass) : m_dispatcher(&m_configuration),
     {
         makeRigidWorld();
     }
+    if (kind == Kind::Action)
+    {
+        m_action = std::make_unique<btCcdAction>(m_world.get());
+        m_world->addAction(m_action.get());
+        m_ccd = m_action.get();
+    }
     if (kind == Kind::StockCcd)
     {
         // Below this much per step Bullet ignores its own hits; 40 mm by default.
@@ -68,8 +80,10 @@ void Scene::makeMultiBodyWorld()
     std::unique_ptr<btMultiBodyDynamicsWorld> world;
     if (m_kind == Kind::World)
     {
-        world = std::make_unique<btCcdMultiBodyDynamicsWorld>(
+        auto ours = std::make_unique<btCcdMultiBodyDynamicsWorld>(
             &m_dispatcher, &m_broadphase, solver.get(), &m_configuration);
+        m_ccd = ours.get();
+        world = std::move(ours);
     }
     else
     {
@@ -84,8 +98,18 @@ void Scene::makeMultiBodyWorld()
 void Scene::makeRigidWorld()
 {
     m_solver = std::make_unique<btSequentialImpulseConstraintSolver>();
-    m_world = std::make_unique<btDiscreteDynamicsWorld>(
-        &m_dispatcher, &m_broadphase, m_solver.get(), &m_configuration);
+    if (m_kind == Kind::World)
+    {
+        auto ours = std::make_unique<btCcdDiscreteDynamicsWorld>(
+            &m_dispatcher, &m_broadphase, m_solver.get(), &m_configuration);
+        m_ccd = ours.get();
+        m_world = std::move(ours);
+    }
+    else
+    {
+        m_world = std::make_unique<btDiscreteDynamicsWorld>(
+            &m_dispatcher, &m_broadphase, m_solver.get(), &m_configuration);
+    }
 }
 
 void Scene::addConstraint(std::unique_ptr<btTypedConstraint> constraint, bool collide)
@@ -123,16 +147,32 @@ Scene::~Scene()
     {
         m_world->removeRigidBody(body.get());
     }
+    if (m_action != nullptr)
+    {
+        m_world->removeAction(m_action.get());
+        m_action.reset();
+    }
+    m_world.reset();
+    if (isOurs(m_kind))
+    {
+        btCcdCollisionAlgorithm::unregisterAlgorithm(&m_dispatcher);
+    }
 }
 
-btCcdMultiBodyDynamicsWorld& Scene::ccd()
+btCcdCounters Scene::counters() const
 {
-    return dynamic_cast<btCcdMultiBodyDynamicsWorld&>(*m_world);
+    return m_ccd != nullptr ? m_ccd->getCcdCounters() : btCcdCounters{};
 }
 
-btCcdCounters Scene::counters()
+double Scene::lostTime() const
 {
-    return isOurs(m_kind) ? ccd().getCcdCounters() : btCcdCounters{};
+    double lost = 0.0;
+    for (int i = 0; m_ccd != nullptr && i < m_world->getNumCollisionObjects(); ++i)
+    {
+        const btCollisionObject* object = m_world->getCollisionObjectArray()[i];
+        lost = std::max(lost, m_ccd->getCcdLostTime(object));
+    }
+    return lost;
 }
 
 btBoxShape* Scene::box(const btVector3& halfExtents)

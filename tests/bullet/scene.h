@@ -1,6 +1,7 @@
 /// Bullet worlds for tests and benchmarks, stock or ours, in whichever precision is compiled.
 #pragma once
 
+#include "bullet_ccd/bullet/btCcdAction.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
 
@@ -36,24 +37,25 @@ enum class Kind
 {
     Stock,
     StockCcd,  ///< Bullet's own: motion threshold, swept sphere, no penetration allowed
-    World,     ///< btCcdMultiBodyDynamicsWorld
+    Action,    ///< a stock world with btCcdAction
+    World,     ///< btCcdDiscreteDynamicsWorld or btCcdMultiBodyDynamicsWorld
 };
+inline constexpr std::array kAllKinds{Kind::Stock, Kind::StockCcd, Kind::Action, Kind::World};
+inline constexpr std::array kOurKinds{Kind::Action, Kind::World};
+
 /// Which of Bullet's worlds it is.
 enum class WorldClass
 {
     MultiBody,  ///< btMultiBodyDynamicsWorld with btMultiBodyConstraintSolver
     Rigid,      ///< btDiscreteDynamicsWorld with btSequentialImpulseConstraintSolver
 };
-inline constexpr std::array kAllKinds{Kind::Stock, Kind::StockCcd, Kind::World};
-
-inline constexpr std::array kOurKinds{Kind::World};
 
 [[nodiscard]] const char* nameOf(Kind kind);
 /// One word, for names of tests and arguments of programs.
 [[nodiscard]] const char* codeOf(Kind kind);
 [[nodiscard]] inline bool isOurs(Kind kind)
 {
-    return kind == Kind::World;
+    return kind == Kind::Action || kind == Kind::World;
 }
 
 /// One world and everything in it; no gravity, no damping.
@@ -66,9 +68,12 @@ public:
     Scene& operator=(const Scene&) = delete;
 
     btDiscreteDynamicsWorld& world() { return *m_world; }
-    btCcdMultiBodyDynamicsWorld& ccd();
+    /// Of ours.
+    btCcdControl& ccd() { return *m_ccd; }
     /// Of ours; all zero for the other kinds.
-    [[nodiscard]] btCcdCounters counters();
+    [[nodiscard]] btCcdCounters counters() const;
+    /// Of ours: of the object that lost most [s].
+    [[nodiscard]] double lostTime() const;
     void step(double seconds) { m_world->stepSimulation(btScalar(seconds), 0); }
 
     btBoxShape* box(const btVector3& halfExtents);
@@ -120,6 +125,8 @@ private:
     std::vector<std::unique_ptr<btMultiBodyConstraint>> m_multiBodyConstraints;
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
     btMultiBodyDynamicsWorld* m_multiBodyWorld = nullptr;  // the same, if it is one
+    std::unique_ptr<btCcdAction> m_action;
+    btCcdControl* m_ccd = nullptr;  // the action or the world
     Kind m_kind;
 
     void makeMultiBodyWorld();

@@ -16,7 +16,7 @@ public:
     btCcdAfterImpact onImpact(const btCcdImpact& impact) override
     {
         m_judge->record(double(impact.m_time));
-        return btCcdAfterImpact::Hold;
+        return btCcdAfterImpact::Solve;
     }
 
 private:
@@ -29,7 +29,7 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
     PathJudge judge(std::move(watched));
     judge.measureDistance(isOurs(kind));
     CornerRecorder recorder(judge);
-    if (kind == Kind::World)
+    if (isOurs(kind))
     {
         scene.ccd().setCcdImpactListener(&recorder);
     }
@@ -47,12 +47,12 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
     }
     outcome.through = judge.isThrough();
     outcome.closest = isOurs(kind) ? judge.closest() : 0.0;
-    outcome.lost = scene.counters().m_lostTime;
+    outcome.lost = scene.lostTime();
     if (run.uniform)
     {
         outcome.lag = outcome.simulated - (run.uniform->read() - start) / run.uniform->speed;
     }
-    if (kind == Kind::World)
+    if (isOurs(kind))
     {
         scene.ccd().setCcdImpactListener(nullptr);
     }

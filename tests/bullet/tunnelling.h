@@ -23,7 +23,7 @@ struct RunOutcome
     bool through = false;
     double closest = 0.0;    ///< of the surfaces, at a record [m]; of ours only
     double simulated = 0.0;  ///< [s]
-    double lost = 0.0;       ///< by the counters, summed over all bodies [s]
+    double lost = 0.0;       ///< by the counters, of the body that lost most [s]
     /// From outside: what a coordinate that no contact can change lags behind [s]; 0 if none.
     double lag = 0.0;
 };
