@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/btCcdShapeCache.h"
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 struct btCollisionObjectWrapper;

@@ -5,12 +5,15 @@
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
@@ -30,11 +33,14 @@ namespace
 {
 constexpr int kRoundSegments = 72;  // chord error r (1 - cos(pi / 72)) = 0.1 % of the radius
 
+constexpr double kRoundDown = 1.0 - 1e-9;  // more than rounding can add to a depth
+
 using Points = std::vector<Eigen::Vector3d>;
 
 class TriangleCollector : public btTriangleCallback, public btInternalTriangleIndexCallback
 {
 public:
+    btVector3 m_scaling = btVector3(1, 1, 1);
     TriangleMesh m_mesh;
 
     void processTriangle(btVector3* corners, int, int) override
@@ -42,7 +48,7 @@ public:
         const auto first = std::int32_t(m_mesh.vertices.size());
         for (int k = 0; k < 3; ++k)
         {
-            m_mesh.vertices.push_back(btCcdToEigen(corners[k]));
+            m_mesh.vertices.push_back(btCcdToEigen(corners[k] * m_scaling));
         }
         m_mesh.triangles.push_back({first, first + 1, first + 2});
     }
@@ -137,7 +143,7 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
     const Eigen::Vector3d mean = sum / double(polytope.vertices.size());
     btCcdShapePart part;
     part.m_radius = radius;
-    part.m_depth = 0.5 * (innerDepth(polytope, mean) + radius) * (1.0 - 1e-9);
+    part.m_depth = 0.5 * (innerDepth(polytope, mean) + radius) * kRoundDown;
     if (part.m_depth > 0.0)
     {
         TriangleMesh core = polytope;
@@ -166,7 +172,7 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     part.m_radius = double(capsule.getRadius());
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
-    part.m_depth = part.m_radius - part.m_coreRadius;
+    part.m_depth = 0.5 * part.m_radius * kRoundDown;
     return part;
 }
 
@@ -203,9 +209,12 @@ btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTr
     return convexPart(hullMesh(points), double(polyhedron.getMargin()), trees);
 }
 
-TriangleMesh collectTriangles(const btStridingMeshInterface& mesh)
+/// In the order of the interface, so that shapes over the same one get the same mesh.
+TriangleMesh collectTriangles(const btStridingMeshInterface& mesh,
+                              const btVector3& scaling = btVector3(1, 1, 1))
 {
     TriangleCollector collector;
+    collector.m_scaling = scaling;
     mesh.InternalProcessAllTriangles(&collector, -everywhere(), everywhere());
     return std::move(collector.m_mesh);
 }
@@ -302,11 +311,19 @@ std::optional<btCcdShapePart> gimpactPart(const btGImpactShapeInterface& shape,
     return meshPart(std::move(collector.m_mesh), shape, trees);
 }
 
-btCcdShapePart concavePart(const btConcaveShape& shape, btCcdTreeStore& trees)
+btCcdShapePart terrainPart(const btHeightfieldTerrainShape& terrain, btCcdTreeStore& trees)
 {
     TriangleCollector collector;
-    shape.processAllTriangles(&collector, -everywhere(), everywhere());
-    return meshPart(std::move(collector.m_mesh), shape, trees);
+    terrain.processAllTriangles(&collector, -everywhere(), everywhere());
+    return meshPart(std::move(collector.m_mesh), terrain, trees);
+}
+
+btCcdShapePart scaledMeshPart(const btScaledBvhTriangleMeshShape& shape, btCcdTreeStore& trees)
+{
+    return meshPart(
+        collectTriangles(*shape.getChildShape()->getMeshInterface(), shape.getLocalScaling()),
+        shape,
+        trees);
 }
 
 std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeStore& trees)
@@ -346,9 +363,15 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
             return planePart(static_cast<const btStaticPlaneShape&>(shape), trees);
         case TRIANGLE_MESH_SHAPE_PROXYTYPE:
         case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
+            return meshPart(
+                collectTriangles(
+                    *static_cast<const btBvhTriangleMeshShape&>(shape).getMeshInterface()),
+                shape,
+                trees);
         case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+            return scaledMeshPart(static_cast<const btScaledBvhTriangleMeshShape&>(shape), trees);
         case TERRAIN_SHAPE_PROXYTYPE:
-            return concavePart(static_cast<const btConcaveShape&>(shape), trees);
+            return terrainPart(static_cast<const btHeightfieldTerrainShape&>(shape), trees);
         case GIMPACT_SHAPE_PROXYTYPE:
             return gimpactPart(static_cast<const btGImpactShapeInterface&>(shape), trees);
         default:
