@@ -1,8 +1,10 @@
 /// The tunnelling table: how many of its runs each kind of world lets through.
+#include "tests/bullet/pile.h"
 #include "tests/bullet/tunnelling.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fmt/format.h>
 #include <string>
@@ -143,6 +145,18 @@ bool isGood(Kind kind, const Cell& cell)
     return good;
 }
 
+/// A body in free flight beside a busy pile must not feel it.
+bool fallsFreely(Kind kind)
+{
+    const PileFall fall = fallBesidePile(kind);
+    const double ratio = fall.way / fall.expected;
+    fmt::print("free fall beside a busy pile, {}: {:.4f} of g t^2 / 2 ({} impacts in the pile)\n",
+               nameOf(kind),
+               ratio,
+               fall.impacts);
+    return std::abs(ratio - 1.0) <= 0.01;
+}
+
 int run(const Options& options)
 {
     printHead();
@@ -180,6 +194,7 @@ int run(const Options& options)
     for (std::size_t i = 0; i < all.size(); ++i)
     {
         good = isGood(kAllKinds[i], all[i]) && good;
+        good = fallsFreely(kAllKinds[i]) && good;
     }
     return good ? 0 : 1;
 }

@@ -22,7 +22,9 @@ Piece pieceOf(const btRigidBody& body)
 {
     const btVector3 inverse = body.getInvInertiaDiagLocal();
     return {.mass = double(body.getMass()),
-            .inertia = {1.0 / double(inverse.x()), 1.0 / double(inverse.y()), 1.0 / double(inverse.z())},
+            .inertia = {1.0 / double(inverse.x()),
+                        1.0 / double(inverse.y()),
+                        1.0 / double(inverse.z())},
             .X_WB = btCcdToEigen(body.getWorldTransform()),
             .v_W = btCcdToEigen(body.getLinearVelocity()),
             .w_W = btCcdToEigen(body.getAngularVelocity())};
