@@ -9,7 +9,6 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -22,7 +21,7 @@ namespace
 constexpr double kGravity = 9.81;
 constexpr double kSize = 0.02;
 
-std::array<btCollisionShape*, 4> pileShapes(Scene& scene)
+std::vector<btCollisionShape*> pileShapes(Scene& scene, bool meshes)
 {
     auto hull = std::make_unique<btConvexHullShape>();
     for (const Eigen::Vector3d& v : octahedron().vertices)
@@ -30,35 +29,43 @@ std::array<btCollisionShape*, 4> pileShapes(Scene& scene)
         hull->addPoint(btCcdToBullet(Eigen::Vector3d(1.3 * kSize * v)));
     }
     hull->setMargin(btScalar(5e-4));
-    return {scene.box(vec(kSize, 0.8 * kSize, 0.6 * kSize)),
-            scene.keep(std::make_unique<btSphereShape>(btScalar(0.8 * kSize))),
-            scene.keep(std::move(hull)),
-            scene.boxMesh(vec(kSize, 0.6 * kSize, 0.4 * kSize))};
+    std::vector<btCollisionShape*> shapes = {
+        scene.box(vec(kSize, 0.8 * kSize, 0.6 * kSize)),
+        scene.keep(std::make_unique<btSphereShape>(btScalar(0.8 * kSize))),
+        scene.keep(std::move(hull))};
+    if (meshes)
+    {
+        shapes.push_back(scene.boxMesh(vec(kSize, 0.6 * kSize, 0.4 * kSize)));
+    }
+    return shapes;
 }
 
-void addBin(Scene& scene, double half)
+void addBin(Scene& scene, double half, double wallHeight)
 {
     btCollisionShape* floor = scene.box(vec(half, half, 0.01));
-    btCollisionShape* wall = scene.box(vec(0.01, half, 0.1));
+    btCollisionShape* wall = scene.box(vec(0.01, half, 0.5 * wallHeight));
     scene.body(floor, 0.0, poseAt(vec(0, 0, -0.01)));
     for (int side = 0; side < 4; ++side)
     {
         const double angle = 0.5 * std::numbers::pi * side;
         scene.body(
-            wall, 0.0, poseAt(vec(half * std::cos(angle), half * std::sin(angle), 0.1), angle));
+            wall,
+            0.0,
+            poseAt(vec(half * std::cos(angle), half * std::sin(angle), 0.5 * wallHeight), angle));
     }
 }
 }  // namespace
 
-void addPile(Scene& scene, int count, double binHalf, std::uint64_t seed)
+void addPile(
+    Scene& scene, int count, double binHalf, std::uint64_t seed, const PileOptions& options)
 {
     scene.world().setGravity(vec(0, 0, -kGravity));
-    addBin(scene, binHalf);
-    const auto shapes = pileShapes(scene);
+    addBin(scene, binHalf, options.wallHeight);
+    const std::vector<btCollisionShape*> shapes = pileShapes(scene, options.meshes);
     Random random(seed);
     // Layers of a grid wide enough for all orientations.
-    const double spacing = 3.2 * kSize;
-    const int side = std::max(1, int(2.0 * (binHalf - 0.01) / spacing));
+    const double spacing = kPileSpacing;
+    const int side = std::max(1, int(std::lround(2.0 * (binHalf - 0.01) / spacing)));
     for (int i = 0; i < count; ++i)
     {
         const int layer = i / (side * side);

@@ -7,9 +7,19 @@
 
 namespace bullet_ccd::tests
 {
+/// Side of the cube that a body of the pile has for itself in the beginning [m].
+inline constexpr double kPileSpacing = 0.064;
+
+struct PileOptions
+{
+    bool meshes = true;  ///< a quarter of the bodies; else boxes, balls and hulls only
+    double wallHeight = 0.2;
+};
+
 /// Drops `count` bodies of mixed shapes and some 4 cm in size into a bin of that half width about
 /// the origin; gravity along -z.
-void addPile(Scene& scene, int count, double binHalf, std::uint64_t seed);
+void addPile(
+    Scene& scene, int count, double binHalf, std::uint64_t seed, const PileOptions& options = {});
 
 struct PileFall
 {
