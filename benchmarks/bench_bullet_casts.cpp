@@ -217,6 +217,13 @@ CastMethod ownToi(const QueryFamily& family)
 {
     struct State
     {
+        explicit State(const QueryFamily& asked)
+            : a(buildSsvTree(asked.a.mesh)),
+              b(buildSsvTree(asked.b.mesh)),
+              options{.tolerance = kTolerance, .minimumSeparation = asked.a.radius + asked.b.radius}
+        {
+        }
+
         SsvTree a;
         SsvTree b;
         ToiOptions options;
@@ -224,11 +231,7 @@ CastMethod ownToi(const QueryFamily& family)
         RigidMotion motionA;
         RigidMotion motionB;
     };
-    auto state = std::make_shared<State>();
-    state->a = buildSsvTree(family.a.mesh);
-    state->b = buildSsvTree(family.b.mesh);
-    state->options = {.tolerance = kTolerance,
-                      .minimumSeparation = family.a.radius + family.b.radius};
+    auto state = std::make_shared<State>(family);
     return {.name = "ours, rigidToi",
             .prepare =
                 [state](const BulletQuery& query)
