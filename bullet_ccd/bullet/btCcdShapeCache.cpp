@@ -244,10 +244,18 @@ void sumUp(btCcdShapeModel& model)
     model.m_depth = model.m_parts.front().m_depth;
     model.m_reach = 0.0;
     model.m_hasMesh = false;
+    model.m_reserve = std::numeric_limits<double>::infinity();
     for (const btCcdShapePart& part : model.m_parts)
     {
         model.m_depth = std::min(model.m_depth, part.m_depth);
         model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
+        // Half of what a mesh's margin is good for belongs to whatever it meets.
+        const double share = 0.5 * btCcdReserveOfMargin * part.m_margin;
+        model.m_reserve = std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
+        if (part.m_ownContacts)
+        {
+            model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);
+        }
         for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
         {
             model.m_reach = std::max(model.m_reach,

@@ -10,10 +10,14 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <unordered_map>
 #include <vector>
+
+/// Part of the sum of margins that a pair with contacts of the library's own can lose.
+inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
 
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
 /// radius, a capsule a segment and a radius: no tessellation.
@@ -25,6 +29,9 @@ struct btCcdShapePart
     /// What stock Bullet adds around the triangles in discrete contacts [m]: two meshes rest at the
     /// sum of their margins. 0 for convex shapes, whose margin is part of the shape.
     double m_margin = 0.0;
+
+    /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
+    bool m_ownContacts = false;
 
     /// What lies deep inside a convex shape, shrunk about an inner point; null for meshes, which
     /// have no inside. Two shapes whose cores have not met are on the sides they came from.
@@ -40,6 +47,10 @@ struct btCcdShapeModel
     double m_reach = 0.0;    ///< all of the shape is within this distance of its origin [m]
     double m_depth = 0.0;    ///< smallest of the parts [m]
     bool m_hasMesh = false;  ///< some part has no inside
+    /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
+    double m_ownMargin = std::numeric_limits<double>::infinity();
+    /// What the shape can lose, by motion or by sinking in, before another can pass it [m].
+    double m_reserve = 0.0;
 };
 
 /// Hierarchies by content: meshes with the same vertices and triangles share one for as long as

@@ -396,11 +396,17 @@ std::optional<btCcdShapePart> btCcdConvertShape(const btCollisionShape& shape,
         btCcdShapePart part;
         part.m_tree = mesh->sharedTree();
         part.m_margin = double(mesh->getMargin());
+        part.m_ownContacts = true;
         return part;
     }
     try
     {
-        return convert(shape, trees);
+        std::optional<btCcdShapePart> part = convert(shape, trees);
+        if (part)
+        {
+            part->m_ownContacts = shape.getShapeType() == GIMPACT_SHAPE_PROXYTYPE;
+        }
+        return part;
     }
     catch (const std::invalid_argument&)
     {
