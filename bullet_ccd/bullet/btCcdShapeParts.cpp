@@ -1,8 +1,8 @@
 #include "bullet_ccd/bullet/btCcdShapeParts.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdHullMesh.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
-#include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -19,7 +19,6 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
-#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <limits>
@@ -63,52 +62,6 @@ const btVector3& everywhere()
 {
     static const btVector3 kLarge(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
     return kLarge;
-}
-
-/// Convex polytope of the points. A mesh of one degenerate triangle if they are all one point or on
-/// one segment of two.
-TriangleMesh hullMesh(const Points& points)
-{
-    bullet_ccd::require(!points.empty() && std::all_of(points.begin(),
-                                                       points.end(),
-                                                       [](const Eigen::Vector3d& point)
-                                                       { return point.allFinite(); }),
-                        "btCcdConvertShape: no points, or one that is not finite");
-    if (points.size() < 3)
-    {
-        return {points, {Triangle{0, 0, std::int32_t(points.size()) - 1}}};
-    }
-    std::vector<double> coordinates;
-    for (const Eigen::Vector3d& point : points)
-    {
-        coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
-    }
-    btConvexHullComputer computer;
-    computer.compute(coordinates.data(), int(3 * sizeof(double)), int(points.size()), 0, 0);
-
-    // The computer works on rounded coordinates, but names the point that each vertex came from.
-    TriangleMesh mesh;
-    for (int i = 0; i < computer.vertices.size(); ++i)
-    {
-        mesh.vertices.push_back(points[std::size_t(computer.original_vertex_index[i])]);
-    }
-    for (int i = 0; i < computer.faces.size(); ++i)
-    {
-        const auto* first = &computer.edges[computer.faces[i]];
-        const auto* edge = first->getNextEdgeOfFace();
-        for (; edge->getTargetVertex() != first->getSourceVertex();
-             edge = edge->getNextEdgeOfFace())
-        {
-            mesh.triangles.push_back(
-                {first->getSourceVertex(), edge->getSourceVertex(), edge->getTargetVertex()});
-        }
-    }
-    if (mesh.triangles.empty() && !mesh.vertices.empty())
-    {
-        const auto last = std::int32_t(mesh.vertices.size()) - 1;
-        mesh.triangles.push_back({0, last, last});
-    }
-    return mesh;
 }
 
 /// Turns a mesh about z into one about the given axis, pointing the same way.
@@ -202,7 +155,7 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
 
 btCcdShapePart spherePart(double radius, btCcdTreeStore& trees)
 {
-    return convexPart(hullMesh({Eigen::Vector3d::Zero()}), radius, trees);
+    return convexPart(btCcdHullMesh({Eigen::Vector3d::Zero()}), radius, trees);
 }
 
 btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
@@ -210,7 +163,7 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     const Eigen::Vector3d end =
         double(capsule.getHalfHeight()) * Eigen::Vector3d::Unit(Eigen::Index(capsule.getUpAxis()));
     btCcdShapePart part;
-    part.m_tree = trees.tree(hullMesh({-end, end}));
+    part.m_tree = trees.tree(btCcdHullMesh({-end, end}));
     part.m_radius = double(capsule.getRadius());
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
@@ -236,7 +189,8 @@ std::optional<btCcdShapePart> multiSpherePart(const btMultiSphereShape& spheres,
         }
         centers.push_back(btCcdToEigen(spheres.getSpherePosition(i)).cwiseProduct(scaling));
     }
-    return convexPart(hullMesh(centers), double(spheres.getSphereRadius(0)) * scaling.x(), trees);
+    return convexPart(
+        btCcdHullMesh(centers), double(spheres.getSphereRadius(0)) * scaling.x(), trees);
 }
 
 btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTreeStore& trees)
@@ -248,7 +202,7 @@ btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTr
         polyhedron.getVertex(i, vertex);
         points.push_back(btCcdToEigen(vertex));
     }
-    return convexPart(hullMesh(points), double(polyhedron.getMargin()), trees);
+    return convexPart(btCcdHullMesh(points), double(polyhedron.getMargin()), trees);
 }
 
 /// In the order of the interface, so that shapes over the same one get the same mesh.
@@ -395,7 +349,7 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
             return polyhedronPart(static_cast<const btPolyhedralConvexShape&>(shape), trees);
         case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
             return convexPart(
-                hullMesh(
+                btCcdHullMesh(
                     collectTriangles(
                         *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface())
                         .vertices),

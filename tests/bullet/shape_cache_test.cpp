@@ -246,35 +246,6 @@ TEST(ShapeCache, ReachContainsTheShapeAboutItsOrigin)
     EXPECT_EQ(onlyPart(cache, mesh).m_margin, 0.125);
 }
 
-TEST(ShapeCache, HullContainsItsPointsAndNothingOutsideThem)
-{
-    Random random(4);
-    for (int trial = 0; trial < 20; ++trial)
-    {
-        btConvexHullShape hull;
-        std::vector<Eigen::Vector3d> points;
-        for (int i = 0; i < 40; ++i)
-        {
-            points.push_back(btCcdToEigen(btCcdToBullet(random.inBox(0.05))));
-            hull.addPoint(btCcdToBullet(points.back()));
-        }
-        btCcdShapeCache cache;
-        const TriangleMesh& mesh = onlyPart(cache, hull).m_tree->mesh();
-        EXPECT_TRUE(isWatertight(mesh));
-        for (const Triangle& t : mesh.triangles)
-        {
-            const Eigen::Vector3d& a = mesh.vertices[std::size_t(t[0])];
-            const Eigen::Vector3d normal = (mesh.vertices[std::size_t(t[1])] - a)
-                                               .cross(mesh.vertices[std::size_t(t[2])] - a)
-                                               .normalized();
-            for (const Eigen::Vector3d& point : points)
-            {
-                EXPECT_LT(normal.dot(point - a), 1e-5);  // 1e-4 of the size
-            }
-        }
-    }
-}
-
 TEST(ShapeCache, MeshesOfEveryKindKeepTheirTrianglesAndMargin)
 {
     const TriangleMesh torus = makeTorus(0.05, 0.02, 12, 8);
