@@ -19,6 +19,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <limits>
@@ -110,7 +111,7 @@ TriangleMesh insetMesh(const TriangleMesh& polytope, double inset)
     {
         points.push_back(btCcdToEigen(computer.vertices[i]));
     }
-    return points.empty() ? TriangleMesh{} : hullMesh(points);
+    return points.empty() ? TriangleMesh{} : btCcdHullMesh(points);
 }
 
 /// Smallest distance of a vertex of `core` from the planes of the polytope; negative outside.
