@@ -19,6 +19,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <limits>
@@ -90,10 +91,44 @@ double innerDepth(const TriangleMesh& polytope, const Eigen::Vector3d& inner)
     return std::max(depth, 0.0);
 }
 
-/// A convex polytope swept by a ball. With m the mean of the vertices, all planes of the polytope
-/// are at least d from m. A core point is m + (p - m) / 2 + b with p in the polytope and |b| <=
-/// r / 2: the polytope holds a ball of radius d / 2 about its first two terms, so the swept
-/// polytope holds one of radius d / 2 + r - r / 2 about the point.
+/// The polytope with its faces moved inwards by about `inset`, not merely scaled down: the ends of
+/// something long must not be left without a core.
+TriangleMesh insetMesh(const TriangleMesh& polytope, double inset)
+{
+    std::vector<double> coordinates;
+    for (const Eigen::Vector3d& point : polytope.vertices)
+    {
+        coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
+    }
+    btConvexHullComputer computer;
+    computer.compute(coordinates.data(),
+                     int(3 * sizeof(double)),
+                     int(polytope.vertices.size()),
+                     btScalar(inset),
+                     btScalar(0));
+    Points points;
+    for (int i = 0; i < computer.vertices.size(); ++i)
+    {
+        points.push_back(btCcdToEigen(computer.vertices[i]));
+    }
+    return points.empty() ? TriangleMesh{} : btCcdHullMesh(points);
+}
+
+/// Smallest distance of a vertex of `core` from the planes of the polytope; negative outside.
+double depthOf(const TriangleMesh& core, const TriangleMesh& polytope)
+{
+    double depth = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : core.vertices)
+    {
+        depth = std::min(depth, innerDepth(polytope, vertex));
+    }
+    return core.vertices.empty() ? 0.0 : depth;
+}
+
+/// A convex polytope swept by a ball of radius r. If all of its planes are at least d from an inner
+/// point, the core is the polytope inset by d / 2, swept by r / 2: a core point is x + b with x at
+/// least d / 2 from all planes and |b| <= r / 2, so a ball of radius d / 2 + r - r / 2 about it is
+/// inside the swept polytope. The depth is taken from the vertices of the core as they came out.
 btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& trees)
 {
     const Eigen::Vector3d sum = std::accumulate(polytope.vertices.begin(),
@@ -102,16 +137,18 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
     const Eigen::Vector3d mean = sum / double(polytope.vertices.size());
     btCcdShapePart part;
     part.m_radius = radius;
-    part.m_depth = 0.5 * (innerDepth(polytope, mean) + radius) * kRoundDown;
+    part.m_coreRadius = 0.5 * radius;
+    TriangleMesh core = insetMesh(polytope, 0.5 * innerDepth(polytope, mean));
+    double inset = depthOf(core, polytope);
+    if (!(inset > 0.0))
+    {
+        core = polytope;  // flat: only its radius has a depth
+        inset = 0.0;
+    }
+    part.m_depth = (inset + 0.5 * radius) * kRoundDown;
     if (part.m_depth > 0.0)
     {
-        TriangleMesh core = polytope;
-        for (Eigen::Vector3d& vertex : core.vertices)
-        {
-            vertex = mean + 0.5 * (vertex - mean);
-        }
         part.m_core = trees.tree(std::move(core));
-        part.m_coreRadius = 0.5 * radius;
     }
     part.m_tree = trees.tree(std::move(polytope));
     return part;
