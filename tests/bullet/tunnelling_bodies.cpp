@@ -59,7 +59,7 @@ RunOutcome shootAtPlate(
                                   missile.make(scene),
                                   tumbled(vec(-0.08, 0, height), phase),
                                   vec(kDrift, 0, -setting.speed),
-                                  vec(3, 20, 5));
+                                  btCcdToBullet(missile.spin));
     Watched watched;
     watched.read = [body](double) { return Snapshot{.poses = {poseOfBody(*body)}}; };
     watched.place = [](const Snapshot& now) { return WatchedPoses{.X_WM = now.poses[0]}; };
