@@ -43,6 +43,16 @@ btVector3 limitedSpin(const btVector3& spin, btScalar timeStep)
     return angle > limit ? btVector3(spin * (limit * btScalar(0.999999) / angle)) : spin;
 }
 
+const btCollisionObject* firstCollider(const btMultiBody& body)
+{
+    const btCollisionObject* collider = body.getBaseCollider();
+    for (int i = 0; i < body.getNumLinks() && collider == nullptr; ++i)
+    {
+        collider = body.getLink(i).m_collider;
+    }
+    return collider;
+}
+
 btCcdContext& registeredContext(btDiscreteDynamicsWorld& world)
 {
     if (auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher()))
@@ -170,7 +180,7 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
         }
         elapsed = std::max(elapsed, event.m_time);
         m_stepper.advance(elapsed);
-        respond(event, timeStep, timeStep - elapsed);
+        respond(event, timeStep - elapsed);
         m_stepper.refresh();
     }
     countQueries();
@@ -185,9 +195,12 @@ void btCcdControl::integrateInPieces(btScalar time, const Integrate& integrate)
         return;
     }
     btScalar fastest = 0;
-    for (const btRigidBody* body : m_spinning)
+    for (const Body& body : m_spinning)
     {
-        fastest = std::max(fastest, body->getAngularVelocity().length());
+        fastest =
+            std::max(fastest,
+                     body.m_rigidBody != nullptr ? body.m_rigidBody->getAngularVelocity().length()
+                                                 : body.m_multiBody->getBaseOmega().length());
     }
     const btScalar limit = ANGULAR_MOTION_THRESHOLD * btScalar(0.99);
     const int pieces = std::clamp(int(std::ceil(fastest * time / limit)), 1, kMostPieces);
@@ -208,8 +221,8 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
             const btScalar remaining = timeStep - event.m_time;
             for (const btCcdImpact& impact : event.m_impacts)
             {
-                placeBack(impact.m_objectA, remaining);
-                placeBack(impact.m_objectB, remaining);
+                placeBack(impact.m_objectA, timeStep, remaining);
+                placeBack(impact.m_objectB, timeStep, remaining);
                 note(impact);
                 m_stepper.changed(*impact.m_objectA);
                 m_stepper.changed(*impact.m_objectB);
@@ -277,7 +290,13 @@ void btCcdControl::limitSpin(const Body& body, btScalar timeStep)
     {
         return;
     }
-    m_limitedSpins.push_back({body, spin, limited});
+    const btCollisionObject* collider =
+        rigidBody == nullptr ? firstCollider(*body.m_multiBody) : nullptr;
+    if (rigidBody == nullptr && collider == nullptr)
+    {
+        return;  // meets nothing
+    }
+    m_limitedSpins.push_back({body, collider, spin, limited});
     if (rigidBody != nullptr)
     {
         rigidBody->setAngularVelocity(limited);
@@ -319,6 +338,16 @@ void btCcdControl::endStep()
     m_events.clear();
     m_pairEvents.clear();
     m_spinning.clear();
+    restoreSpins();
+    for (const auto& [body, threshold] : m_stockThresholds)
+    {
+        body->setCcdMotionThreshold(threshold);
+    }
+    m_stockThresholds.clear();
+}
+
+void btCcdControl::restoreSpins()
+{
     for (const Limited& spin : m_limitedSpins)
     {
         btRigidBody* rigidBody = spin.m_body.m_rigidBody;
@@ -333,15 +362,24 @@ void btCcdControl::endStep()
         }
     }
     m_limitedSpins.clear();
-    for (const auto& [body, threshold] : m_stockThresholds)
-    {
-        body->setCcdMotionThreshold(threshold);
-    }
-    m_stockThresholds.clear();
 }
 
-void btCcdControl::respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining)
+/// An impact sees all of a body's spin. From then on the step is integrated in pieces short enough.
+void btCcdControl::spinFreely()
 {
+    for (const Limited& spin : m_limitedSpins)
+    {
+        m_spinning.insert(spin.m_body);
+        m_stepper.changed(spin.m_body.m_rigidBody != nullptr
+                              ? static_cast<const btCollisionObject&>(*spin.m_body.m_rigidBody)
+                              : *spin.m_collider);
+    }
+    restoreSpins();
+}
+
+void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
+{
+    spinFreely();
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
     for (const btCcdImpact& impact : event.m_impacts)
@@ -363,13 +401,13 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar timeStep, 
         }
     }
     const KinematicInPlace kinematic(event.m_impacts, m_stepper);
-    solve(bouncing, true, timeStep);
+    solve(bouncing, true);
     for (const btCcdImpact& impact : again)
     {
         calmDown(impact.m_objectA);
         calmDown(impact.m_objectB);
     }
-    solve(again, false, timeStep);
+    solve(again, false);
 }
 
 /// A body that chatters (half of its impacts of the step are used up) loses its spin: to take the
@@ -413,7 +451,7 @@ bool btCcdControl::meetsLimit(const btCcdImpact& impact)
     return meets;
 }
 
-void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing, btScalar timeStep)
+void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
 {
     if (impacts.empty())
     {
@@ -422,15 +460,7 @@ void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing,
     ++m_counters.m_subSteps;
     for (btCollisionObject* object : m_solver.solve(impacts, bouncing))
     {
-        const Body body = bodyOf(object);
-        if (body.m_rigidBody != nullptr)
-        {
-            m_spinning.push_back(body.m_rigidBody);
-        }
-        else
-        {
-            limitSpin(body, timeStep);
-        }
+        m_spinning.insert(bodyOf(object));
         m_stepper.changed(*object);
     }
 }
@@ -489,7 +519,7 @@ void btCcdControl::hold(btCollisionObject* object, btScalar remaining)
 }
 
 /// Undoes the last `remaining` seconds of the body's motion; once a step.
-void btCcdControl::placeBack(btCollisionObject* object, btScalar remaining)
+void btCcdControl::placeBack(btCollisionObject* object, btScalar timeStep, btScalar remaining)
 {
     const Body body = bodyOf(object);
     if (body.isNone() || ++m_events[body] > 1)
@@ -502,7 +532,10 @@ void btCcdControl::placeBack(btCollisionObject* object, btScalar remaining)
         {
             return;
         }
-        multiBody->stepPositionsMultiDof(-remaining);
+        // Beyond an eighth of a turn Bullet's step cannot be undone in part: back to its start.
+        const btScalar turn = multiBody->getBaseOmega().length() * timeStep;
+        const btScalar back = turn > ANGULAR_MOTION_THRESHOLD ? timeStep : remaining;
+        multiBody->stepPositionsMultiDof(-back);
         btAlignedObjectArray<btQuaternion> rotations;
         btAlignedObjectArray<btVector3> origins;
         multiBody->forwardKinematics(rotations, origins);

@@ -146,6 +146,7 @@ private:
     struct Limited
     {
         Body m_body;
+        const btCollisionObject* m_collider;  // of a multibody
         btVector3 m_wanted;
         btVector3 m_limited;
     };
@@ -165,22 +166,24 @@ private:
     std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, int> m_pairEvents;
     std::vector<Held> m_held;
     std::vector<Limited> m_limitedSpins;
-    std::vector<const btRigidBody*> m_spinning;  // since an impact of this step
+    std::set<Body> m_spinning;  // since an impact of this step
     std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
 
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
     void beginStep(btScalar timeStep);
     void integrateInPieces(btScalar time, const Integrate& integrate);
     void limitSpin(const Body& body, btScalar timeStep);
+    void restoreSpins();
+    void spinFreely();
     void endStep();
-    void respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining);
-    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing, btScalar timeStep);
+    void respond(const btCcdStepper::Event& event, btScalar remaining);
+    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void hold(btCollisionObject* object, btScalar remaining);
-    void placeBack(btCollisionObject* object, btScalar remaining);
+    void placeBack(btCollisionObject* object, btScalar timeStep, btScalar remaining);
     void countHold(const Body& body, btScalar remaining);
     void countQueries();
     void note(const btCcdImpact& impact);

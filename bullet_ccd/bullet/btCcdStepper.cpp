@@ -300,6 +300,12 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
             owner.m_epoch = m_epoch;
             const double duration = tracked->m_stopped ? 0.0 : remaining();
             btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion, start);
+            if (m_motion == Motion::ToCome && !owner.m_motion.m_motion.root.w_W.isZero(0.0))
+            {
+                // In pieces that Bullet's integrator does not shorten, see btCcdControl.
+                owner.m_motion.m_motion.root.w_W =
+                    btCcdToEigen(collider->m_multiBody->getBaseOmega()) * duration;
+            }
         }
         tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
     }
