@@ -34,6 +34,10 @@ public:
     {
         return *m_scaledTree;
     }
+    const std::shared_ptr<const bullet_ccd::SsvTree>& sharedTree() const
+    {
+        return m_scaledTree;
+    }
 
     void getAabb(const btTransform& X, btVector3& aabbMin, btVector3& aabbMax) const override;
     /// Reports the triangles whose bounding volumes meet the box, in no particular order; triangle

@@ -2,229 +2,355 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/bullet/btCcdShapeParts.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
-#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
-#include <LinearMath/btConvexHullComputer.h>
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 
-#include <optional>
+#include <algorithm>
+#include <bit>
+#include <type_traits>
 #include <utility>
 
-using bullet_ccd::Triangle;
+using bullet_ccd::SsvTree;
 using bullet_ccd::TriangleMesh;
 
 namespace
 {
-constexpr int kSphereSubdivisions = 4;
-constexpr int kRoundSegments = 72;    // chord error r (1 - cos(pi / 72)) = 0.1 % of the radius
-constexpr double kPlaneHalf = 500.0;  // [m]
-
-class TriangleCollector : public btTriangleCallback
+/// Hash of what defines a shape. Asked for every shape in every step, so only a few numbers of
+/// large shapes enter.
+class Fingerprint
 {
 public:
-    TriangleMesh m_mesh;
+    explicit Fingerprint(const btCollisionShape& shape) { add(shape); }
+    std::uint64_t value() const { return m_hash; }
 
-    void processTriangle(btVector3* corners, int, int) override
+private:
+    std::uint64_t m_hash = 0;
+
+    void addBits(std::uint64_t bits)
     {
-        const auto first = std::int32_t(m_mesh.vertices.size());
-        for (int k = 0; k < 3; ++k)
-        {
-            m_mesh.vertices.push_back(btCcdToEigen(corners[k]));
-        }
-        m_mesh.triangles.push_back({first, first + 1, first + 2});
+        m_hash = (m_hash ^ bits) * 0x9e3779b97f4a7c15U;
+        m_hash ^= m_hash >> 32U;
     }
+    void add(int number) { addBits(std::uint64_t(std::uint32_t(number))); }
+    void add(btScalar number)
+    {
+        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+        addBits(std::bit_cast<Bits>(number));
+    }
+    void add(const void* address) { addBits(std::bit_cast<std::uintptr_t>(address)); }
+    void add(const btVector3& v)
+    {
+        add(v.x());
+        add(v.y());
+        add(v.z());
+    }
+
+    void add(const btCollisionShape& shape);
+    void addBounds(const btCollisionShape& shape);
+    void addSpheres(const btMultiSphereShape& spheres);
+    void addVertices(const btPolyhedralConvexShape& polyhedron);
+    void addMesh(const btStridingMeshInterface* mesh);
+    void addGImpact(const btGImpactShapeInterface& shape);
+    void addChildren(const btCompoundShape& compound);
 };
 
-TriangleMesh collectTriangles(const btConcaveShape& shape)
+void Fingerprint::addBounds(const btCollisionShape& shape)
 {
-    TriangleCollector collector;
-    const btVector3 all(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
-    shape.processAllTriangles(&collector, -all, all);
-    bullet_ccd::repairMesh(collector.m_mesh);
-    return std::move(collector.m_mesh);
+    btVector3 low;
+    btVector3 high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    add(low);
+    add(high);
+    add(shape.getMargin());
 }
 
-TriangleMesh hullMesh(const btConvexHullShape& shape)
+void Fingerprint::addSpheres(const btMultiSphereShape& spheres)
 {
-    btAlignedObjectArray<btVector3> points;
-    for (int i = 0; i < shape.getNumPoints(); ++i)
+    add(spheres.getSphereCount());
+    add(spheres.getLocalScaling());
+    for (int i = 0; i < spheres.getSphereCount(); ++i)
     {
-        points.push_back(shape.getScaledPoint(i));
+        add(spheres.getSpherePosition(i));
+        add(spheres.getSphereRadius(i));
     }
-    btConvexHullComputer computer;
-    computer.compute(&points[0].x(), int(sizeof(btVector3)), points.size(), 0, 0);
+}
 
-    // The computer works on rounded coordinates, but names the point that each vertex came from.
-    TriangleMesh mesh;
-    for (int i = 0; i < computer.vertices.size(); ++i)
+/// All of up to four vertices, a sample of more.
+void Fingerprint::addVertices(const btPolyhedralConvexShape& polyhedron)
+{
+    addBounds(polyhedron);
+    const int last = polyhedron.getNumVertices() - 1;
+    add(last);
+    for (int k = 0; k <= std::min(last, 3); ++k)
     {
-        mesh.vertices.push_back(btCcdToEigen(points[computer.original_vertex_index[i]]));
+        btVector3 vertex;
+        polyhedron.getVertex(last <= 3 ? k : int(std::int64_t(last) * k / 3), vertex);
+        add(vertex);
     }
-    for (int i = 0; i < computer.faces.size(); ++i)
+}
+
+void Fingerprint::addMesh(const btStridingMeshInterface* mesh)
+{
+    add(mesh);
+    add(mesh->getScaling());
+    add(mesh->getNumSubParts());
+    if (mesh->getNumSubParts() > 0)
     {
-        const auto* first = &computer.edges[computer.faces[i]];
-        const auto* edge = first->getNextEdgeOfFace();
-        for (; edge->getTargetVertex() != first->getSourceVertex();
-             edge = edge->getNextEdgeOfFace())
+        const unsigned char* vertices = nullptr;
+        const unsigned char* indices = nullptr;
+        int vertexCount = 0;
+        int triangleCount = 0;
+        int stride = 0;
+        int indexStride = 0;
+        PHY_ScalarType type = PHY_FLOAT;
+        PHY_ScalarType indexType = PHY_INTEGER;
+        mesh->getLockedReadOnlyVertexIndexBase(
+            &vertices, vertexCount, type, stride, &indices, indexStride, triangleCount, indexType);
+        mesh->unLockReadOnlyVertexBase(0);
+        add(vertices);
+        add(indices);
+        add(vertexCount);
+        add(triangleCount);
+    }
+}
+
+void Fingerprint::addGImpact(const btGImpactShapeInterface& shape)
+{
+    add(int(shape.getGImpactShapeType()));
+    add(shape.getMargin());
+    if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE_PART)
+    {
+        const auto& part = static_cast<const btGImpactMeshShapePart&>(shape);
+        add(part.getPart());
+        add(part.getLocalScaling());
+        using Manager = btGImpactMeshShapePart::TrimeshPrimitiveManager;
+        addMesh(static_cast<const Manager*>(part.getPrimitiveManager())->m_meshInterface);
+    }
+    else if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE)
+    {
+        const auto& mesh = static_cast<const btGImpactMeshShape&>(shape);
+        for (int i = 0; i < mesh.getMeshPartCount(); ++i)
         {
-            mesh.triangles.push_back(
-                {first->getSourceVertex(), edge->getSourceVertex(), edge->getTargetVertex()});
+            addGImpact(*mesh.getMeshPart(i));
         }
     }
-    if (mesh.triangles.empty() && !mesh.vertices.empty())
+}
+
+void Fingerprint::addChildren(const btCompoundShape& compound)
+{
+    add(compound.getNumChildShapes());
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
     {
-        // A hull without faces (a point, a segment): still something to hit.
-        const auto last = std::int32_t(mesh.vertices.size()) - 1;
-        mesh.triangles.push_back({0, last, last});
+        const btTransform& pose = compound.getChildTransform(i);
+        add(pose.getOrigin());
+        add(pose.getBasis()[0]);
+        add(pose.getBasis()[1]);
+        add(pose.getBasis()[2]);
+        add(compound.getChildShape(i));
+        add(*compound.getChildShape(i));
     }
-    return mesh;
 }
 
-TriangleMesh planeMesh(const btStaticPlaneShape& plane)
+void Fingerprint::add(const btCollisionShape& shape)
 {
-    const Eigen::Vector3d normal = btCcdToEigen(plane.getPlaneNormal()).normalized();
-    const Eigen::Vector3d center = normal * double(plane.getPlaneConstant());
-    const Eigen::Vector3d side = kPlaneHalf * normal.unitOrthogonal();
-    const Eigen::Vector3d other = normal.cross(side);
-    return {{center - side - other,
-             center + side - other,
-             center + side + other,
-             center - side + other},
-            {Triangle{0, 1, 2}, Triangle{0, 2, 3}}};
-}
-
-/// Turns a mesh about z into one about the given axis.
-TriangleMesh alongAxis(TriangleMesh mesh, int axis)
-{
-    bullet_ccd::transformMesh(
-        mesh,
-        Eigen::Affine3d(Eigen::Quaterniond::FromTwoVectors(
-            Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Unit(Eigen::Index(axis)))));
-    return mesh;
-}
-
-TriangleMesh cylinderMesh(const btCylinderShape& cylinder)
-{
-    const double height = 2.0 * double(cylinder.getHalfExtentsWithMargin()[cylinder.getUpAxis()]);
-    return alongAxis(bullet_ccd::makeCylinder(double(cylinder.getRadius()), height, kRoundSegments),
-                     cylinder.getUpAxis());
-}
-
-TriangleMesh capsuleMesh(const btCapsuleShape& capsule)
-{
-    return alongAxis(
-        bullet_ccd::makeCapsule(
-            double(capsule.getRadius()), 2.0 * double(capsule.getHalfHeight()), kRoundSegments),
-        capsule.getUpAxis());
-}
-
-std::optional<TriangleMesh> makeStockMesh(const btCollisionShape& shape)
-{
+    add(shape.getShapeType());
     switch (shape.getShapeType())
     {
         case BOX_SHAPE_PROXYTYPE:
-            return bullet_ccd::makeBox(
-                btCcdToEigen(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin()));
-        case CONVEX_HULL_SHAPE_PROXYTYPE:
-            return hullMesh(static_cast<const btConvexHullShape&>(shape));
         case SPHERE_SHAPE_PROXYTYPE:
-            return bullet_ccd::makeSphere(
-                double(static_cast<const btSphereShape&>(shape).getRadius()), kSphereSubdivisions);
+            add(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions());
+            add(shape.getMargin());
+            break;
         case CAPSULE_SHAPE_PROXYTYPE:
-            return capsuleMesh(static_cast<const btCapsuleShape&>(shape));
+            add(static_cast<const btCapsuleShape&>(shape).getImplicitShapeDimensions());
+            add(static_cast<const btCapsuleShape&>(shape).getUpAxis());
+            break;
         case CYLINDER_SHAPE_PROXYTYPE:
-            return cylinderMesh(static_cast<const btCylinderShape&>(shape));
+            add(static_cast<const btCylinderShape&>(shape).getImplicitShapeDimensions());
+            add(static_cast<const btCylinderShape&>(shape).getUpAxis());
+            add(shape.getMargin());
+            break;
+        case CONE_SHAPE_PROXYTYPE:
+            add(static_cast<const btConeShape&>(shape).getRadius());
+            add(static_cast<const btConeShape&>(shape).getHeight());
+            add(static_cast<const btConeShape&>(shape).getConeUpIndex());
+            add(shape.getMargin());
+            break;
+        case MULTI_SPHERE_SHAPE_PROXYTYPE:
+            addSpheres(static_cast<const btMultiSphereShape&>(shape));
+            break;
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+        case CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE:
+        case TETRAHEDRAL_SHAPE_PROXYTYPE:
+        case TRIANGLE_SHAPE_PROXYTYPE:
+            addVertices(static_cast<const btPolyhedralConvexShape&>(shape));
+            break;
+        case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
+            break;
         case STATIC_PLANE_PROXYTYPE:
-            return planeMesh(static_cast<const btStaticPlaneShape&>(shape));
+            add(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
+            add(static_cast<const btStaticPlaneShape&>(shape).getPlaneConstant());
+            break;
         case TRIANGLE_MESH_SHAPE_PROXYTYPE:
+        case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btBvhTriangleMeshShape&>(shape).getMeshInterface());
+            break;
         case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btScaledBvhTriangleMeshShape&>(shape)
+                        .getChildShape()
+                        ->getMeshInterface());
+            break;
         case TERRAIN_SHAPE_PROXYTYPE:
-            return collectTriangles(static_cast<const btConcaveShape&>(shape));
+            addBounds(shape);
+            break;
+        case GIMPACT_SHAPE_PROXYTYPE:
+            addGImpact(static_cast<const btGImpactShapeInterface&>(shape));
+            break;
+        case FAST_CONCAVE_MESH_PROXYTYPE:
+            if (const auto* mesh = dynamic_cast<const btCcdMeshShape*>(&shape))
+            {
+                add(mesh->sharedTree().get());
+                add(mesh->getMargin());
+            }
+            break;
+        case COMPOUND_SHAPE_PROXYTYPE:
+            addChildren(static_cast<const btCompoundShape&>(shape));
+            break;
         default:
-            return std::nullopt;
+            break;
+    }
+}
+
+void sumUp(btCcdShapeModel& model)
+{
+    model.m_depth = model.m_parts.front().m_depth;
+    model.m_reach = 0.0;
+    model.m_hasMesh = false;
+    model.m_reserve = std::numeric_limits<double>::infinity();
+    for (const btCcdShapePart& part : model.m_parts)
+    {
+        model.m_depth = std::min(model.m_depth, part.m_depth);
+        model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
+        // Half of what a mesh's margin is good for belongs to whatever it meets.
+        const double share = 0.5 * btCcdReserveOfMargin * part.m_margin;
+        model.m_reserve =
+            std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
+        if (part.m_ownContacts)
+        {
+            model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);
+        }
+        for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
+        {
+            model.m_reach = std::max(model.m_reach,
+                                     (part.X_SG * vertex).norm() + part.m_radius + part.m_margin);
+        }
     }
 }
 }  // namespace
 
-void btCcdShapeCache::beginRound()
+std::shared_ptr<const SsvTree> btCcdTreeStore::tree(TriangleMesh mesh)
 {
-    std::erase_if(m_entries, [this](const auto& item) { return item.second.m_round != m_round; });
-    ++m_round;
-}
-
-bool btCcdShapeCache::appendParts(const btCollisionShape* shape, std::vector<btCcdShapePart>& parts)
-{
-    const std::size_t before = parts.size();
-    const bool covered = append(shape, Eigen::Isometry3d::Identity(), parts);
-    if (!covered)
+    std::weak_ptr<const SsvTree>& known = m_trees[bullet_ccd::contentHash(mesh)];
+    std::shared_ptr<const SsvTree> tree = known.lock();
+    if (tree == nullptr)
     {
-        parts.resize(before);
+        tree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
+        known = tree;
     }
-    return covered;
+    return tree;
 }
 
-bool btCcdShapeCache::append(const btCollisionShape* shape,
-                             const Eigen::Isometry3d& X_SG,
-                             std::vector<btCcdShapePart>& parts)
+void btCcdTreeStore::dropUnused()
 {
+    std::erase_if(m_trees, [](const auto& item) { return item.second.expired(); });
+}
+
+const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
+{
+    const std::uint64_t fingerprint = Fingerprint(*shape).value();
+    Entry& entry = m_entries[shape];  // converting children does not move it
+    if (entry.m_round == 0 || entry.m_fingerprint != fingerprint)
+    {
+        entry.m_model = {.m_parts = convert(*shape)};
+        entry.m_fingerprint = fingerprint;
+        entry.m_covered = !entry.m_model.m_parts.empty();
+        if (entry.m_covered)
+        {
+            sumUp(entry.m_model);
+        }
+    }
+    entry.m_round = m_round;
+    return entry.m_covered ? &entry.m_model : nullptr;
+}
+
+std::vector<btCcdShapePart> btCcdShapeCache::convert(const btCollisionShape& shape)
+{
+    std::vector<btCcdShapePart> parts;
+    if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE)
+    {
+        if (auto part = btCcdConvertShape(shape, m_trees))
+        {
+            parts.push_back(*std::move(part));
+        }
+        return parts;
+    }
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    {
+        const btCcdShapeModel* child = find(compound.getChildShape(i));
+        if (child == nullptr)
+        {
+            return {};
+        }
+        const Eigen::Isometry3d X_SC = btCcdToEigen(compound.getChildTransform(i));
+        for (const btCcdShapePart& part : child->m_parts)
+        {
+            parts.push_back(part);
+            parts.back().X_SG = X_SC * part.X_SG;
+        }
+    }
+    return parts;
+}
+
+void btCcdShapeCache::endRound()
+{
+    ++m_round;
+    if (m_round % kRoundsKept == 0)
+    {
+        std::erase_if(m_entries,
+                      [this](const auto& item)
+                      { return item.second.m_round < m_round - kRoundsKept; });
+        m_trees.dropUnused();
+    }
+}
+
+void btCcdShapeCache::forget(const btCollisionShape* shape)
+{
+    m_entries.erase(shape);
     if (shape->getShapeType() == COMPOUND_SHAPE_PROXYTYPE)
     {
         const auto& compound = static_cast<const btCompoundShape&>(*shape);
         for (int i = 0; i < compound.getNumChildShapes(); ++i)
         {
-            const Eigen::Isometry3d X_SC = X_SG * btCcdToEigen(compound.getChildTransform(i));
-            if (!append(compound.getChildShape(i), X_SC, parts))
-            {
-                return false;
-            }
+            forget(compound.getChildShape(i));
         }
-        return true;
     }
-    if (const auto* mesh = dynamic_cast<const btCcdMeshShape*>(shape))
-    {
-        parts.push_back({&mesh->tree(), X_SG, false});
-        return true;
-    }
-    const bullet_ccd::SsvTree* tree = convert(shape);
-    if (tree != nullptr)
-    {
-        parts.push_back({tree, X_SG, true});
-    }
-    return tree != nullptr;
-}
-
-const bullet_ccd::SsvTree* btCcdShapeCache::convert(const btCollisionShape* shape)
-{
-    btVector3 low;
-    btVector3 high;
-    shape->getAabb(btTransform::getIdentity(), low, high);
-    if (const auto found = m_entries.find(shape); found != m_entries.end())
-    {
-        Entry& entry = found->second;
-        if (entry.m_type == shape->getShapeType() && entry.m_boundsMin == low &&
-            entry.m_boundsMax == high && entry.m_scaling == shape->getLocalScaling())
-        {
-            entry.m_round = m_round;
-            return &entry.m_tree;
-        }
-        m_entries.erase(found);
-    }
-    std::optional<TriangleMesh> mesh = makeStockMesh(*shape);
-    if (!mesh || mesh->triangles.empty())
-    {
-        return nullptr;
-    }
-    Entry entry{bullet_ccd::buildSsvTree(*std::move(mesh)),
-                shape->getShapeType(),
-                shape->getLocalScaling(),
-                low,
-                high,
-                m_round};
-    return &m_entries.emplace(shape, std::move(entry)).first->second.m_tree;
 }

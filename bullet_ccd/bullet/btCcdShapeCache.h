@@ -1,4 +1,5 @@
-/// Hierarchies of collision shapes: shared for btCcdMeshShape, made once for stock shapes.
+/// Models of collision shapes for continuous collision detection: shared for btCcdMeshShape, made
+/// once for stock shapes.
 #ifndef BT_CCD_SHAPE_CACHE_H
 #define BT_CCD_SHAPE_CACHE_H
 
@@ -9,52 +10,101 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
-/// A mesh that is (part of) a collision shape.
+/// Part of the sum of margins that a pair with contacts of the library's own can lose.
+inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
+
+/// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
+/// radius, a capsule a segment and a radius: no tessellation.
 struct btCcdShapePart
 {
-    const bullet_ccd::SsvTree* m_tree = nullptr;
+    std::shared_ptr<const bullet_ccd::SsvTree> m_tree;
     Eigen::Isometry3d X_SG = Eigen::Isometry3d::Identity();  ///< mesh frame in the shape's
-    bool m_stock = false;  ///< made from a stock shape, not a btCcdMeshShape
+    double m_radius = 0.0;                                   ///< [m]
+    /// What stock Bullet adds around the triangles in discrete contacts [m]: two meshes rest at the
+    /// sum of their margins. 0 for convex shapes, whose margin is part of the shape.
+    double m_margin = 0.0;
+
+    /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
+    bool m_ownContacts = false;
+
+    /// What lies deep inside a convex shape, shrunk about an inner point; null for meshes, which
+    /// have no inside. Two shapes whose cores have not met are on the sides they came from.
+    std::shared_ptr<const bullet_ccd::SsvTree> m_core;
+    double m_coreRadius = 0.0;  ///< [m]
+    double m_depth = 0.0;       ///< every point of the core is at least this far inside [m]
 };
 
-/// Converts shapes to parts. Covered: btCcdMeshShape; boxes and convex hulls (a hull exact to 1e-4
-/// of its size, without its margin); spheres, capsules and cylinders as inscribed polyhedra (chord
-/// error 0.1 % of the radius); triangle meshes, height fields; static planes as a square of 1 km
-/// about the plane's origin; compounds of all these.
+/// A collision shape: all of its parts (a compound has several).
+struct btCcdShapeModel
+{
+    std::vector<btCcdShapePart> m_parts;  ///< not empty
+    double m_reach = 0.0;    ///< all of the shape is within this distance of its origin [m]
+    double m_depth = 0.0;    ///< smallest of the parts [m]
+    bool m_hasMesh = false;  ///< some part has no inside
+    /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
+    double m_ownMargin = std::numeric_limits<double>::infinity();
+    /// What the shape can lose, by motion or by sinking in, before another can pass it [m].
+    double m_reserve = 0.0;
+};
+
+/// Hierarchies by content: meshes with the same vertices and triangles share one for as long as
+/// somebody keeps it.
+class btCcdTreeStore
+{
+public:
+    /// Throws std::invalid_argument as buildSsvTree() does.
+    std::shared_ptr<const bullet_ccd::SsvTree> tree(bullet_ccd::TriangleMesh mesh);
+    void dropUnused();
+
+private:
+    std::unordered_map<std::uint64_t, std::weak_ptr<const bullet_ccd::SsvTree>> m_trees;
+};
+
+/// Converts shapes. Covered, exactly: btCcdMeshShape, boxes, spheres, multi-spheres of one radius
+/// (scaled alike in all directions), capsules, convex hulls and other polyhedra with their margin,
+/// triangles, triangle meshes (static, scaled, GImpact), height fields. As inscribed polyhedra
+/// (chord error 0.1 % of the radius): cylinders and cones. Static planes are squares of 200 km
+/// about the plane's origin. Compounds of all these, nested.
 ///
-/// A conversion is kept while its shape is asked for in every round, and redone when the shape's
-/// type, scaling or bounds change. A shape that is changed in place without changing those
-/// (vertices moved inside the bounds) must be forgotten by hand.
+/// A model is kept while its shape is asked for now and then, and made again when what defines the
+/// shape changes: type, scaling, margin, bounds, points, children, mesh interface. Triangle meshes
+/// and height fields whose vertices are moved in place within the same bounds must be forgotten by
+/// hand; so must convex hulls of which inner points are moved.
 class btCcdShapeCache
 {
 public:
-    /// Starts a round: conversions that are not used until the next call are dropped then.
-    void beginRound();
-    /// Appends the parts of `shape`; false (and nothing appended) if a part of it is not covered.
-    bool appendParts(const btCollisionShape* shape, std::vector<btCcdShapePart>& parts);
-    void forget(const btCollisionShape* shape) { m_entries.erase(shape); }
+    /// The model, or null if a part of the shape is not covered. Valid until the shape changes, is
+    /// forgotten, or endRound() drops it.
+    const btCcdShapeModel* find(const btCollisionShape* shape);
+    /// Once a step: now and then drops models that were not asked for in the last kRoundsKept
+    /// rounds.
+    void endRound();
+    /// Children of a compound too.
+    void forget(const btCollisionShape* shape);
 
 private:
+    static constexpr std::int64_t kRoundsKept = 1000;
+
     struct Entry
     {
-        bullet_ccd::SsvTree m_tree;
-        int m_type;
-        btVector3 m_scaling;
-        btVector3 m_boundsMin;
-        btVector3 m_boundsMax;
-        std::int64_t m_round;
+        btCcdShapeModel m_model;
+        bool m_covered = false;
+        std::uint64_t m_fingerprint = 0;
+        std::int64_t m_round = 0;
     };
 
     std::unordered_map<const btCollisionShape*, Entry> m_entries;
-    std::int64_t m_round = 0;
+    btCcdTreeStore m_trees;
+    std::int64_t m_round = 1;  // 0: an entry that is not made yet
 
-    bool append(const btCollisionShape* shape,
-                const Eigen::Isometry3d& X_SG,
-                std::vector<btCcdShapePart>& parts);
-    const bullet_ccd::SsvTree* convert(const btCollisionShape* shape);
+    /// Empty if not covered.
+    std::vector<btCcdShapePart> convert(const btCollisionShape& shape);
 };
 
 #endif  // BT_CCD_SHAPE_CACHE_H

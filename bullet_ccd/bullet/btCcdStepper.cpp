@@ -1,376 +1,566 @@
 #include "bullet_ccd/bullet/btCcdStepper.h"
 
+#include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/distance/tree_distance.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btAabbUtil2.h>
 
 #include <algorithm>
-#include <numeric>
-
-using bullet_ccd::AccelerationBound;
-using bullet_ccd::BodyPair;
-using bullet_ccd::FirstContactResult;
-using bullet_ccd::kNone;
-using bullet_ccd::LinkMotion;
-using bullet_ccd::MotionState;
-using bullet_ccd::MovingBody;
-using bullet_ccd::RigidMotion;
-using bullet_ccd::ToiStatus;
+#include <cmath>
+#include <limits>
 
 namespace
 {
-/// A pair that starts within the tolerance may lose a quarter of its distance from step to step,
-/// but not come nearer than this part of the tolerance: below, single-precision coordinates no
-/// longer tell the sides apart.
-constexpr double kSmallestGap = 1.0 / 8.0;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+/// Pairs that come together within this part of the tolerance count as simultaneous.
+constexpr double kSimultaneous = 1.0 / 8.0;
+/// Of what a pair can lose before it crosses, slow motion may use up this part unseen.
+constexpr double kUnseen = 0.5;
+/// What a shape may use up of the margin of the mesh that it meets.
+constexpr double kPartnersShare = 0.5 * btCcdReserveOfMargin;
 
-MotionState stateAt(const MovingBody& body, double t)
+int revisionOf(const btCollisionShape& shape)
 {
-    if (const auto* rigid = std::get_if<RigidMotion>(&body.motion))
-    {
-        return rigid->at(t);
-    }
-    const auto& link = std::get<LinkMotion>(body.motion);
-    return bullet_ccd::linkStateAt(*link.tree, *link.motion, kNone, link.link, t);
+    return shape.isCompound() ? static_cast<const btCompoundShape&>(shape).getUpdateRevision() : 0;
 }
 
-AccelerationBound accelerationBound(const MovingBody& body)
+/// True if Bullet moves the object in a step.
+bool isMoved(const btCollisionObject& object)
 {
-    if (const auto* rigid = std::get_if<RigidMotion>(&body.motion))
-    {
-        return rigid->accelerationBound();
-    }
-    const auto& link = std::get<LinkMotion>(body.motion);
-    return bullet_ccd::linkAccelerationBound(*link.tree, *link.motion, kNone, link.link);
+    return object.isActive() && !object.isStaticObject() && object.hasContactResponse() &&
+           object.getBroadphaseHandle() != nullptr;
 }
 
-/// Velocity of the material point at `point_W` [m per step].
-Eigen::Vector3d velocityAt(const MotionState& state, const Eigen::Vector3d& point_W)
+double norm(const btVector3& v)
 {
-    return state.v_W + state.w_W.cross(point_W - state.X_W.translation());
+    return double(v.length());
 }
 
-/// Box that contains everything the body passes through in the step.
-Eigen::AlignedBox3d sweptBox(const MovingBody& body, bool moves)
+bool meet(const btVector3& lowA,
+          const btVector3& highA,
+          const btVector3& lowB,
+          const btVector3& highB)
 {
-    const bullet_ccd::SsvNode& root = body.tree->nodes().front();
-    const Eigen::Vector3d axis0(root.axis0[0], root.axis0[1], root.axis0[2]);
-    const Eigen::Vector3d axis1(root.axis1[0], root.axis1[1], root.axis1[2]);
-    const Eigen::Vector3d half(root.half[0], root.half[1], root.half[2]);
-    const Eigen::Vector3d center =
-        body.tree->origin() + Eigen::Vector3d(root.center[0], root.center[1], root.center[2]);
-    const MotionState state = stateAt(body, 0.0);
-    const Eigen::Isometry3d X_WG = state.X_W * body.X_BG;
-    const Eigen::Vector3d center_W = X_WG * center;
-    if (!moves)
-    {
-        const Eigen::Matrix3d& R = X_WG.linear();
-        const Eigen::Vector3d reach =
-            ((R * axis0).cwiseAbs() * half.x() + (R * axis1).cwiseAbs() * half.y() +
-             (R * axis0.cross(axis1)).cwiseAbs() * half.z())
-                .array() +
-            double(root.radius);
-        return {center_W - reach, center_W + reach};
-    }
-    // The centre of a bounding sphere: c(t) = c + v t + a(s) t^2 / 2 for some s in [0, 1].
-    const Eigen::Vector3d origin_W = X_WG * body.tree->origin();
-    const AccelerationBound acceleration = accelerationBound(body);
-    const double lever = (origin_W - state.X_W.translation()).norm();
-    const double bend = 0.5 * (acceleration.constant + acceleration.perRadius * lever);
-    const double reach = body.tree->radius() + bend;
-    const Eigen::Vector3d end_W = origin_W + velocityAt(state, origin_W);
-    return {(origin_W.cwiseMin(end_W).array() - reach).matrix(),
-            (origin_W.cwiseMax(end_W).array() + reach).matrix()};
-}
-
-bool isFinite(const bullet_ccd::JointMotion& motion)
-{
-    const auto finite = [](double value) { return std::isfinite(value); };
-    return motion.root.X_W0.matrix().allFinite() && motion.root.v_W.allFinite() &&
-           motion.root.w_W.allFinite() &&
-           std::all_of(motion.positions.begin(), motion.positions.end(), finite) &&
-           std::all_of(motion.rates.begin(), motion.rates.end(), finite);
-}
-
-RigidMotion rigidMotion(const btCollisionObject& object, btScalar timeStep)
-{
-    RigidMotion motion = bullet_ccd::restAt(btCcdToEigen(object.getWorldTransform()));
-    const btRigidBody* body = btRigidBody::upcast(&object);
-    if (body != nullptr && body->isActive() && !body->isStaticOrKinematicObject())
-    {
-        motion.v_W = btCcdToEigen(body->getLinearVelocity()) * double(timeStep);
-        motion.w_W = btCcdToEigen(body->getAngularVelocity()) * double(timeStep);
-    }
-    return motion;
+    return TestAabbAgainstAabb2(lowA, highA, lowB, highB);
 }
 }  // namespace
 
-btCcdAnswer btCcdStepper::firstImpact(const btCcdQuery& query)
+/// What the broadphase finds in the box that an object sweeps.
+class btCcdStepper::Candidates : public btBroadphaseAabbCallback
 {
-    btCcdAnswer answer;
-    answer.m_unsupported = collect(query);
-    collectSolverPairs(query);
-    pairUp(query);
+public:
+    Candidates(btCcdStepper& stepper, int index) : m_stepper(stepper), m_index(index) {}
 
-    const bullet_ccd::ToiOptions options{.tolerance = query.m_tolerance, .aim = 0.5};
-    FirstContactResult first = bullet_ccd::firstContact(m_moving, m_pairs, options, m_work);
-    while (first.status == ToiStatus::Overlapping)
+    bool process(const btBroadphaseProxy* proxy) override
     {
-        // Pushing intersecting bodies apart is the work of discrete contacts.
-        ++answer.m_overlaps;
-        m_pairs.erase(m_pairs.begin() + first.pair);
-        first = bullet_ccd::firstContact(m_moving, m_pairs, options, m_work);
-    }
-    answer.m_status = first.status;
-    answer.m_fraction = first.time;
-    if (first.status == ToiStatus::Hit)
-    {
-        const BodyPair& pair = m_pairs[std::size_t(first.pair)];
-        if (first.gap < kSmallestGap * query.m_tolerance &&
-            gapAt(pair, 0.0, query.m_tolerance) < query.m_tolerance)
+        const auto* object = static_cast<const btCollisionObject*>(proxy->m_clientObject);
+        Tracked* other = m_stepper.find(*object);
+        // Fast objects sweep boxes of their own.
+        if (other != nullptr && !other->m_fast)
         {
-            answer.m_fraction = 0.0;
+            m_stepper.addPair(m_index, int(other - m_stepper.m_objects.data()));
         }
-        const double seconds = answer.m_fraction * double(query.m_timeStep);
-        answer.m_impacts.push_back(
-            makeImpact(pair, seconds, first.pointA, first.pointB, first.normal));
-        addSimultaneous(first, query, answer);
+        return true;
     }
-    return answer;
+
+private:
+    btCcdStepper& m_stepper;
+    int m_index;
+};
+
+btCcdStepper::btCcdStepper(btCollisionWorld& world)
+    : m_world(world), m_context(btCcdContext::of(*world.getDispatcher()))
+{
 }
 
-std::int64_t btCcdStepper::collect(const btCcdQuery& query)
+void btCcdStepper::setEnabled(const btCollisionObject* object, bool enabled)
 {
-    std::int64_t unsupported = 0;
-    m_shapes.beginRound();
-    m_multiBodies.clear();
-    m_bodies.clear();
-    m_moving.clear();
-    for (int i = 0; i < query.m_objects.size(); ++i)
+    if (enabled)
     {
-        btCollisionObject& object = *query.m_objects[i];
-        if (object.hasContactResponse() && object.getBroadphaseHandle() != nullptr &&
-            !collectObject(object, query.m_timeStep))
-        {
-            ++unsupported;
-        }
-    }
-    for (std::size_t i = 0; i < m_bodies.size(); ++i)
-    {
-        const Eigen::AlignedBox3d box = sweptBox(m_moving[i], m_bodies[i].m_moves);
-        m_bodies[i].m_low = box.min().array() - query.m_tolerance;
-        m_bodies[i].m_high = box.max().array() + query.m_tolerance;
-    }
-    return unsupported;
-}
-
-bool btCcdStepper::collectObject(btCollisionObject& object, btScalar timeStep)
-{
-    m_parts.clear();
-    if (!m_shapes.appendParts(object.getCollisionShape(), m_parts))
-    {
-        return false;
-    }
-    Body body;
-    body.m_object = &object;
-    MovingBody moving;
-    Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
-    if (const auto* collider = btMultiBodyLinkCollider::upcast(&object))
-    {
-        const KnownMultiBody& owner = known(*collider->m_multiBody, timeStep);
-        if (!owner.m_covered)
-        {
-            return false;
-        }
-        const LinkMotion motion{
-            &owner.m_motion.m_tree, &owner.m_motion.m_motion, collider->m_link + 1};
-        moving.motion = motion;
-        X_BS = owner.m_motion.bulletFrame(*collider->m_multiBody, collider->m_link);
-        body.m_multiBodyMotion = &owner.m_motion;
-        body.m_link = collider->m_link;
-        body.m_moves = bullet_ccd::moves(*motion.tree, *motion.motion, kNone, motion.link);
+        m_disabled.erase(object);
     }
     else
     {
-        const RigidMotion motion = rigidMotion(object, timeStep);
-        if (!motion.X_W0.matrix().allFinite() || !motion.v_W.allFinite() || !motion.w_W.allFinite())
+        m_disabled.insert(object);
+    }
+}
+
+bool btCcdStepper::isEnabled(const btCollisionObject* object) const
+{
+    return m_disabled.empty() || m_disabled.count(object) == 0;
+}
+
+btCcdStepper::Tracked* btCcdStepper::find(const btCollisionObject& object)
+{
+    const auto index = std::size_t(object.getWorldArrayIndex());
+    return index < m_objects.size() && m_objects[index].m_object == &object ? &m_objects[index]
+                                                                            : nullptr;
+}
+
+void btCcdStepper::lookAtShape(Tracked& tracked)
+{
+    const btCollisionShape& shape = *tracked.m_object->getCollisionShape();
+    Shape& known = tracked.m_shape;
+    const btVector3& scaling = shape.getLocalScaling();
+    const int revision = revisionOf(shape);
+    if (known.m_shape == &shape && known.m_scaling == scaling &&
+        known.m_margin == shape.getMargin() && known.m_revision == revision)
+    {
+        return;
+    }
+    const btCcdShapeModel* model = m_context.model(&shape);
+    known = {&shape, scaling, shape.getMargin(), revision, model != nullptr, 0.0, 0.0, kNever};
+    if (model != nullptr)
+    {
+        known.m_reach = model->m_reach;
+        known.m_reserve = model->m_reserve;
+        known.m_ownMargin = model->m_ownMargin;
+    }
+}
+
+bool btCcdStepper::begin(btScalar timeStep, Motion motion)
+{
+    m_counts = {};
+    m_motion = motion;
+    m_timeStep = double(timeStep);
+    m_time = 0.0;
+    ++m_epoch;
+    m_multiBodyCount = 0;
+    m_pairs.clear();
+    m_fast.clear();
+    m_slowMotion = 0.0;
+    m_smallestOwnMargin = kNever;
+
+    btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    m_objects.resize(std::size_t(objects.size()));
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        Tracked& tracked = m_objects[std::size_t(i)];
+        tracked.m_object = objects[i];
+        tracked.m_motion = 0.0;
+        tracked.m_fast = tracked.m_changed = tracked.m_stopped = false;
+        lookAtShape(tracked);
+        tracked.m_tracked = tracked.m_shape.m_covered && isEnabled(objects[i]);
+        m_counts.m_unsupported += tracked.m_shape.m_covered ? 0 : 1;
+        m_smallestOwnMargin = std::min(m_smallestOwnMargin, tracked.m_shape.m_ownMargin);
+    }
+    for (Tracked& tracked : m_objects)
+    {
+        track(tracked);
+    }
+    markPressed();
+    for (const int index : m_fast)
+    {
+        sweep(m_objects[std::size_t(index)]);
+    }
+    for (const int index : m_fast)
+    {
+        addCandidates(index, false);
+    }
+    for (Pair& pair : m_pairs)
+    {
+        ask(pair);
+    }
+    return !m_pairs.empty();
+}
+
+void btCcdStepper::track(Tracked& tracked)
+{
+    if (!tracked.m_tracked || !isMoved(*tracked.m_object))
+    {
+        return;
+    }
+    tracked.m_motion = motionBound(tracked);
+    // Half of what a mesh can lose is its partner's.
+    const double reserve = std::min(tracked.m_shape.m_reserve, kPartnersShare * m_smallestOwnMargin);
+    if (tracked.m_motion > kUnseen * reserve)
+    {
+        tracked.m_fast = true;
+        m_fast.push_back(int(&tracked - m_objects.data()));
+    }
+    else
+    {
+        m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
+    }
+}
+
+double btCcdStepper::motionBound(const Tracked& tracked)
+{
+    const double reach = tracked.m_shape.m_reach;
+    if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+    {
+        return remaining() *
+               (norm(body->getLinearVelocity()) + norm(body->getAngularVelocity()) * reach);
+    }
+    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+    if (collider == nullptr)
+    {
+        return 0.0;
+    }
+    const KnownMultiBody& owner = known(*collider->m_multiBody);
+    const std::size_t link = 2 * std::size_t(collider->m_link + 1);
+    return owner.m_covered ? remaining() * (owner.m_speeds[link] + owner.m_speeds[link + 1] * reach)
+                           : 0.0;
+}
+
+btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
+{
+    // Colliders of a body usually follow each other.
+    for (std::size_t i = m_multiBodyCount; i-- > 0;)
+    {
+        if (m_multiBodies[i]->m_body == &body)
         {
-            return false;
+            return *m_multiBodies[i];
         }
-        body.m_moves = !motion.v_W.isZero(0.0) || !motion.w_W.isZero(0.0);
-        moving.motion = motion;
     }
-    for (const btCcdShapePart& part : m_parts)
+    if (m_multiBodyCount == m_multiBodies.size())
     {
-        body.m_stock = part.m_stock;
-        moving.tree = part.m_tree;
-        moving.X_BG = X_BS * part.X_SG;
-        m_bodies.push_back(body);
-        m_moving.push_back(moving);
+        m_multiBodies.push_back(std::make_unique<KnownMultiBody>());
     }
-    return true;
+    KnownMultiBody& owner = *m_multiBodies[m_multiBodyCount++];
+    owner.m_body = &body;
+    owner.m_epoch = -1;
+    owner.m_covered = btCcdIsCovered(body);
+    if (owner.m_covered)
+    {
+        btCcdReadSpeeds(body, m_timeStep, owner.m_speeds);
+    }
+    return owner;
 }
 
-btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body, btScalar timeStep)
+/// Pairs that the solver has let sink in deeper than slow motion leaves room for.
+void btCcdStepper::markPressed()
 {
-    // Colliders of one multibody usually follow each other.
-    const auto found = std::find_if(m_multiBodies.rbegin(),
-                                    m_multiBodies.rend(),
-                                    [&](const auto& entry) { return entry->m_body == &body; });
-    if (found != m_multiBodies.rend())
+    const btDispatcher& dispatcher = *m_world.getDispatcher();
+    btPersistentManifold** manifolds = const_cast<btDispatcher&>(dispatcher).getInternalManifoldPointer();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
-        return **found;
-    }
-    auto entry = std::make_unique<KnownMultiBody>();
-    entry->m_body = &body;
-    entry->m_covered = btCcdIsCovered(body);
-    if (entry->m_covered)
-    {
-        btCcdReadMotion(body, timeStep, entry->m_motion);
-        entry->m_covered = isFinite(entry->m_motion.m_motion);
-    }
-    m_multiBodies.push_back(std::move(entry));
-    return *m_multiBodies.back();
-}
-
-void btCcdStepper::collectSolverPairs(const btCcdQuery& query)
-{
-    m_solverPairs.clear();
-    for (int i = 0; i < query.m_dispatcher.getNumManifolds(); ++i)
-    {
-        const btPersistentManifold& manifold = *query.m_dispatcher.getManifoldByIndexInternal(i);
+        const btPersistentManifold& manifold = *manifolds[i];
+        btScalar deepest = 0;
         for (int k = 0; k < manifold.getNumContacts(); ++k)
         {
-            if (double(manifold.getContactPoint(k).getDistance()) <= query.m_tolerance)
-            {
-                m_solverPairs.push_back(std::minmax(manifold.getBody0(), manifold.getBody1()));
-                break;
-            }
+            deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
         }
-    }
-    std::sort(m_solverPairs.begin(), m_solverPairs.end());
-}
-
-void btCcdStepper::pairUp(const btCcdQuery& query)
-{
-    m_pairs.clear();
-    m_order.resize(m_bodies.size());
-    std::iota(m_order.begin(), m_order.end(), 0);
-    const auto body = [this](std::int32_t index) -> const Body&
-    { return m_bodies[std::size_t(index)]; };
-    std::stable_sort(m_order.begin(),
-                     m_order.end(),
-                     [&](std::int32_t a, std::int32_t b)
-                     { return body(a).m_low.x() < body(b).m_low.x(); });
-    for (std::size_t i = 0; i < m_order.size(); ++i)
-    {
-        const Body& a = body(m_order[i]);
-        for (std::size_t k = i + 1; k < m_order.size(); ++k)
-        {
-            const Body& b = body(m_order[k]);
-            if (b.m_low.x() > a.m_high.x())
-            {
-                break;
-            }
-            if ((a.m_low.array() <= b.m_high.array()).all() &&
-                (b.m_low.array() <= a.m_high.array()).all() && wanted(a, b, query))
-            {
-                m_pairs.push_back(
-                    {std::min(m_order[i], m_order[k]), std::max(m_order[i], m_order[k])});
-            }
-        }
-    }
-}
-
-bool btCcdStepper::wanted(const Body& a, const Body& b, const btCcdQuery& query) const
-{
-    if (a.m_object == b.m_object || (!a.m_moves && !b.m_moves))
-    {
-        return false;
-    }
-    if (a.m_multiBodyMotion != nullptr && a.m_multiBodyMotion == b.m_multiBodyMotion)
-    {
-        const auto& [tree, motion] = *a.m_multiBodyMotion;
-        const std::int32_t base = bullet_ccd::commonAncestor(tree, a.m_link + 1, b.m_link + 1);
-        if (!bullet_ccd::moves(tree, motion, base, a.m_link + 1) &&
-            !bullet_ccd::moves(tree, motion, base, b.m_link + 1))
-        {
-            return false;
-        }
-    }
-    if (!query.m_pairCache.needsBroadphaseCollision(a.m_object->getBroadphaseHandle(),
-                                                    b.m_object->getBroadphaseHandle()) ||
-        !query.m_dispatcher.needsCollision(a.m_object, b.m_object) ||
-        !query.m_dispatcher.needsResponse(a.m_object, b.m_object))
-    {
-        return false;
-    }
-    // Two stock shapes in contact rest on each other at distance 0, where no time of impact is ever
-    // positive: they are the solver's until they part.
-    const ObjectPair objects = std::minmax<const btCollisionObject*>(a.m_object, b.m_object);
-    return !(a.m_stock && b.m_stock &&
-             std::binary_search(m_solverPairs.begin(), m_solverPairs.end(), objects));
-}
-
-double btCcdStepper::gapAt(const BodyPair& pair, double time, double upperBound) const
-{
-    const MovingBody& a = m_moving[std::size_t(pair.bodyA)];
-    const MovingBody& b = m_moving[std::size_t(pair.bodyB)];
-    const Eigen::Isometry3d X_BA =
-        bullet_ccd::geometryPoseAt(b, time).inverse() * bullet_ccd::geometryPoseAt(a, time);
-    return bullet_ccd::treeDistance(*a.tree, *b.tree, X_BA, upperBound).distance;
-}
-
-void btCcdStepper::addSimultaneous(const FirstContactResult& first,
-                                   const btCcdQuery& query,
-                                   btCcdAnswer& answer) const
-{
-    // The relative slack makes a tie of symmetric bodies a tie in spite of rounding.
-    const double reach = query.m_tolerance * (1.0 + 1e-6);
-    const double time = answer.m_fraction;
-    for (std::size_t i = 0; i < m_pairs.size(); ++i)
-    {
-        const BodyPair& pair = m_pairs[i];
-        const MovingBody& a = m_moving[std::size_t(pair.bodyA)];
-        const MovingBody& b = m_moving[std::size_t(pair.bodyB)];
-        const Eigen::Isometry3d X_WB = bullet_ccd::geometryPoseAt(b, time);
-        const bullet_ccd::TrianglePair closest = bullet_ccd::treeDistance(
-            *a.tree, *b.tree, X_WB.inverse() * bullet_ccd::geometryPoseAt(a, time), reach);
-        if (std::int32_t(i) == first.pair || closest.triangleA == kNone ||
-            !(closest.distance > 0.0))
+        if (!(deepest < btScalar(0)))
         {
             continue;
         }
-        const Eigen::Vector3d pointA = X_WB * closest.pointA;
-        const Eigen::Vector3d pointB = X_WB * closest.pointB;
-        const Eigen::Vector3d normal = (pointB - pointA) / closest.distance;
-        const double approach =
-            normal.dot(velocityAt(stateAt(a, time), pointA) - velocityAt(stateAt(b, time), pointB));
-        // A pair that began the step this close may slide along; its own time will come.
-        if (approach > 0.0 && gapAt(pair, 0.0, reach) >= reach)
+        Tracked* a = find(*manifold.getBody0());
+        Tracked* b = find(*manifold.getBody1());
+        if (a == nullptr || b == nullptr)
         {
-            answer.m_impacts.push_back(
-                makeImpact(pair, time * double(query.m_timeStep), pointA, pointB, normal));
+            continue;
+        }
+        const double reserve = std::min(a->m_shape.m_reserve + b->m_shape.m_reserve,
+                                        std::min(a->m_shape.m_ownMargin, b->m_shape.m_ownMargin));
+        if (-double(deepest) <= (1.0 - kUnseen) * reserve)
+        {
+            continue;
+        }
+        for (Tracked* pressed : {a, b})
+        {
+            if (pressed->m_motion > 0.0 && !pressed->m_fast)
+            {
+                pressed->m_fast = true;
+                m_fast.push_back(int(pressed - m_objects.data()));
+            }
         }
     }
 }
 
-btCcdImpact btCcdStepper::makeImpact(const BodyPair& pair,
-                                     double seconds,
-                                     const Eigen::Vector3d& pointA,
-                                     const Eigen::Vector3d& pointB,
-                                     const Eigen::Vector3d& normal) const
+const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
 {
-    const Body& a = m_bodies[std::size_t(pair.bodyA)];
-    const Body& b = m_bodies[std::size_t(pair.bodyB)];
-    return {a.m_object,
-            b.m_object,
-            a.m_link,
-            b.m_link,
-            btCcdRoundDown(seconds),
-            btCcdToBullet(pointA),
-            btCcdToBullet(pointB),
-            btCcdToBullet(normal)};
+    Tracked* tracked = find(object);
+    if (tracked == nullptr || !tracked->m_tracked)
+    {
+        return nullptr;
+    }
+    if (tracked->m_epoch == m_epoch)
+    {
+        return &tracked->m_pose;
+    }
+    tracked->m_epoch = m_epoch;
+    const double start = m_motion == Motion::Done ? -1.0 : 0.0;
+    if (const auto* collider = btMultiBodyLinkCollider::upcast(&object))
+    {
+        KnownMultiBody& owner = known(*collider->m_multiBody);
+        if (!owner.m_covered)
+        {
+            return nullptr;
+        }
+        if (owner.m_epoch != m_epoch)
+        {
+            owner.m_epoch = m_epoch;
+            const double duration = tracked->m_stopped ? 0.0 : remaining();
+            btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion);
+        }
+        tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
+    }
+    else
+    {
+        const double part = tracked->m_stopped ? 0.0 : remaining() / m_timeStep;
+        tracked->m_pose = {btCcdRigidMotion(object, m_timeStep, part, start)};
+    }
+    return &tracked->m_pose;
+}
+
+void btCcdStepper::sweep(Tracked& tracked)
+{
+    const btCcdObjectMotion* motion = motionOf(*tracked.m_object);
+    if (motion == nullptr || !motion->isFinite())
+    {
+        tracked.m_tracked = false;
+        return;
+    }
+    const Eigen::Vector3d from = btCcdShapePoseAt(*motion, 0.0).translation();
+    const Eigen::Vector3d to = btCcdShapePoseAt(*motion, 1.0).translation();
+    // The origin of a free body moves on a straight line, that of a link anywhere near.
+    const bool isLink = std::holds_alternative<bullet_ccd::LinkMotion>(motion->m_motion);
+    const double reach = tracked.m_shape.m_reach + m_context.m_tolerance + m_slowMotion +
+                         (isLink ? tracked.m_motion : 0.0);
+    tracked.m_low = btCcdToBullet(Eigen::Vector3d(from.cwiseMin(to).array() - reach));
+    tracked.m_high = btCcdToBullet(Eigen::Vector3d(from.cwiseMax(to).array() + reach));
+}
+
+void btCcdStepper::addCandidates(int index, bool onlyChanged)
+{
+    const Tracked& tracked = m_objects[std::size_t(index)];
+    if (!tracked.m_tracked)
+    {
+        return;
+    }
+    for (const int other : m_fast)
+    {
+        const Tracked& b = m_objects[std::size_t(other)];
+        // Of two objects that come this way, the pair comes once.
+        const bool first = index < other || (onlyChanged && !b.m_changed);
+        if (other != index && first && b.m_tracked &&
+            meet(tracked.m_low, tracked.m_high, b.m_low, b.m_high))
+        {
+            addPair(index, other);
+        }
+    }
+    Candidates candidates(*this, index);
+    m_world.getBroadphase()->aabbTest(tracked.m_low, tracked.m_high, candidates);
+}
+
+void btCcdStepper::addPair(int a, int b)
+{
+    const Tracked& trackedA = m_objects[std::size_t(a)];
+    const Tracked& trackedB = m_objects[std::size_t(b)];
+    if (wanted(trackedA, trackedB) && canCross(trackedA, trackedB))
+    {
+        // The order in which Bullet sees the pair: by the age of the objects.
+        m_pairs.push_back({std::min(a, b), std::max(a, b), kNever, {}});
+    }
+}
+
+bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
+{
+    if (!a.m_tracked || !b.m_tracked || a.m_object == b.m_object ||
+        (a.m_motion <= 0.0 && b.m_motion <= 0.0) || !b.m_object->hasContactResponse() ||
+        !a.m_object->hasContactResponse())
+    {
+        return false;
+    }
+    btDispatcher& dispatcher = *const_cast<btCollisionWorld&>(m_world).getDispatcher();
+    const btOverlappingPairCache& cache =
+        *const_cast<btCollisionWorld&>(m_world).getPairCache();
+    return cache.needsBroadphaseCollision(a.m_object->getBroadphaseHandle(),
+                                          b.m_object->getBroadphaseHandle()) &&
+           dispatcher.needsCollision(a.m_object, b.m_object) &&
+           dispatcher.needsResponse(a.m_object, b.m_object);
+}
+
+/// False if the two together move too little to cross each other, as begin() counts it.
+bool btCcdStepper::canCross(const Tracked& a, const Tracked& b)
+{
+    const btCcdShapeModel* modelA = m_context.model(a.m_object->getCollisionShape());
+    const btCcdShapeModel* modelB = m_context.model(b.m_object->getCollisionShape());
+    if (modelA == nullptr || modelB == nullptr)
+    {
+        return false;
+    }
+    const bool sunken = a.m_fast && b.m_fast;  // perhaps only because they are
+    return sunken || a.m_motion + b.m_motion > kUnseen * btCcdReserve(*modelA, *modelB);
+}
+
+void btCcdStepper::ask(Pair& pair)
+{
+    btCollisionObject* a = m_objects[std::size_t(pair.m_a)].m_object;
+    btCollisionObject* b = m_objects[std::size_t(pair.m_b)].m_object;
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    btBroadphasePair* known =
+        m_world.getPairCache()->findPair(a->getBroadphaseHandle(), b->getBroadphaseHandle());
+    btCollisionAlgorithm* algorithm = known != nullptr ? known->m_algorithm : nullptr;
+    const bool made = algorithm == nullptr;
+    if (made)
+    {
+        const btCollisionObjectWrapper wrapA(
+            nullptr, a->getCollisionShape(), a, a->getWorldTransform(), -1, -1);
+        const btCollisionObjectWrapper wrapB(
+            nullptr, b->getCollisionShape(), b, b->getWorldTransform(), -1, -1);
+        algorithm = dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    }
+    btDispatcherInfo info = m_world.getDispatchInfo();
+    info.m_timeStep = btScalar(remaining());
+    btCcdImpactResult result;
+    m_context.m_motions = this;
+    const double fraction = double(algorithm->calculateTimeOfImpact(a, b, info, &result));
+    m_context.m_motions = nullptr;
+    if (made)
+    {
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+    }
+    ++m_counts.m_queries;
+    m_counts.m_overlaps += result.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
+    pair.m_toi = result.m_toi;
+    pair.m_time = fraction < 1.0 ? m_time + fraction * remaining() : kNever;
+}
+
+btCcdStepper::Event btCcdStepper::next()
+{
+    Event event;
+    double earliest = kNever;
+    for (const Pair& pair : m_pairs)
+    {
+        earliest = std::min(earliest, pair.m_time);
+    }
+    if (earliest == kNever)
+    {
+        return event;
+    }
+    event.m_found = true;
+    event.m_time = std::clamp(btCcdRoundDown(earliest), btScalar(m_time), btScalar(m_timeStep));
+    for (const Pair& pair : m_pairs)
+    {
+        const double speed = (m_objects[std::size_t(pair.m_a)].m_motion +
+                              m_objects[std::size_t(pair.m_b)].m_motion) /
+                             m_timeStep;
+        if (pair.m_time == earliest ||
+            (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
+        {
+            event.m_gaveUp = event.m_gaveUp ||
+                             pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
+            event.m_impacts.push_back(impactOf(pair, event.m_time));
+            if (pair.m_time == earliest)
+            {
+                std::swap(event.m_impacts.front(), event.m_impacts.back());
+            }
+        }
+    }
+    return event;
+}
+
+btCcdImpact btCcdStepper::impactOf(const Pair& pair, btScalar time) const
+{
+    const auto linkOf = [](const btCollisionObject* object)
+    {
+        const auto* collider = btMultiBodyLinkCollider::upcast(object);
+        return collider != nullptr ? collider->m_link : btCcdImpact::kNoLink;
+    };
+    btCollisionObject* a = m_objects[std::size_t(pair.m_a)].m_object;
+    btCollisionObject* b = m_objects[std::size_t(pair.m_b)].m_object;
+    return {a,
+            b,
+            linkOf(a),
+            linkOf(b),
+            time,
+            btCcdToBullet(pair.m_toi.m_pointA),
+            btCcdToBullet(pair.m_toi.m_pointB),
+            btCcdToBullet(pair.m_toi.m_normal)};
+}
+
+void btCcdStepper::advance(btScalar time)
+{
+    m_time = double(time);
+    ++m_epoch;
+}
+
+void btCcdStepper::changed(const btCollisionObject& object)
+{
+    const auto mark = [this](const btCollisionObject* part)
+    {
+        Tracked* tracked = part != nullptr ? find(*part) : nullptr;
+        if (tracked != nullptr)
+        {
+            tracked->m_changed = true;
+            tracked->m_stopped = tracked->m_stopped || m_motion == Motion::Done;
+        }
+    };
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider == nullptr)
+    {
+        mark(&object);
+        return;
+    }
+    const btMultiBody& body = *collider->m_multiBody;
+    mark(body.getBaseCollider());
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        mark(body.getLink(i).m_collider);
+    }
+}
+
+void btCcdStepper::refresh()
+{
+    ++m_epoch;
+    const auto isChanged = [this](int index) { return m_objects[std::size_t(index)].m_changed; };
+    std::erase_if(m_pairs,
+                  [&](const Pair& pair) { return isChanged(pair.m_a) || isChanged(pair.m_b); });
+    m_multiBodyCount = 0;
+
+    std::vector<int> changed;
+    for (Tracked& tracked : m_objects)
+    {
+        if (tracked.m_changed && tracked.m_tracked)
+        {
+            // From now on it is not where the broadphase saw it, so it counts as fast in any case.
+            tracked.m_fast = true;
+            tracked.m_motion = tracked.m_stopped ? 0.0 : motionBound(tracked);
+            changed.push_back(int(&tracked - m_objects.data()));
+        }
+    }
+    std::erase_if(m_fast, isChanged);
+    m_fast.insert(m_fast.end(), changed.begin(), changed.end());
+    for (const int index : changed)
+    {
+        sweep(m_objects[std::size_t(index)]);
+    }
+    const std::size_t before = m_pairs.size();
+    for (const int index : changed)
+    {
+        addCandidates(index, true);
+    }
+    for (std::size_t i = before; i < m_pairs.size(); ++i)
+    {
+        ask(m_pairs[i]);
+    }
+    for (const int index : changed)
+    {
+        m_objects[std::size_t(index)].m_changed = false;
+    }
+}
+
+void btCcdStepper::end()
+{
+    m_context.m_shapes.endRound();
+}
+
+bool btCcdStepper::sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high)
+{
+    const Tracked* tracked = find(object);
+    if (tracked == nullptr || !tracked->m_tracked || !tracked->m_fast)
+    {
+        return false;
+    }
+    low = tracked->m_low;
+    high = tracked->m_high;
+    return true;
 }

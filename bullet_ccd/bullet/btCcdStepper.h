@@ -1,19 +1,20 @@
-/// First impact among everything that a Bullet world is about to move.
+/// The impacts of one time step, in the order in which they happen.
 #ifndef BT_CCD_STEPPER_H
 #define BT_CCD_STEPPER_H
 
-#include "bullet_ccd/bullet/btCcdMultiBodyMotion.h"
-#include "bullet_ccd/bullet/btCcdShapeCache.h"
-#include "bullet_ccd/toi/first_contact.h"
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdObjectMotion.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
-/// Two colliders that have come within the tolerance of each other.
+/// Two colliders that have come too near each other.
 struct btCcdImpact
 {
     /// Link index of a collider that belongs to no multibody.
@@ -29,84 +30,138 @@ struct btCcdImpact
     btVector3 m_normal;  ///< unit, from A to B
 };
 
-/// What a world asks: which objects, which pairs, how long.
-struct btCcdQuery
-{
-    btCollisionObjectArray& m_objects;
-    btDispatcher& m_dispatcher;
-    btOverlappingPairCache& m_pairCache;
-    btScalar m_timeStep;  ///< [s]
-    double m_tolerance;   ///< [m]
-};
-
-struct btCcdAnswer
-{
-    bullet_ccd::ToiStatus m_status = bullet_ccd::ToiStatus::Separated;  ///< never Overlapping
-    double m_fraction = 1.0;         ///< of the time step, free of contact
-    std::int64_t m_overlaps = 0;     ///< pairs left out because they intersect already
-    std::int64_t m_unsupported = 0;  ///< colliders left out: shape or joints not covered
-    /// For Hit: the first impact and all that happen at the same time, m_time counted from the
-    /// beginning of this query.
-    std::vector<btCcdImpact> m_impacts;
-};
-
-/// Gathers the moving colliders of a world with the motion that Bullet is about to integrate
-/// (linear in the joint positions, constant twist for free bodies), pairs them as Bullet would
-/// (filter groups, user filters, parent-child and self-collision flags, contact response) and asks
-/// for the first contact. Kinematic and static objects stand still. Keeps scratch memory and
-/// converted shapes; one per world.
-class btCcdStepper
+/// Finds the impacts of all that a world is about to move (or has just moved), through the
+/// registered collision algorithms.
+///
+/// An object is fast if it moves more in the step than half of what it could lose without being
+/// passed: half the depth of the core of a convex shape, a part of the margin of a mesh. Only pairs
+/// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts see
+/// them. Pairs come from the broadphase, by the boxes that fast objects sweep, and are filtered as
+/// Bullet does (groups, user filters, parent-child and self-collision flags, contact response).
+/// Keeps scratch memory; one per world.
+class btCcdStepper : public btCcdMotionSource
 {
 public:
-    [[nodiscard]] btCcdAnswer firstImpact(const btCcdQuery& query);
-    btCcdShapeCache& shapes() { return m_shapes; }
+    /// Which motion the velocities of a world stand for.
+    enum class Motion
+    {
+        ToCome,  ///< the next time step
+        Done,    ///< the last one, which ended where everything is now
+    };
+    /// What was seen in a step.
+    struct Counts
+    {
+        std::int64_t m_queries = 0;
+        std::int64_t m_overlaps = 0;
+        std::int64_t m_unsupported = 0;
+    };
+    struct Event
+    {
+        bool m_found = false;
+        bool m_gaveUp = false;  ///< the query did, the time is certified all the same
+        btScalar m_time = 0;    ///< since the step began [s]
+        std::vector<btCcdImpact> m_impacts;  ///< all at that time; the first is the earliest
+    };
+
+    explicit btCcdStepper(btCollisionWorld& world);
+
+    /// Objects that are left to Bullet.
+    void setEnabled(const btCollisionObject* object, bool enabled);
+    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
+
+    /// Looks at all objects. False if nothing is fast: then no pair can be lost in this step.
+    [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
+    /// The earliest impact that is still to come.
+    [[nodiscard]] Event next();
+    /// The world is at this time of the step now; call changed() for what no longer moves as it did.
+    void advance(btScalar time);
+    /// The velocities of everything that moves with the object are no longer what they were. For a
+    /// motion that is done: it has been placed where it was at the present time and stays there.
+    void changed(const btCollisionObject& object);
+    /// Asks again for all pairs that changed() concerns. To be called before next().
+    void refresh();
+    void end();
+
+    [[nodiscard]] const Counts& counts() const { return m_counts; }
+    const btCcdObjectMotion* motionOf(const btCollisionObject& object) override;
+
+    /// Box around all that the object passes through from now on, for debug drawing.
+    [[nodiscard]] bool sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high);
 
 private:
-    struct Body
+    /// What there is to know about the shape of an object, while that stays the same.
+    struct Shape
+    {
+        const btCollisionShape* m_shape = nullptr;
+        btVector3 m_scaling;
+        btScalar m_margin = 0;
+        int m_revision = 0;  // of a compound
+        bool m_covered = false;
+        double m_reach = 0.0;
+        double m_reserve = 0.0;
+        double m_ownMargin = 0.0;
+    };
+    struct Tracked
     {
         btCollisionObject* m_object = nullptr;
-        const btCcdMultiBodyMotion* m_multiBodyMotion = nullptr;  // null: not a link
-        int m_link = btCcdImpact::kNoLink;
-        bool m_moves = false;
-        bool m_stock = false;
-        // Box around all that it passes through.
-        Eigen::Vector3d m_low = Eigen::Vector3d::Zero();
-        Eigen::Vector3d m_high = Eigen::Vector3d::Zero();
+        Shape m_shape;
+        bool m_tracked = false;
+        bool m_fast = false;
+        bool m_changed = false;
+        bool m_stopped = false;  // has been placed for the rest of a motion that is done
+        double m_motion = 0.0;   // bound of what any point of it moves in the step [m]
+        int m_epoch = -1;        // of m_pose
+        btCcdObjectMotion m_pose;
+        btVector3 m_low;  // of the box that it sweeps, if fast
+        btVector3 m_high;
     };
     struct KnownMultiBody
     {
-        const btMultiBody* m_body;
-        bool m_covered;
+        const btMultiBody* m_body = nullptr;
+        bool m_covered = false;
+        int m_epoch = -1;
         btCcdMultiBodyMotion m_motion;
+        std::vector<double> m_speeds;  // bounds of the links' own frames, two a link
     };
-    using ObjectPair = std::pair<const btCollisionObject*, const btCollisionObject*>;
+    struct Pair
+    {
+        int m_a;
+        int m_b;
+        double m_time;  // of impact, since the step began [s]; infinite without
+        btCcdPairToi m_toi;
+    };
+    class Candidates;
 
-    btCcdShapeCache m_shapes;
-    bullet_ccd::ToiWorkspace m_work;
+    btCollisionWorld& m_world;
+    btCcdContext& m_context;
+    std::set<const btCollisionObject*> m_disabled;
+    std::vector<Tracked> m_objects;  // by index in the world
     std::vector<std::unique_ptr<KnownMultiBody>> m_multiBodies;
-    std::vector<bullet_ccd::MovingBody> m_moving;  // parallel to m_bodies
-    std::vector<Body> m_bodies;
-    std::vector<bullet_ccd::BodyPair> m_pairs;
-    std::vector<btCcdShapePart> m_parts;
-    std::vector<std::int32_t> m_order;
-    std::vector<ObjectPair> m_solverPairs;
+    std::size_t m_multiBodyCount = 0;
+    std::vector<int> m_fast;
+    std::vector<Pair> m_pairs;
+    Counts m_counts;
+    Motion m_motion = Motion::ToCome;
+    double m_timeStep = 0.0;
+    double m_time = 0.0;
+    int m_epoch = 0;
+    double m_smallestOwnMargin = 0.0;
+    double m_slowMotion = 0.0;  // the most that an object that is not fast moves [m]
 
-    std::int64_t collect(const btCcdQuery& query);
-    bool collectObject(btCollisionObject& object, btScalar timeStep);
-    KnownMultiBody& known(const btMultiBody& body, btScalar timeStep);
-    void addBody(const Body& body, bullet_ccd::MovingBody moving, double tolerance);
-    void collectSolverPairs(const btCcdQuery& query);
-    void pairUp(const btCcdQuery& query);
-    bool wanted(const Body& a, const Body& b, const btCcdQuery& query) const;
-    double gapAt(const bullet_ccd::BodyPair& pair, double time, double upperBound) const;
-    void addSimultaneous(const bullet_ccd::FirstContactResult& first,
-                         const btCcdQuery& query,
-                         btCcdAnswer& answer) const;
-    btCcdImpact makeImpact(const bullet_ccd::BodyPair& pair,
-                           double seconds,
-                           const Eigen::Vector3d& pointA,
-                           const Eigen::Vector3d& pointB,
-                           const Eigen::Vector3d& normal) const;
+    [[nodiscard]] double remaining() const { return m_timeStep - m_time; }
+    [[nodiscard]] Tracked* find(const btCollisionObject& object);
+    void lookAtShape(Tracked& tracked);
+    void track(Tracked& tracked);
+    [[nodiscard]] double motionBound(const Tracked& tracked);
+    KnownMultiBody& known(const btMultiBody& body);
+    void markPressed();
+    void sweep(Tracked& tracked);
+    void addCandidates(int index, bool onlyChanged);
+    void addPair(int a, int b);
+    [[nodiscard]] bool wanted(const Tracked& a, const Tracked& b) const;
+    [[nodiscard]] bool canCross(const Tracked& a, const Tracked& b);
+    void ask(Pair& pair);
+    [[nodiscard]] btCcdImpact impactOf(const Pair& pair, btScalar time) const;
 };
 
 #endif  // BT_CCD_STEPPER_H

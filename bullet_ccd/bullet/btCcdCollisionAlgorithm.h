@@ -1,0 +1,75 @@
+/// The pair algorithm: contacts of meshes and times of impact of everything.
+#ifndef BT_CCD_COLLISION_ALGORITHM_H
+#define BT_CCD_COLLISION_ALGORITHM_H
+
+#include "bullet_ccd/bullet/btCcdManifolds.h"
+#include "bullet_ccd/bullet/btCcdPairToi.h"
+
+#include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
+
+#include <memory>
+
+class btCcdContext;
+class btCollisionDispatcher;
+struct btCollisionAlgorithmCreateFunc;
+
+/// What calculateTimeOfImpact() has to say beside the fraction: pass one as its result.
+class btCcdImpactResult : public btManifoldResult
+{
+public:
+    btCcdPairToi m_toi;
+};
+
+/// Answers for a pair of colliders, in Bullet's own place for it.
+///
+/// Where stock Bullet has discrete contacts for the two shapes, they stay as they are, bit for bit.
+/// Where it has none (two meshes), and for every pair with a btCcdMeshShape or GImpact mesh,
+/// contacts come from exact distances (btCcdManifolds).
+class btCcdCollisionAlgorithm : public btActivatingCollisionAlgorithm
+{
+public:
+    /// Registers the algorithm for all pairs of covered shapes, in both orders and both tables
+    /// (contacts, and closest points for contactTest and contactPairTest). Whatever was registered
+    /// before answers for the contacts of stock shapes, GImpact's own algorithm excepted; so call
+    /// it after other registrations, and before objects are added. A second call does nothing.
+    ///
+    /// What is registered lives as long as the program, or until unregisterAlgorithm().
+    static void registerAlgorithm(btCollisionDispatcher* dispatcher);
+    /// Frees what belongs to a dispatcher that is about to be destroyed. Its pairs must be gone.
+    static void unregisterAlgorithm(btCollisionDispatcher* dispatcher);
+
+    /// @param stock makes the algorithm that answers for contacts; null: contacts are ours
+    btCcdCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                            const btCollisionObjectWrapper* body0,
+                            const btCollisionObjectWrapper* body1,
+                            btCollisionAlgorithmCreateFunc* stock);
+    ~btCcdCollisionAlgorithm() override;
+
+    void processCollision(const btCollisionObjectWrapper* body0,
+                          const btCollisionObjectWrapper* body1,
+                          const btDispatcherInfo& dispatchInfo,
+                          btManifoldResult* result) override;
+
+    /// The part of the motion that is free of contact, rounded down; 1 if all of it is.
+    ///
+    /// Motion: while a btCcd world or action steps, what it is about to do (or has just done).
+    /// Otherwise, for links the motion of dispatchInfo.m_timeStep at the joints' velocities, by
+    /// exact forward kinematics (Bullet's own interpolation transforms are wrong for chains), and
+    /// for other objects from the world transform to the interpolation transform.
+    /// @param result may be a btCcdImpactResult
+    btScalar calculateTimeOfImpact(btCollisionObject* body0,
+                                   btCollisionObject* body1,
+                                   const btDispatcherInfo& dispatchInfo,
+                                   btManifoldResult* result) override;
+
+    void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+private:
+    btCcdContext& m_context;
+    btCollisionAlgorithmConstructionInfo m_info;
+    btCollisionAlgorithmCreateFunc* m_stockFunc;
+    btCollisionAlgorithm* m_stock = nullptr;  // made when it is first needed
+    btCcdManifolds m_manifolds;
+};
+
+#endif  // BT_CCD_COLLISION_ALGORITHM_H

@@ -1,0 +1,37 @@
+/// What all pairs of one dispatcher share.
+#ifndef BT_CCD_CONTEXT_H
+#define BT_CCD_CONTEXT_H
+
+#include "bullet_ccd/bullet/btCcdObjectMotion.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+
+#include <set>
+
+class btDispatcher;
+
+/// One per dispatcher, made on demand. Algorithms come and go with pairs (contactTest makes one for
+/// a single question), so nothing that is costly to make lives in them.
+class btCcdContext
+{
+public:
+    static constexpr double kDefaultTolerance = 2e-4;  ///< [m]
+
+    /// Made if there is none. Different dispatchers may be used by different threads.
+    static btCcdContext& of(const btDispatcher& dispatcher);
+    /// Forgets the context: all conversions are freed. The dispatcher must have no pairs left.
+    static void release(const btDispatcher& dispatcher);
+
+    btCcdShapeCache m_shapes;
+    bullet_ccd::ToiWorkspace m_work;
+    double m_tolerance = kDefaultTolerance;
+    btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
+
+    /// The model, or null after having said once (per kind of shape) that it is not covered.
+    const btCcdShapeModel* model(const btCollisionShape* shape);
+
+private:
+    std::set<int> m_reported;  // shape types
+};
+
+#endif  // BT_CCD_CONTEXT_H

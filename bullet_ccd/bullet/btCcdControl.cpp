@@ -1,0 +1,486 @@
+#include "bullet_ccd/bullet/btCcdControl.h"
+
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdStopLink.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btIDebugDraw.h>
+#include <LinearMath/btTransformUtil.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace
+{
+/// After so many impacts of one pair in a step, contact is no longer taken for a bounce.
+constexpr int kBounces = 2;
+
+bool isStill(const btMultiBody& body)
+{
+    bool still =
+        body.getBaseVel() == btVector3(0, 0, 0) && body.getBaseOmega() == btVector3(0, 0, 0);
+    for (int i = 0; i < body.getNumDofs(); ++i)
+    {
+        still = still && body.getVelocityVector()[6 + i] == btScalar(0);
+    }
+    return still;
+}
+
+/// `spin` shortened so that no part of the step can run into the integrator's limit, which counts
+/// per call: a step in two parts would otherwise turn further than the whole.
+btVector3 limitedSpin(const btVector3& spin, btScalar timeStep)
+{
+    const btScalar limit = ANGULAR_MOTION_THRESHOLD;
+    const btScalar angle = spin.length() * timeStep;
+    return angle > limit ? btVector3(spin * (limit * btScalar(0.999999) / angle)) : spin;
+}
+
+btCcdContext& registeredContext(btDiscreteDynamicsWorld& world)
+{
+    if (auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher()))
+    {
+        btCcdCollisionAlgorithm::registerAlgorithm(dispatcher);
+    }
+    return btCcdContext::of(*world.getDispatcher());
+}
+
+/// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
+/// where the step began for it.
+class KinematicInPlace
+{
+public:
+    KinematicInPlace(const std::vector<btCcdImpact>& impacts, btCcdStepper& stepper)
+    {
+        for (const btCcdImpact& impact : impacts)
+        {
+            for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+            {
+                const bool linked = btMultiBodyLinkCollider::upcast(object) != nullptr;
+                const btCcdObjectMotion* motion =
+                    object->isKinematicObject() && !linked ? stepper.motionOf(*object) : nullptr;
+                if (motion != nullptr)
+                {
+                    m_saved.emplace_back(object, object->getWorldTransform());
+                    object->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+                }
+            }
+        }
+    }
+    ~KinematicInPlace()
+    {
+        for (const auto& [object, pose] : m_saved)
+        {
+            object->setWorldTransform(pose);
+        }
+    }
+    KinematicInPlace(const KinematicInPlace&) = delete;
+    KinematicInPlace& operator=(const KinematicInPlace&) = delete;
+
+private:
+    std::vector<std::pair<btCollisionObject*, btTransform>> m_saved;
+};
+}  // namespace
+
+btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
+    : m_world(world), m_context(registeredContext(world)), m_stepper(world), m_solver(world)
+{
+}
+
+btCcdControl::~btCcdControl() = default;
+
+void btCcdControl::setCcdTolerance(double tolerance)
+{
+    if (!(tolerance > 0.0) || !std::isfinite(tolerance))
+    {
+        throw std::invalid_argument("setCcdTolerance: the tolerance must be positive and finite; "
+                                    "a thousandth of the smallest object is a good choice");
+    }
+    m_context.m_tolerance = tolerance;
+}
+
+double btCcdControl::getCcdTolerance() const
+{
+    return m_context.m_tolerance;
+}
+
+void btCcdControl::setCcdEnabled(const btCollisionObject* object, bool enabled)
+{
+    m_stepper.setEnabled(object, enabled);
+}
+
+bool btCcdControl::isCcdEnabled(const btCollisionObject* object) const
+{
+    return m_stepper.isEnabled(object);
+}
+
+void btCcdControl::stopLinkOnFirstContact(btMultiBody* body, int link)
+{
+    m_stopLinks.insert({body, link});
+}
+
+double btCcdControl::getCcdLostTime(const btCollisionObject* object) const
+{
+    const auto found = m_lostTimes.find(bodyOf(const_cast<btCollisionObject*>(object)));
+    return found != m_lostTimes.end() ? found->second : 0.0;
+}
+
+void btCcdControl::resetCcdCounters()
+{
+    m_counters = {};
+    m_lostTimes.clear();
+}
+
+void btCcdControl::forgetCcdShape(const btCollisionShape* shape)
+{
+    m_context.m_shapes.forget(shape);
+}
+
+btCcdControl::Body btCcdControl::bodyOf(btCollisionObject* object)
+{
+    if (const auto* collider = btMultiBodyLinkCollider::upcast(object))
+    {
+        return {nullptr, collider->m_multiBody};
+    }
+    return {btRigidBody::upcast(object), nullptr};
+}
+
+void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrate& integrate)
+{
+    beginStep(timeStep);
+    const bool watch = m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome);
+    btScalar elapsed = 0;
+    while (elapsed < timeStep)
+    {
+        const btCcdStepper::Event event = watch ? m_stepper.next() : btCcdStepper::Event{};
+        const btScalar advance = (event.m_found ? event.m_time : timeStep) - elapsed;
+        if (advance > btScalar(0))
+        {
+            integrate(advance);
+        }
+        if (!event.m_found)
+        {
+            break;
+        }
+        elapsed = std::max(elapsed, event.m_time);
+        m_stepper.advance(elapsed);
+        respond(event, timeStep - elapsed);
+        m_stepper.refresh();
+    }
+    countQueries();
+    endStep();
+}
+
+void btCcdControl::rollBackToImpacts(btScalar timeStep)
+{
+    m_lastImpacts.clear();
+    if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
+    {
+        for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
+        {
+            m_stepper.advance(event.m_time);
+            const btScalar remaining = timeStep - event.m_time;
+            for (const btCcdImpact& impact : event.m_impacts)
+            {
+                ++m_counters.m_impacts;
+                m_lastImpacts.push_back(impact);
+                placeBack(impact.m_objectA, remaining);
+                placeBack(impact.m_objectB, remaining);
+                m_stepper.changed(*impact.m_objectA);
+                m_stepper.changed(*impact.m_objectB);
+            }
+            m_counters.m_iterationLimits += event.m_gaveUp ? 1 : 0;
+            for (const btCcdImpact& impact : event.m_impacts)
+            {
+                if (m_listener != nullptr)
+                {
+                    m_listener->onImpact(impact);
+                }
+                stopWatchedLink(impact.m_objectA, impact.m_linkA);
+                stopWatchedLink(impact.m_objectB, impact.m_linkB);
+            }
+            m_stepper.refresh();
+        }
+    }
+    m_events.clear();
+    countQueries();
+}
+
+void btCcdControl::countQueries()
+{
+    const btCcdStepper::Counts& counts = m_stepper.counts();
+    m_counters.m_queries += counts.m_queries;
+    m_counters.m_overlaps += counts.m_overlaps;
+    m_counters.m_unsupported = counts.m_unsupported;
+    m_stepper.end();
+}
+
+void btCcdControl::beginStep(btScalar timeStep)
+{
+    m_lastImpacts.clear();
+    m_solver.beginStep();
+    const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
+    for (int i = 0; i < bodies.size(); ++i)
+    {
+        btRigidBody* body = bodies[i];
+        if (!isCcdEnabled(body))
+        {
+            continue;
+        }
+        if (body->getCcdMotionThreshold() != btScalar(0))
+        {
+            // Stock clamping would stop the body short of where the query took it to be.
+            m_stockThresholds.emplace_back(body, body->getCcdMotionThreshold());
+            body->setCcdMotionThreshold(btScalar(0));
+        }
+        const btVector3 spin = body->getAngularVelocity();
+        const btVector3 limited = limitedSpin(spin, timeStep);
+        if (limited != spin)
+        {
+            m_limitedSpins.push_back({{body, nullptr}, spin, limited});
+            body->setAngularVelocity(limited);
+        }
+    }
+    auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&m_world);
+    for (int i = 0; world != nullptr && i < world->getNumMultibodies(); ++i)
+    {
+        btMultiBody* body = world->getMultiBody(i);
+        const btVector3 spin = body->getBaseOmega();
+        const btVector3 limited = limitedSpin(spin, timeStep);
+        if (limited != spin)
+        {
+            m_limitedSpins.push_back({{nullptr, body}, spin, limited});
+            body->setBaseOmega(limited);
+        }
+    }
+}
+
+void btCcdControl::endStep()
+{
+    for (const Held& held : m_held)
+    {
+        if (btRigidBody* body = held.m_body.m_rigidBody)
+        {
+            body->setLinearVelocity(held.m_linear);
+            body->setAngularVelocity(held.m_angular);
+            continue;
+        }
+        btMultiBody& body = *held.m_body.m_multiBody;
+        if (!body.isBaseKinematic())
+        {
+            body.setBaseVel(held.m_linear);
+            body.setBaseOmega(held.m_angular);
+        }
+        for (int i = 0; i < body.getNumLinks(); ++i)
+        {
+            const btMultibodyLink& link = body.getLink(i);
+            // A link that was stopped for good while its body was held stays stopped.
+            for (int dof = 0; dof < link.m_dofCount && !body.isLinkKinematic(i); ++dof)
+            {
+                body.getJointVelMultiDof(i)[dof] =
+                    held.m_joints[std::size_t(link.m_dofOffset + dof)];
+            }
+        }
+    }
+    m_held.clear();
+    m_events.clear();
+    m_pairEvents.clear();
+    for (const Limited& spin : m_limitedSpins)
+    {
+        btRigidBody* rigidBody = spin.m_body.m_rigidBody;
+        btMultiBody* multiBody = spin.m_body.m_multiBody;
+        if (rigidBody != nullptr && rigidBody->getAngularVelocity() == spin.m_limited)
+        {
+            rigidBody->setAngularVelocity(spin.m_wanted);
+        }
+        if (multiBody != nullptr && multiBody->getBaseOmega() == spin.m_limited)
+        {
+            multiBody->setBaseOmega(spin.m_wanted);
+        }
+    }
+    m_limitedSpins.clear();
+    for (const auto& [body, threshold] : m_stockThresholds)
+    {
+        body->setCcdMotionThreshold(threshold);
+    }
+    m_stockThresholds.clear();
+}
+
+void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
+{
+    std::vector<btCcdImpact> bouncing;
+    std::vector<btCcdImpact> again;
+    for (const btCcdImpact& impact : event.m_impacts)
+    {
+        ++m_counters.m_impacts;
+        m_lastImpacts.push_back(impact);
+        m_stepper.changed(*impact.m_objectA);
+        m_stepper.changed(*impact.m_objectB);
+        if (event.m_gaveUp)
+        {
+            ++m_counters.m_iterationLimits;
+            hold(impact.m_objectA, remaining);
+            hold(impact.m_objectB, remaining);
+        }
+        else if (!isDone(impact, remaining))
+        {
+            const int met = m_pairEvents[std::minmax<const btCollisionObject*>(impact.m_objectA,
+                                                                               impact.m_objectB)]++;
+            (met < kBounces ? bouncing : again).push_back(impact);
+        }
+    }
+    const KinematicInPlace kinematic(event.m_impacts, m_stepper);
+    solve(bouncing, true);
+    solve(again, false);
+}
+
+/// True if the listener, a stopped link or the limit of impacts has the last word.
+bool btCcdControl::isDone(const btCcdImpact& impact, btScalar remaining)
+{
+    const btCcdAfterImpact answer =
+        m_listener != nullptr ? m_listener->onImpact(impact) : btCcdAfterImpact::Solve;
+    const bool stoppedA = stopWatchedLink(impact.m_objectA, impact.m_linkA);
+    const bool stoppedB = stopWatchedLink(impact.m_objectB, impact.m_linkB);
+    if (meetsLimit(impact) || answer == btCcdAfterImpact::Hold)
+    {
+        hold(impact.m_objectA, remaining);
+        hold(impact.m_objectB, remaining);
+        return true;
+    }
+    return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
+}
+
+bool btCcdControl::meetsLimit(const btCcdImpact& impact)
+{
+    bool meets = false;
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const Body body = bodyOf(object);
+        const bool moves = !body.isNone() && !object->isStaticOrKinematicObject();
+        meets = meets || (moves && ++m_events[body] > m_maxEvents);
+    }
+    m_counters.m_eventLimits += meets ? 1 : 0;
+    return meets;
+}
+
+void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
+{
+    if (impacts.empty())
+    {
+        return;
+    }
+    ++m_counters.m_subSteps;
+    for (const btCollisionObject* object : m_solver.solve(impacts, bouncing))
+    {
+        m_stepper.changed(*object);
+    }
+}
+
+bool btCcdControl::stopWatchedLink(const btCollisionObject* object, int link)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(object);
+    if (collider == nullptr)
+    {
+        return false;
+    }
+    const auto watched = m_stopLinks.find({collider->m_multiBody, link});
+    if (watched == m_stopLinks.end())
+    {
+        return false;
+    }
+    m_stopLinks.erase(watched);
+    return btCcdStopLink(*collider->m_multiBody, link);
+}
+
+void btCcdControl::hold(btCollisionObject* object, btScalar remaining)
+{
+    const Body body = bodyOf(object);
+    const btVector3 zero(0, 0, 0);
+    if (btMultiBody* multiBody = body.m_multiBody)
+    {
+        if (isStill(*multiBody))
+        {
+            return;  // stands, or is held already
+        }
+        const btScalar* joints = multiBody->getVelocityVector() + 6;
+        m_held.push_back({body,
+                          multiBody->getBaseVel(),
+                          multiBody->getBaseOmega(),
+                          std::vector<btScalar>(joints, joints + multiBody->getNumDofs())});
+        multiBody->setBaseVel(zero);
+        multiBody->setBaseOmega(zero);
+        for (int i = 0; i < multiBody->getNumLinks(); ++i)
+        {
+            std::fill_n(
+                multiBody->getJointVelMultiDof(i), multiBody->getLink(i).m_dofCount, btScalar(0));
+        }
+        countHold(body, remaining);
+        return;
+    }
+    btRigidBody* rigidBody = body.m_rigidBody;
+    if (rigidBody != nullptr && !rigidBody->isStaticOrKinematicObject() &&
+        (rigidBody->getLinearVelocity() != zero || rigidBody->getAngularVelocity() != zero))
+    {
+        m_held.push_back(
+            {body, rigidBody->getLinearVelocity(), rigidBody->getAngularVelocity(), {}});
+        rigidBody->setLinearVelocity(zero);
+        rigidBody->setAngularVelocity(zero);
+        countHold(body, remaining);
+    }
+}
+
+/// Undoes the last `remaining` seconds of the body's motion; once a step.
+void btCcdControl::placeBack(btCollisionObject* object, btScalar remaining)
+{
+    const Body body = bodyOf(object);
+    if (body.isNone() || ++m_events[body] > 1)
+    {
+        return;
+    }
+    if (btMultiBody* multiBody = body.m_multiBody)
+    {
+        if (isStill(*multiBody) || !btCcdIsStepped(*multiBody))
+        {
+            return;
+        }
+        multiBody->stepPositionsMultiDof(-remaining);
+        btAlignedObjectArray<btQuaternion> rotations;
+        btAlignedObjectArray<btVector3> origins;
+        multiBody->forwardKinematics(rotations, origins);
+        multiBody->updateCollisionObjectWorldTransforms(rotations, origins);
+        countHold(body, remaining);
+        return;
+    }
+    btRigidBody* rigidBody = body.m_rigidBody;
+    const btCcdObjectMotion* motion =
+        rigidBody->isStaticOrKinematicObject() ? nullptr : m_stepper.motionOf(*object);
+    if (motion != nullptr)
+    {
+        rigidBody->setCenterOfMassTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+        countHold(body, remaining);
+    }
+}
+
+void btCcdControl::countHold(const Body& body, btScalar remaining)
+{
+    ++m_counters.m_clamps;
+    m_counters.m_lostTime += double(remaining);
+    m_lostTimes[body] += double(remaining);
+}
+
+void btCcdControl::drawCcd(btIDebugDraw* drawer)
+{
+    if (drawer == nullptr || (drawer->getDebugMode() & btIDebugDraw::DBG_DrawWireframe) == 0)
+    {
+        return;
+    }
+    for (const btCcdImpact& impact : m_lastImpacts)
+    {
+        drawer->drawLine(impact.m_pointA, impact.m_pointB, btVector3(1, 0, 0));
+    }
+}

@@ -1,0 +1,24 @@
+/// btDiscreteDynamicsWorld with continuous collision detection for everything that moves in it.
+#ifndef BT_CCD_DISCRETE_DYNAMICS_WORLD_H
+#define BT_CCD_DISCRETE_DYNAMICS_WORLD_H
+
+#include "bullet_ccd/bullet/btCcdControl.h"
+
+/// Drop-in for btDiscreteDynamicsWorld; what btCcdMultiBodyDynamicsWorld says of rigid bodies is
+/// true here.
+ATTRIBUTE_ALIGNED16(class)
+btCcdDiscreteDynamicsWorld : public btDiscreteDynamicsWorld, public btCcdControl
+{
+public:
+    BT_DECLARE_ALIGNED_ALLOCATOR();
+
+    btCcdDiscreteDynamicsWorld(btDispatcher * dispatcher,
+                               btBroadphaseInterface* pairCache,
+                               btConstraintSolver* constraintSolver,
+                               btCollisionConfiguration* collisionConfiguration);
+
+    void integrateTransforms(btScalar timeStep) override;
+    void debugDrawWorld() override;
+};
+
+#endif  // BT_CCD_DISCRETE_DYNAMICS_WORLD_H
