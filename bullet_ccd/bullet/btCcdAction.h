@@ -4,8 +4,8 @@
 
 #include "bullet_ccd/bullet/btCcdControl.h"
 
-#include <LinearMath/btIDebugDraw.h>
 #include <BulletDynamics/Dynamics/btActionInterface.h>
+#include <LinearMath/btIDebugDraw.h>
 
 /// Add it to any world after all other actions (rigid, multibody, deformable: there for the rigid
 /// bodies and multibodies in it) and it takes back, after every step, what went too far:

@@ -27,9 +27,8 @@ constexpr std::array kConvexTypes{BOX_SHAPE_PROXYTYPE,
                                   CAPSULE_SHAPE_PROXYTYPE,
                                   CONE_SHAPE_PROXYTYPE,
                                   CYLINDER_SHAPE_PROXYTYPE};
-constexpr std::array kStockMeshTypes{TRIANGLE_MESH_SHAPE_PROXYTYPE,
-                                     SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
-                                     TERRAIN_SHAPE_PROXYTYPE};
+constexpr std::array kStockMeshTypes{
+    TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
 constexpr std::array kOwnTypes{FAST_CONCAVE_MESH_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE};
 
 template <std::size_t N>
@@ -59,7 +58,8 @@ bool contactsAreOurs(int type0, int type1)
     {
         return false;
     }
-    const auto isMesh = [](int type) { return isIn(kStockMeshTypes, type) || isIn(kOwnTypes, type); };
+    const auto isMesh = [](int type)
+    { return isIn(kStockMeshTypes, type) || isIn(kOwnTypes, type); };
     return isIn(kOwnTypes, type0) || isIn(kOwnTypes, type1) || (isMesh(type0) && isMesh(type1));
 }
 
@@ -79,7 +79,7 @@ struct CreateFunc : btCollisionAlgorithmCreateFunc
 };
 
 using FuncTable = btCollisionAlgorithmCreateFunc* [MAX_BROADPHASE_COLLISION_TYPES]
-                                                  [MAX_BROADPHASE_COLLISION_TYPES];
+    [MAX_BROADPHASE_COLLISION_TYPES];
 
 /// The dispatcher has no way to ask what is registered; its tables are open to derived classes.
 struct Tables : btCollisionDispatcher
@@ -129,7 +129,8 @@ class Motion
 public:
     Motion(btCcdContext& context, const btCollisionObject& object, btScalar timeStep)
     {
-        if (context.m_motions != nullptr && (m_known = context.m_motions->motionOf(object)) != nullptr)
+        if (context.m_motions != nullptr &&
+            (m_known = context.m_motions->motionOf(object)) != nullptr)
         {
             return;
         }
@@ -170,9 +171,8 @@ void btCcdCollisionAlgorithm::registerAlgorithm(btCollisionDispatcher* dispatche
     std::vector<std::unique_ptr<CreateFunc>>& funcs = registry().m_funcs[dispatcher];
     // Another dispatcher may have lived at this address before.
     const auto registered = Tables::contacts(*dispatcher)[BOX_SHAPE_PROXYTYPE][BOX_SHAPE_PROXYTYPE];
-    if (std::any_of(funcs.begin(),
-                    funcs.end(),
-                    [&](const auto& func) { return func.get() == registered; }))
+    if (std::any_of(
+            funcs.begin(), funcs.end(), [&](const auto& func) { return func.get() == registered; }))
     {
         return;
     }
@@ -195,9 +195,10 @@ void btCcdCollisionAlgorithm::unregisterAlgorithm(btCollisionDispatcher* dispatc
         {
             for (btCollisionAlgorithmCreateFunc*& entry : row)
             {
-                const auto own = std::find_if(funcs.begin(),
-                                              funcs.end(),
-                                              [&](const auto& func) { return func.get() == entry; });
+                const auto own =
+                    std::find_if(funcs.begin(),
+                                 funcs.end(),
+                                 [&](const auto& func) { return func.get() == entry; });
                 if (own != funcs.end() && (*own)->m_stock != nullptr)
                 {
                     entry = (*own)->m_stock;

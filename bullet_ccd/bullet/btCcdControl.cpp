@@ -98,8 +98,9 @@ void btCcdControl::setCcdTolerance(double tolerance)
 {
     if (!(tolerance > 0.0) || !std::isfinite(tolerance))
     {
-        throw std::invalid_argument("setCcdTolerance: the tolerance must be positive and finite; "
-                                    "a thousandth of the smallest object is a good choice");
+        throw std::invalid_argument(
+            "setCcdTolerance: the tolerance must be positive and finite; "
+            "a thousandth of the smallest object is a good choice");
     }
     m_context.m_tolerance = tolerance;
 }
@@ -139,6 +140,7 @@ void btCcdControl::resetCcdCounters()
 void btCcdControl::forgetCcdShape(const btCollisionShape* shape)
 {
     m_context.m_shapes.forget(shape);
+    m_stepper.forgetShapes();
 }
 
 btCcdControl::Body btCcdControl::bodyOf(btCollisionObject* object)
@@ -169,7 +171,7 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
         }
         elapsed = std::max(elapsed, event.m_time);
         m_stepper.advance(elapsed);
-        respond(event, timeStep - elapsed);
+        respond(event, timeStep, timeStep - elapsed);
         m_stepper.refresh();
     }
     countQueries();
@@ -228,35 +230,43 @@ void btCcdControl::beginStep(btScalar timeStep)
     for (int i = 0; i < bodies.size(); ++i)
     {
         btRigidBody* body = bodies[i];
-        if (!isCcdEnabled(body))
-        {
-            continue;
-        }
-        if (body->getCcdMotionThreshold() != btScalar(0))
+        if (body->getCcdMotionThreshold() != btScalar(0) && isCcdEnabled(body))
         {
             // Stock clamping would stop the body short of where the query took it to be.
             m_stockThresholds.emplace_back(body, body->getCcdMotionThreshold());
             body->setCcdMotionThreshold(btScalar(0));
         }
-        const btVector3 spin = body->getAngularVelocity();
-        const btVector3 limited = limitedSpin(spin, timeStep);
-        if (limited != spin)
-        {
-            m_limitedSpins.push_back({{body, nullptr}, spin, limited});
-            body->setAngularVelocity(limited);
-        }
+        limitSpin({body, nullptr}, timeStep);
     }
     auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&m_world);
     for (int i = 0; world != nullptr && i < world->getNumMultibodies(); ++i)
     {
-        btMultiBody* body = world->getMultiBody(i);
-        const btVector3 spin = body->getBaseOmega();
-        const btVector3 limited = limitedSpin(spin, timeStep);
-        if (limited != spin)
-        {
-            m_limitedSpins.push_back({{nullptr, body}, spin, limited});
-            body->setBaseOmega(limited);
-        }
+        limitSpin({nullptr, world->getMultiBody(i)}, timeStep);
+    }
+}
+
+void btCcdControl::limitSpin(const Body& body, btScalar timeStep)
+{
+    if (body.isNone())
+    {
+        return;
+    }
+    btRigidBody* rigidBody = body.m_rigidBody;
+    const btVector3 spin =
+        rigidBody != nullptr ? rigidBody->getAngularVelocity() : body.m_multiBody->getBaseOmega();
+    const btVector3 limited = limitedSpin(spin, timeStep);
+    if (limited == spin)
+    {
+        return;
+    }
+    m_limitedSpins.push_back({body, spin, limited});
+    if (rigidBody != nullptr)
+    {
+        rigidBody->setAngularVelocity(limited);
+    }
+    else
+    {
+        body.m_multiBody->setBaseOmega(limited);
     }
 }
 
@@ -311,7 +321,7 @@ void btCcdControl::endStep()
     m_stockThresholds.clear();
 }
 
-void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
+void btCcdControl::respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining)
 {
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
@@ -335,8 +345,8 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
         }
     }
     const KinematicInPlace kinematic(event.m_impacts, m_stepper);
-    solve(bouncing, true);
-    solve(again, false);
+    solve(bouncing, true, timeStep);
+    solve(again, false, timeStep);
 }
 
 /// True if the listener, a stopped link or the limit of impacts has the last word.
@@ -368,15 +378,16 @@ bool btCcdControl::meetsLimit(const btCcdImpact& impact)
     return meets;
 }
 
-void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
+void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing, btScalar timeStep)
 {
     if (impacts.empty())
     {
         return;
     }
     ++m_counters.m_subSteps;
-    for (const btCollisionObject* object : m_solver.solve(impacts, bouncing))
+    for (btCollisionObject* object : m_solver.solve(impacts, bouncing))
     {
+        limitSpin(bodyOf(object), timeStep);
         m_stepper.changed(*object);
     }
 }

@@ -20,13 +20,13 @@ class btRigidBody;
 /// What was done since the world or action was made or the counters were reset.
 struct btCcdCounters
 {
-    std::int64_t m_queries = 0;   ///< pairs whose time of impact was asked for
-    std::int64_t m_impacts = 0;   ///< pairs that came too near
-    std::int64_t m_subSteps = 0;  ///< impacts answered by the solver in the middle of a step
-    std::int64_t m_clamps = 0;    ///< bodies that were held for the rest of a step
-    double m_lostTime = 0.0;      ///< motion those bodies missed, summed over them [s]
-    std::int64_t m_overlaps = 0;  ///< pairs left to discrete contacts: they intersected already
-    std::int64_t m_eventLimits = 0;      ///< steps in which a body met its limit of impacts
+    std::int64_t m_queries = 0;      ///< pairs whose time of impact was asked for
+    std::int64_t m_impacts = 0;      ///< pairs that came too near
+    std::int64_t m_subSteps = 0;     ///< impacts answered by the solver in the middle of a step
+    std::int64_t m_clamps = 0;       ///< bodies that were held for the rest of a step
+    double m_lostTime = 0.0;         ///< motion those bodies missed, summed over them [s]
+    std::int64_t m_overlaps = 0;     ///< pairs left to discrete contacts: they intersected already
+    std::int64_t m_eventLimits = 0;  ///< steps in which a body met its limit of impacts
     std::int64_t m_iterationLimits = 0;  ///< queries that gave up (their bodies are held)
     std::int64_t m_unsupported = 0;      ///< colliders not covered in the last step
 };
@@ -54,10 +54,10 @@ struct btCcdImpactListener
 ///
 /// Guarantee of all three: no two covered colliders that are apart when a step begins are driven
 /// through each other by the motion that the step commits, however fast, thin or curved it is.
-/// Meshes (btCcdMeshShape, GImpact, mesh against mesh) do not even touch: they keep a quarter of the
-/// sum of their margins, or, pressed nearer by what the solver allows, lose no more than a quarter
-/// of the distance in a step. Stock shapes may sink in as deep as Bullet's solver lets them, but not
-/// to their cores (btCcdShapePart::m_core). Not seen: motion that is not velocity
+/// Meshes (btCcdMeshShape, GImpact, mesh against mesh) do not even touch: they keep a quarter of
+/// the sum of their margins, or, pressed nearer by what the solver allows, lose no more than a
+/// quarter of the distance in a step. Stock shapes may sink in as deep as Bullet's solver lets
+/// them, but not to their cores (btCcdShapePart::m_core). Not seen: motion that is not velocity
 /// (setWorldTransform, setJointPos, split impulses); kinematic bodies are taken to go on at the
 /// velocity of their last two poses; pairs that intersect are Bullet's until they part.
 /// Covered: shapes of btCcdShapeCache on rigid bodies, multibodies (revolute, prismatic, spherical,
@@ -119,7 +119,10 @@ private:
         btMultiBody* m_multiBody = nullptr;
 
         friend auto operator<=>(const Body&, const Body&) = default;
-        [[nodiscard]] bool isNone() const { return m_rigidBody == nullptr && m_multiBody == nullptr; }
+        [[nodiscard]] bool isNone() const
+        {
+            return m_rigidBody == nullptr && m_multiBody == nullptr;
+        }
     };
     /// A body whose velocity is zero for the rest of the step, and what it was.
     struct Held
@@ -155,9 +158,10 @@ private:
 
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
     void beginStep(btScalar timeStep);
+    void limitSpin(const Body& body, btScalar timeStep);
     void endStep();
-    void respond(const btCcdStepper::Event& event, btScalar remaining);
-    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
+    void respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining);
+    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing, btScalar timeStep);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);

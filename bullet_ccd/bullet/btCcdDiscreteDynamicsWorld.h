@@ -13,9 +13,9 @@ public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
 
     btCcdDiscreteDynamicsWorld(btDispatcher * dispatcher,
-                               btBroadphaseInterface* pairCache,
-                               btConstraintSolver* constraintSolver,
-                               btCollisionConfiguration* collisionConfiguration);
+                               btBroadphaseInterface * pairCache,
+                               btConstraintSolver * constraintSolver,
+                               btCollisionConfiguration * collisionConfiguration);
 
     void integrateTransforms(btScalar timeStep) override;
     void debugDrawWorld() override;

@@ -1,6 +1,8 @@
 #include "bullet_ccd/bullet/btCcdImpactSolver.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
@@ -48,7 +50,8 @@ public:
         {
             if (btRigidBody* body = btRigidBody::upcast(object))
             {
-                m_saved.push_back({body, body->getTotalForce(), body->getTotalTorque(), body->getFlags()});
+                m_saved.push_back(
+                    {body, body->getTotalForce(), body->getTotalTorque(), body->getFlags()});
                 body->clearForces();
                 body->setFlags(body->getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT &
                                ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD &
@@ -152,7 +155,8 @@ btContactSolverInfo impactInfo(const btContactSolverInfo& step, bool bouncing)
     return info;
 }
 
-/// Brings the cached inertias of the body up to where it is now; they are those of the step's start.
+/// Brings the cached inertias of the body up to where it is now; they are those of the step's
+/// start.
 void refreshDynamics(btMultiBody& body)
 {
     btAlignedObjectArray<btQuaternion> rotations;
@@ -161,7 +165,8 @@ void refreshDynamics(btMultiBody& body)
     btAlignedObjectArray<btScalar> r;
     btAlignedObjectArray<btVector3> v;
     btAlignedObjectArray<btMatrix3x3> m;
-    body.computeAccelerationsArticulatedBodyAlgorithmMultiDof(btScalar(0), r, v, m, false, false, false);
+    body.computeAccelerationsArticulatedBodyAlgorithmMultiDof(
+        btScalar(0), r, v, m, false, false, false);
 }
 }  // namespace
 
@@ -306,6 +311,44 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     }
 }
 
+/// Some of Bullet's algorithms see a contact only once shapes overlap, and in single precision GJK
+/// may not see it at all: such an impact gets a contact where its time of impact found it.
+void btCcdImpactSolver::addMissingContacts(const std::vector<btCcdImpact>& impacts)
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (const btCcdImpact& impact : impacts)
+    {
+        const auto pair = std::minmax<const btCollisionObject*>(impact.m_objectA, impact.m_objectB);
+        const auto isOfPair = [&](const btPersistentManifold* manifold)
+        { return std::minmax(manifold->getBody0(), manifold->getBody1()) == pair; };
+        if (std::any_of(m_manifolds.begin(), m_manifolds.end(), isOfPair) ||
+            impact.m_normal.isZero() ||
+            !dispatcher.needsResponse(impact.m_objectA, impact.m_objectB))
+        {
+            continue;
+        }
+        btPersistentManifold* manifold =
+            dispatcher.getNewManifold(impact.m_objectA, impact.m_objectB);
+        const btCollisionObjectWrapper a(nullptr,
+                                         impact.m_objectA->getCollisionShape(),
+                                         impact.m_objectA,
+                                         impact.m_objectA->getWorldTransform(),
+                                         -1,
+                                         -1);
+        const btCollisionObjectWrapper b(nullptr,
+                                         impact.m_objectB->getCollisionShape(),
+                                         impact.m_objectB,
+                                         impact.m_objectB->getWorldTransform(),
+                                         -1,
+                                         -1);
+        btManifoldResult result(&a, &b);
+        result.setPersistentManifold(manifold);
+        result.addContactPoint(-impact.m_normal, impact.m_pointB, btScalar(0));
+        m_manifolds.push_back(manifold);
+        m_ownManifolds.push_back(manifold);
+    }
+}
+
 void btCcdImpactSolver::solveIsland(bool bouncing)
 {
     WithoutMotors withoutMotors;
@@ -345,8 +388,7 @@ void btCcdImpactSolver::solveIsland(bool bouncing)
     for (int i = 0; i < m_multiBodyWorld->getNumMultiBodyConstraints(); ++i)
     {
         btMultiBodyConstraint* constraint = m_multiBodyWorld->getMultiBodyConstraint(i);
-        const auto concerns = [this](const btMultiBody* body)
-        {
+        const auto concerns = [this](const btMultiBody* body) {
             return std::find(m_multiBodies.begin(), m_multiBodies.end(), body) !=
                    m_multiBodies.end();
         };
@@ -410,7 +452,13 @@ const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
                              point.m_appliedImpulseLateral2});
         }
     }
+    addMissingContacts(impacts);
     solveIsland(bouncing);
+    for (btPersistentManifold* manifold : m_ownManifolds)
+    {
+        m_world.getDispatcher()->releaseManifold(manifold);
+    }
+    m_ownManifolds.clear();
     for (const SavedImpulses& impulses : saved)
     {
         impulses.m_point->m_appliedImpulse = impulses.m_normal;

@@ -40,6 +40,7 @@ private:
     std::vector<btCollisionObject*> m_objects;   // in them
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<btPersistentManifold*> m_manifolds;
+    std::vector<btPersistentManifold*> m_ownManifolds;  // for one impact
 
     [[nodiscard]] int island(int tag) const;
     [[nodiscard]] bool isIn(const btCollisionObject& object) const;
@@ -47,6 +48,7 @@ private:
     void joinMultiBody(const btMultiBody& body);
     void findContacts(const std::vector<btCcdImpact>& impacts);
     void collect(const std::vector<btCcdImpact>& impacts);
+    void addMissingContacts(const std::vector<btCcdImpact>& impacts);
     void solveIsland(bool bouncing);
 };
 

@@ -39,11 +39,12 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
             const double m = pa.m_margin + pb.m_margin;
             bullet_ccd::ContactOptions options;
             options.threshold = 2 * m + pa.m_radius + pb.m_radius;
-            for (const auto& c : bullet_ccd::findContacts(*pa.m_tree,
-                                                          btCcdToEigen(a.getWorldTransform()) * pa.X_SG,
-                                                          *pb.m_tree,
-                                                          btCcdToEigen(b.getWorldTransform()) * pb.X_SG,
-                                                          options))
+            for (const auto& c :
+                 bullet_ccd::findContacts(*pa.m_tree,
+                                          btCcdToEigen(a.getWorldTransform()) * pa.X_SG,
+                                          *pb.m_tree,
+                                          btCcdToEigen(b.getWorldTransform()) * pb.X_SG,
+                                          options))
             {
                 const Eigen::Vector3d onB = c.pointB - c.normal * pb.m_radius;
                 result.addContactPoint(btCcdToBullet(Eigen::Vector3d(-c.normal)),

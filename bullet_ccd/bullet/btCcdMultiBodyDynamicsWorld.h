@@ -24,9 +24,9 @@ public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
 
     btCcdMultiBodyDynamicsWorld(btDispatcher * dispatcher,
-                                btBroadphaseInterface* pairCache,
-                                btMultiBodyConstraintSolver* constraintSolver,
-                                btCollisionConfiguration* collisionConfiguration);
+                                btBroadphaseInterface * pairCache,
+                                btMultiBodyConstraintSolver * constraintSolver,
+                                btCollisionConfiguration * collisionConfiguration);
 
     void integrateTransforms(btScalar timeStep) override;
     void debugDrawWorld() override;

@@ -25,8 +25,9 @@ bullet_ccd::MovingBody btCcdObjectMotion::body(const bullet_ccd::SsvTree& tree,
 bool btCcdObjectMotion::isFinite() const
 {
     const auto finite = [](double value) { return std::isfinite(value); };
-    const auto rigid = [](const RigidMotion& motion)
-    { return motion.X_W0.matrix().allFinite() && motion.v_W.allFinite() && motion.w_W.allFinite(); };
+    const auto rigid = [](const RigidMotion& motion) {
+        return motion.X_W0.matrix().allFinite() && motion.v_W.allFinite() && motion.w_W.allFinite();
+    };
     if (const auto* motion = std::get_if<RigidMotion>(&m_motion))
     {
         return rigid(*motion);
@@ -124,8 +125,8 @@ void btCcdReadSpeeds(const btMultiBody& body, double timeStep, std::vector<doubl
                 break;
             case btMultibodyLink::ePrismatic:
                 sliding = std::abs(double(rate[0])) * double(link.getAxisBottom(0).length());
-                offset = std::abs(double(link.m_jointPos[0])) *
-                         double(link.getAxisBottom(0).length());
+                offset =
+                    std::abs(double(link.m_jointPos[0])) * double(link.getAxisBottom(0).length());
                 break;
             case btMultibodyLink::ePlanar:
                 turning = std::abs(double(rate[0]));

@@ -42,12 +42,12 @@ FirstContactResult ask(const Parts& parts,
     const std::array<MovingBody, 2> bodies{parts.m_motionA.body(treeA, parts.m_a.X_SG),
                                            parts.m_motionB.body(treeB, parts.m_b.X_SG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
-    const ToiOptions options{
-        .tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
+    const ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
     return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
 }
 
-/// True if the query began within the distance `reach` that it was to find, of the parts themselves.
+/// True if the query began within the distance `reach` that it was to find, of the parts
+/// themselves.
 bool startsWithin(const Parts& parts, const FirstContactResult& first, double reach)
 {
     if (first.status == ToiStatus::Overlapping || first.startsTouching || !first.mayStartTouching)
@@ -62,6 +62,16 @@ bool startsWithin(const Parts& parts, const FirstContactResult& first, double re
                .distance < reach;
 }
 
+/// Stops a pair at once that began within the tolerance and is very near already.
+void keepAway(FirstContactResult& first, double separation, double tolerance)
+{
+    if (first.status == ToiStatus::Hit && (first.startsTouching || first.mayStartTouching) &&
+        first.gap - separation < kSmallestGap * tolerance)
+    {
+        first.time = 0.0;
+    }
+}
+
 double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
 {
     return a.m_margin + b.m_margin;
@@ -73,8 +83,7 @@ FirstContactResult askShell(const Parts& parts, double tolerance)
     const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
     const double margins = marginsOf(parts.m_a, parts.m_b);
     const double shell = margins > 0.0 ? margins : tolerance;
-    const auto zone = [&](double floor, double width)
-    {
+    const auto zone = [&](double floor, double width) {
         return ask(
             parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii + floor * shell, width * shell);
     };
@@ -89,11 +98,7 @@ FirstContactResult askShell(const Parts& parts, double tolerance)
     if (startsInside(first, kSolverZone + kTarget))
     {
         first = zone(0.0, kSolverZone + kTarget);
-        if (first.status == ToiStatus::Hit && first.mayStartTouching &&
-            first.gap - radii < kSmallestGap * shell)
-        {
-            first.time = 0.0;
-        }
+        keepAway(first, radii, shell);
     }
     return first;
 }
@@ -114,12 +119,12 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
     { return part.m_core != nullptr ? *part.m_core : *part.m_tree; };
     const auto radius = [](const btCcdShapePart& part)
     { return part.m_core != nullptr ? part.m_coreRadius : part.m_radius; };
-    const double depth = parts.m_a.m_depth + parts.m_b.m_depth;
-    return ask(parts,
-               core(parts.m_a),
-               core(parts.m_b),
-               radius(parts.m_a) + radius(parts.m_b),
-               std::clamp(depth / 8.0, 1e-3 * tolerance, tolerance));
+    // Shapes that touch start within this tolerance: they may lose a quarter of what is left.
+    const double cores = radius(parts.m_a) + radius(parts.m_b);
+    const double depth = parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance;
+    FirstContactResult below = ask(parts, core(parts.m_a), core(parts.m_b), cores, depth);
+    keepAway(below, cores, depth);
+    return below;
 }
 
 void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& result)

@@ -251,8 +251,7 @@ void sumUp(btCcdShapeModel& model)
         model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
         // Half of what a mesh's margin is good for belongs to whatever it meets.
         const double share = 0.5 * btCcdReserveOfMargin * part.m_margin;
-        model.m_reserve =
-            std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
+        model.m_reserve = std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
         if (part.m_ownContacts)
         {
             model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);

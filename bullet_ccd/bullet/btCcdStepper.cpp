@@ -177,7 +177,8 @@ void btCcdStepper::track(Tracked& tracked)
     }
     tracked.m_motion = motionBound(tracked);
     // Half of what a mesh can lose is its partner's.
-    const double reserve = std::min(tracked.m_shape.m_reserve, kPartnersShare * m_smallestOwnMargin);
+    const double reserve =
+        std::min(tracked.m_shape.m_reserve, kPartnersShare * m_smallestOwnMargin);
     if (tracked.m_motion > kUnseen * reserve)
     {
         tracked.m_fast = true;
@@ -237,7 +238,8 @@ btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
 void btCcdStepper::markPressed()
 {
     const btDispatcher& dispatcher = *m_world.getDispatcher();
-    btPersistentManifold** manifolds = const_cast<btDispatcher&>(dispatcher).getInternalManifoldPointer();
+    btPersistentManifold** manifolds =
+        const_cast<btDispatcher&>(dispatcher).getInternalManifoldPointer();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
         const btPersistentManifold& manifold = *manifolds[i];
@@ -369,8 +371,7 @@ bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
         return false;
     }
     btDispatcher& dispatcher = *const_cast<btCollisionWorld&>(m_world).getDispatcher();
-    const btOverlappingPairCache& cache =
-        *const_cast<btCollisionWorld&>(m_world).getPairCache();
+    const btOverlappingPairCache& cache = *const_cast<btCollisionWorld&>(m_world).getPairCache();
     return cache.needsBroadphaseCollision(a.m_object->getBroadphaseHandle(),
                                           b.m_object->getBroadphaseHandle()) &&
            dispatcher.needsCollision(a.m_object, b.m_object) &&
@@ -446,8 +447,8 @@ btCcdStepper::Event btCcdStepper::next()
         if (pair.m_time == earliest ||
             (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
         {
-            event.m_gaveUp = event.m_gaveUp ||
-                             pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
+            event.m_gaveUp =
+                event.m_gaveUp || pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
             event.m_impacts.push_back(impactOf(pair, event.m_time));
             if (pair.m_time == earliest)
             {

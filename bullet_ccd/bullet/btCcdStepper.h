@@ -35,9 +35,9 @@ struct btCcdImpact
 ///
 /// An object is fast if it moves more in the step than half of what it could lose without being
 /// passed: half the depth of the core of a convex shape, a part of the margin of a mesh. Only pairs
-/// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts see
-/// them. Pairs come from the broadphase, by the boxes that fast objects sweep, and are filtered as
-/// Bullet does (groups, user filters, parent-child and self-collision flags, contact response).
+/// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts
+/// see them. Pairs come from the broadphase, by the boxes that fast objects sweep, and are filtered
+/// as Bullet does (groups, user filters, parent-child and self-collision flags, contact response).
 /// Keeps scratch memory; one per world.
 class btCcdStepper : public btCcdMotionSource
 {
@@ -58,8 +58,8 @@ public:
     struct Event
     {
         bool m_found = false;
-        bool m_gaveUp = false;  ///< the query did, the time is certified all the same
-        btScalar m_time = 0;    ///< since the step began [s]
+        bool m_gaveUp = false;               ///< the query did, the time is certified all the same
+        btScalar m_time = 0;                 ///< since the step began [s]
         std::vector<btCcdImpact> m_impacts;  ///< all at that time; the first is the earliest
     };
 
@@ -69,11 +69,15 @@ public:
     void setEnabled(const btCollisionObject* object, bool enabled);
     [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
 
+    /// Shapes have been changed in place.
+    void forgetShapes() { m_objects.clear(); }
+
     /// Looks at all objects. False if nothing is fast: then no pair can be lost in this step.
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
     /// The earliest impact that is still to come.
     [[nodiscard]] Event next();
-    /// The world is at this time of the step now; call changed() for what no longer moves as it did.
+    /// The world is at this time of the step now; call changed() for what no longer moves as it
+    /// did.
     void advance(btScalar time);
     /// The velocities of everything that moves with the object are no longer what they were. For a
     /// motion that is done: it has been placed where it was at the present time and stays there.

@@ -139,6 +139,7 @@ struct HandSimulation::World : btCcdImpactListener
     btCcdAfterImpact onImpact(const btCcdImpact& impact) override;
 
 private:
+    void setTolerance(double tolerance);
     void place(const Eigen::Isometry3d& X_WH, const std::vector<double>& positions);
     [[nodiscard]] bool overlapsAtStart(const Eigen::Isometry3d& X_WH,
                                        const std::vector<double>& positions) const;
@@ -219,6 +220,26 @@ HandSimulation::World::~World()
 void HandSimulation::World::setPosition(std::size_t link, double position)
 {
     m_multiBody.body->setJointPos(static_cast<int>(link) - 1, position);
+}
+
+/// Meshes are stopped within a sixteenth above the sum of their margins: at most `tolerance`.
+void HandSimulation::World::setTolerance(double tolerance)
+{
+    const double margin = tolerance * (0.5 / (1.0 + 1.0 / 16.0));
+    if (m_objectShape.getMargin() == margin)
+    {
+        return;
+    }
+    m_objectShape.setMargin(margin);
+    for (const auto& mesh : m_multiBody.meshes)
+    {
+        if (mesh != nullptr)
+        {
+            mesh->setMargin(margin);
+        }
+    }
+    m_world.setCcdTolerance(tolerance);
+    m_world.forgetCcdShape(&m_objectShape);
 }
 
 void HandSimulation::World::place(const Eigen::Isometry3d& X_WH,
@@ -410,7 +431,7 @@ ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
         return result;
     }
     const std::vector<double> closed = closedPositions(m_hand, result.positions);
-    m_world.setCcdTolerance(options.tolerance);
+    setTolerance(options.tolerance);
     m_world.resetCcdCounters();
     place(X_WH, result.positions);
     start(result.positions, closed);

@@ -235,8 +235,8 @@ TEST(Tunnelling, FreeBodyDoesNotPassTheWall)
             stock += shoot(Kind::Stock, false, speed, phase) < 0.0 ? 1 : 0;
             for (const bool meshes : {false, true})
             {
-                // The centre stays at least half an edge away, less what the solver tolerates.
-                EXPECT_GT(shoot(Kind::Ccd, meshes, speed, phase), meshes ? 0.005 : 0.0045)
+                // The centre stays half an edge away; stock boxes may sink in, not to their cores.
+                EXPECT_GT(shoot(Kind::Ccd, meshes, speed, phase), meshes ? 0.005 : 0.003)
                     << speed << " m/s, phase " << phase;
             }
         }
