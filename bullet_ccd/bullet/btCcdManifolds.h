@@ -7,27 +7,39 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+namespace bullet_ccd
+{
+struct Contact;
+struct PatchWorkspace;
+}  // namespace bullet_ccd
 struct btCollisionObjectWrapper;
 
-/// Owns one manifold for every patch of contact (points of like normals).
+/// Owns one manifold for every patch of contact (points of like normals), at most kMaxManifolds.
 ///
 /// Depth is counted from the shell: a point at distance d of the surfaces has depth d - m, m the
 /// sum of both margins, so that the solver, which lets a pair close to depth 0, leaves room that
-/// the time of impact guards. Points are given for d <= 2 m (or m + the tolerance of the world if
-/// the margins are smaller).
+/// the time of impact guards. Points are given for d <= 2 m (for d <= m + kLeastReach if the
+/// margins are smaller), plus what the result asks for (m_closestPointDistanceThreshold). Without
+/// margins m is kLeastShell.
 ///
-/// Points persist: one that is near an old one (in the frames of both bodies) inherits its
-/// impulses; what is no longer found is dropped at once.
+/// Points persist: one that is near an old one of its patch, in the frame of either body (a corner
+/// that slides stays where it is in its own), inherits its impulses, age and user data; what is no
+/// longer found is dropped at once. gContactStartedCallback and gContactEndedCallback tell of the
+/// first and last point of a manifold as in stock Bullet.
 class btCcdManifolds
 {
 public:
+    static constexpr int kMaxManifolds = 8;
+    static constexpr double kLeastShell = 1e-4;  ///< [m]
+    static constexpr double kLeastReach = 2e-4;  ///< [m]
+
     explicit btCcdManifolds(btDispatcher& dispatcher) : m_dispatcher(&dispatcher) {}
     ~btCcdManifolds();
     btCcdManifolds(const btCcdManifolds&) = delete;
     btCcdManifolds& operator=(const btCcdManifolds&) = delete;
 
     /// Brings all manifolds up to date with the poses of the wrappers (a compound child's are not
-    /// those of its collision object).
+    /// those of its collision object). The pair may come in either order.
     /// @param shared if not null, the manifold of a parent: all points go there
     void update(const btCollisionObjectWrapper& a,
                 const btCcdShapeModel& modelA,
@@ -39,6 +51,13 @@ public:
     void appendTo(btManifoldArray& manifolds) const;
 
 private:
+    void assign(const btCollisionObjectWrapper& a,
+                const btCollisionObjectWrapper& b,
+                const bullet_ccd::PatchWorkspace& found,
+                double reach,
+                btManifoldResult& result);
+    void dropEmpty();
+
     btDispatcher* m_dispatcher;
     btManifoldArray m_manifolds;
 };

@@ -1,0 +1,56 @@
+/// Contacts of two bodies in patches of like normals, each reduced to at most four points: what a
+/// solver of rigid contacts needs.
+#pragma once
+
+#include "bullet_ccd/contact/contact_search.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd
+{
+inline constexpr std::int32_t kPointsPerPatch = 4;
+
+/// Contacts of a patch: `count` in a row from `first` on.
+struct ContactPatch
+{
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of its deepest contact
+    std::int32_t first = 0;
+    std::int32_t count = 0;  ///< 1 to kPointsPerPatch
+};
+
+struct PatchOptions
+{
+    double threshold = 2e-4;       ///< features closer than this are in contact [m], > 0
+    double mergeAngle = 0.35;      ///< normals within this angle belong to one patch [rad]
+    std::int32_t maxPatches = 64;  ///< those with the deepest contacts are kept
+};
+
+/// Scratch memory and result of a query; one per thread.
+struct PatchWorkspace
+{
+    ContactSearchWorkspace search;
+    std::vector<Contact> raw;
+    std::vector<std::int32_t> patchOf;
+    std::vector<std::int32_t> members;
+
+    std::vector<ContactPatch> patches;  ///< the deepest first
+    std::vector<Contact> contacts;      ///< of all patches; the deepest of each first
+};
+
+/// Groups `work.raw`, in any frame, to `work.patches` and `work.contacts`: each patch keeps a
+/// deepest contact and those others that make the polygon of support about as large as any four
+/// can. Deterministic; does not depend on the order of work.raw but for equal contacts.
+void reducePatches(const PatchOptions& options, PatchWorkspace& work);
+
+/// Contacts of two surfaces, see appendContacts(), reduced; in W.
+void findPatches(const ContactSurface& surfaceA,
+                 const Eigen::Isometry3d& X_WA,
+                 const ContactSurface& surfaceB,
+                 const Eigen::Isometry3d& X_WB,
+                 const PatchOptions& options,
+                 PatchWorkspace& work);
+}  // namespace bullet_ccd

@@ -1,0 +1,663 @@
+#include "bullet_ccd/contact/contact_search.h"
+
+#include "bullet_ccd/contact/near_surface.h"
+#include "bullet_ccd/distance/ssv_pair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace bullet_ccd
+{
+namespace
+{
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+/// Sine of 0.1 rad: how far a direction may be off the cone of a feature.
+constexpr double kLenient = 0.0998;
+constexpr double kExact = 1e-6;
+/// Gap, relative to the larger body, below which its direction says nothing.
+constexpr double kTouching = 1e-9;
+
+/// A triangle of either body in the frame F, the tree's of B.
+struct Face
+{
+    const ContactSurface* surface = nullptr;
+    const Matrix3d* R_FG = nullptr;  ///< rotation of the body's tree frame
+    std::int32_t index = kNone;
+    const ContactSurface::Slot* slot = nullptr;
+    TriangleCorners corners;
+    Vector3d normal;
+    bool isB = false;
+
+    [[nodiscard]] bool owns(std::size_t vertex) const
+    {
+        return (slot->ownVertices >> vertex & 1U) != 0;
+    }
+    [[nodiscard]] bool ownsEdge(std::size_t edge) const
+    {
+        return (slot->ownEdges >> edge & 1U) != 0;
+    }
+    [[nodiscard]] Vector3d edge(std::size_t k) const { return corners[(k + 1) % 3] - corners[k]; }
+
+    /// True if no direction of the surface rises above the plane across `direction` by more than
+    /// the limit. Directions along `axis` (unit) may rise by kLenient.
+    [[nodiscard]] bool vertexCone(std::size_t k,
+                                  const Vector3d& direction,
+                                  double limit,
+                                  const Vector3d& axis = Vector3d::Zero()) const
+    {
+        const Vector3f n = (R_FG->transpose() * direction).cast<float>();
+        const Vector3f e = (R_FG->transpose() * axis).cast<float>();
+        for (const Vector3f& t : surface->aroundVertex(slot->vertices[k]))
+        {
+            if (n.dot(t) > static_cast<float>(limit + kLenient * std::abs(double(e.dot(t)))))
+            {
+                return false;
+            }
+        }
+        return true;
+    }
+    [[nodiscard]] bool edgeCone(std::size_t k, const Vector3d& direction, double limit) const
+    {
+        const Vector3f n = (R_FG->transpose() * direction).cast<float>();
+        for (const Vector3f& t : surface->aroundEdge(slot->edges[k]))
+        {
+            if (n.dot(t) > static_cast<float>(limit))
+            {
+                return false;
+            }
+        }
+        return true;
+    }
+    /// Facets that stand for something round are taken as they are, corners of bodies leniently.
+    [[nodiscard]] bool crossingCone(std::size_t k, const Vector3d& direction, double exact) const
+    {
+        return edgeCone(k, direction, surface->isSmooth(slot->edges[k]) ? exact : kLenient);
+    }
+    /// Weights of the corners at a point of the plane, all at least -kOnBoundary.
+    [[nodiscard]] bool covers(const Vector3d& point) const
+    {
+        const double twiceArea = edge(0).cross(edge(1)).dot(normal);
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            if (edge(k).cross(point - corners[k]).dot(normal) < -kOnBoundary * twiceArea)
+            {
+                return false;
+            }
+        }
+        return !normal.isZero(0.0);
+    }
+};
+
+/// Closest points of two lines p + s u and q + t v.
+struct Crossing
+{
+    double s = -1.0;  ///< outside of both segments if they are parallel
+    double t = -1.0;
+
+    Crossing(const Vector3d& p, const Vector3d& u, const Vector3d& q, const Vector3d& v)
+    {
+        const Vector3d n = u.cross(v);
+        const double uu = u.squaredNorm();
+        const double vv = v.squaredNorm();
+        const double nn = n.squaredNorm();
+        if (nn > kOnBoundary * kOnBoundary * uu * vv)
+        {
+            // The projections afterwards make the error of almost parallel edges one along them.
+            s = (q - p).cross(v).dot(n) / nn;
+            t = v.dot(p + s * u - q) / vv;
+            s = u.dot(q + t * v - p) / uu;
+        }
+    }
+    [[nodiscard]] bool isInside() const
+    {
+        constexpr double kLow = -kOnBoundary;
+        constexpr double kHigh = 1.0 + kOnBoundary;
+        return s >= kLow && s <= kHigh && t >= kLow && t <= kHigh;
+    }
+};
+
+/// Looks at pairs of triangles; contacts in F.
+class Search
+{
+public:
+    struct Scene
+    {
+        double threshold;
+        double rounding;  ///< of a distance
+        double touching;  ///< gap that has no direction
+        Vector3d centerA;
+        Vector3d centerB;
+    };
+
+    Search(const Scene& scene, std::vector<Contact>& found, std::vector<Contact>& pierced)
+        : m_scene(scene), m_found(found), m_first(found.size()), m_pierced(pierced)
+    {
+        m_pierced.clear();
+    }
+
+    void look(const Face& a, const Face& b)
+    {
+        const std::array<double, 3> heightsA = heights(a, b);
+        const std::array<double, 3> heightsB = heights(b, a);
+        if (isBeyond(heightsA, b) || isBeyond(heightsB, a))
+        {
+            return;
+        }
+        offerVertices(a, b, heightsA);
+        offerVertices(b, a, heightsB);
+        offerEdges(a, b);
+        if (isCut(heightsA) && !b.normal.isZero(0.0))
+        {
+            offerPierced(a, b, heightsA);
+        }
+        if (isCut(heightsB) && !a.normal.isZero(0.0))
+        {
+            offerPierced(b, a, heightsB);
+        }
+    }
+
+    /// To be called at the end.
+    void finish()
+    {
+        const auto begin = m_found.begin() + static_cast<std::ptrdiff_t>(m_first);
+        double least = std::numeric_limits<double>::infinity();
+        for (auto at = begin; at != m_found.end(); ++at)
+        {
+            least = std::min(least, at->gap);
+        }
+        if (m_isPierced)
+        {
+            if (least >= 0.0)
+            {
+                keepShallowPierced();
+            }
+        }
+        else if (m_nearest.gap < least - m_scene.rounding)
+        {
+            // Rounding can put the nearest features just outside their cones.
+            m_found.push_back(m_nearest);
+        }
+    }
+
+private:
+    static std::array<double, 3> heights(const Face& x, const Face& y)
+    {
+        return {y.normal.dot(x.corners[0] - y.corners[0]),
+                y.normal.dot(x.corners[1] - y.corners[0]),
+                y.normal.dot(x.corners[2] - y.corners[0])};
+    }
+    /// All to one side of the plane of y, farther than the threshold.
+    [[nodiscard]] bool isBeyond(const std::array<double, 3>& h, const Face& y) const
+    {
+        const double far = m_scene.threshold + m_scene.rounding;
+        return !y.normal.isZero(0.0) && ((h[0] > far && h[1] > far && h[2] > far) ||
+                                         (h[0] < -far && h[1] < -far && h[2] < -far));
+    }
+    static bool isCut(const std::array<double, 3>& h)
+    {
+        const auto [low, high] = std::minmax({h[0], h[1], h[2]});
+        return low < 0.0 && high > 0.0;
+    }
+
+    [[nodiscard]] double exact(double gap) const { return kExact + 4.0 * m_scene.rounding / gap; }
+
+    Contact contactOf(const Face& x,
+                      const Face& y,
+                      const Vector3d& onX,
+                      const Vector3d& onY,
+                      const Vector3d& normal,
+                      double gap) const
+    {
+        return x.isB ? Contact{onY, onX, -normal, gap, y.index, x.index}
+                     : Contact{onX, onY, normal, gap, x.index, y.index};
+    }
+    void record(const Contact& contact, bool isContact)
+    {
+        if (isContact)
+        {
+            m_found.push_back(contact);
+        }
+        else if (contact.gap < m_nearest.gap)
+        {
+            m_nearest = contact;
+        }
+    }
+
+    void offerVertices(const Face& x, const Face& y, const std::array<double, 3>& heightsX)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            if (!x.owns(k))
+            {
+                continue;
+            }
+            if (std::abs(heightsX[k]) <= m_scene.threshold + m_scene.rounding)
+            {
+                offerVertexFace(x, k, y, heightsX[k]);
+            }
+            for (std::size_t l = 0; l < 3; ++l)
+            {
+                if (y.ownsEdge(l))
+                {
+                    offerVertexEdge(x, k, y, l);
+                }
+                // From one side only.
+                if (!x.isB && y.owns(l))
+                {
+                    offerVertexVertex(x, k, y, l);
+                }
+            }
+        }
+    }
+
+    void offerVertexFace(const Face& x, std::size_t k, const Face& y, double height)
+    {
+        if (!y.covers(x.corners[k]))
+        {
+            return;
+        }
+        Vector3d normal = height > 0.0 ? Vector3d(-y.normal) : y.normal;
+        bool isContact = x.vertexCone(k, normal, kLenient);
+        if (!isContact && std::abs(height) <= m_scene.touching)
+        {
+            normal = -normal;
+            isContact = x.vertexCone(k, normal, kLenient);
+        }
+        const Vector3d foot = x.corners[k] - height * y.normal;
+        record(contactOf(x, y, x.corners[k], foot, normal, std::abs(height)), isContact);
+    }
+
+    void offerVertexEdge(const Face& x, std::size_t k, const Face& y, std::size_t l)
+    {
+        const Vector3d edge = y.edge(l);
+        const Vector3d& point = x.corners[k];
+        const double s = edge.dot(point - y.corners[l]) / edge.squaredNorm();
+        const Vector3d foot = y.corners[l] + s * edge;
+        const double gap = (foot - point).norm();
+        if (s < 0.0 || s > 1.0 || gap > m_scene.threshold + m_scene.rounding)
+        {
+            return;
+        }
+        if (gap <= m_scene.touching)
+        {
+            recordTouching(x,
+                           x.surface->aroundVertex(x.slot->vertices[k]),
+                           point,
+                           y,
+                           y.surface->aroundEdge(y.slot->edges[l]),
+                           foot,
+                           gap);
+            return;
+        }
+        const Vector3d normal = (foot - point) / gap;
+        record(contactOf(x, y, point, foot, normal, gap),
+               y.edgeCone(l, -normal, exact(gap)) &&
+                   x.vertexCone(k, normal, exact(gap), edge.normalized()));
+    }
+
+    void offerVertexVertex(const Face& a, std::size_t k, const Face& b, std::size_t l)
+    {
+        const double gap = (b.corners[l] - a.corners[k]).norm();
+        if (gap > m_scene.threshold + m_scene.rounding)
+        {
+            return;
+        }
+        if (gap <= m_scene.touching)
+        {
+            recordTouching(a,
+                           a.surface->aroundVertex(a.slot->vertices[k]),
+                           a.corners[k],
+                           b,
+                           b.surface->aroundVertex(b.slot->vertices[l]),
+                           b.corners[l],
+                           gap);
+            return;
+        }
+        const Vector3d normal = (b.corners[l] - a.corners[k]) / gap;
+        record(contactOf(a, b, a.corners[k], b.corners[l], normal, gap),
+               b.vertexCone(l, -normal, exact(gap)) && a.vertexCone(k, normal, exact(gap)));
+    }
+
+    void offerEdges(const Face& a, const Face& b)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            for (std::size_t l = 0; l < 3; ++l)
+            {
+                if (a.ownsEdge(k) && b.ownsEdge(l))
+                {
+                    offerCrossing(a, k, b, l);
+                }
+            }
+        }
+    }
+
+    void offerCrossing(const Face& a, std::size_t k, const Face& b, std::size_t l)
+    {
+        const Vector3d u = a.edge(k);
+        const Vector3d v = b.edge(l);
+        const Crossing at(a.corners[k], u, b.corners[l], v);
+        if (!at.isInside())
+        {
+            return;
+        }
+        const Vector3d onA = a.corners[k] + at.s * u;
+        const Vector3d onB = b.corners[l] + at.t * v;
+        const double gap = (onB - onA).norm();
+        if (gap > m_scene.threshold + m_scene.rounding)
+        {
+            return;
+        }
+        Vector3d normal;
+        bool isContact = false;
+        if (gap > m_scene.touching)
+        {
+            normal = (onB - onA) / gap;
+            isContact = crosses(a, k, b, l, normal, exact(gap));
+        }
+        else
+        {
+            normal = u.cross(v).stableNormalized();
+            isContact = crosses(a, k, b, l, normal, kLenient);
+            if (!isContact)
+            {
+                normal = -normal;
+                isContact = crosses(a, k, b, l, normal, kLenient);
+            }
+        }
+        record(contactOf(a, b, onA, onB, normal, gap), isContact);
+    }
+    static bool crosses(const Face& x,
+                        std::size_t k,
+                        const Face& y,
+                        std::size_t l,
+                        const Vector3d& normal,
+                        double exact)
+    {
+        return x.crossingCone(k, normal, exact) && y.crossingCone(l, -normal, exact);
+    }
+
+    /// Tip to tip: the normal is out of both, as far as the directions around tell.
+    void recordTouching(const Face& x,
+                        std::span<const Vector3f> aroundX,
+                        const Vector3d& onX,
+                        const Face& y,
+                        std::span<const Vector3f> aroundY,
+                        const Vector3d& onY,
+                        double gap)
+    {
+        Vector3f outX = Vector3f::Zero();
+        Vector3f outY = Vector3f::Zero();
+        for (const Vector3f& t : aroundX)
+        {
+            outX -= t;
+        }
+        for (const Vector3f& t : aroundY)
+        {
+            outY -= t;
+        }
+        const Vector3d out =
+            *x.R_FG * outX.normalized().cast<double>() - *y.R_FG * outY.normalized().cast<double>();
+        const bool hasNormal = out.norm() > kOnBoundary;
+        record(contactOf(x,
+                         y,
+                         onX,
+                         onY,
+                         hasNormal ? Vector3d(out.normalized()) : Vector3d(Vector3d::UnitZ()),
+                         gap),
+               false);
+    }
+
+    /// Edges of x that x owns and that pass through y.
+    void offerPierced(const Face& x, const Face& y, const std::array<double, 3>& h)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const std::size_t next = (k + 1) % 3;
+            const bool isFlat = (x.slot->flatEdges >> k & 1U) != 0;
+            if (h[k] * h[next] >= 0.0 || (!isFlat && !x.ownsEdge(k)))
+            {
+                continue;
+            }
+            const double s = h[k] / (h[k] - h[next]);
+            const Vector3d through = x.corners[k] + s * x.edge(k);
+            if (!y.covers(through))
+            {
+                continue;
+            }
+            m_isPierced = true;
+            if (isFlat || !offerBehind(x, k, y, h))
+            {
+                addPierced(x, y, through, std::min(std::abs(h[k]), std::abs(h[next])), isFlat);
+            }
+        }
+    }
+
+    /// The end of an edge that is behind the face, or the edge behind one of the face.
+    bool offerBehind(const Face& x, std::size_t k, const Face& y, const std::array<double, 3>& h)
+    {
+        const std::size_t next = (k + 1) % 3;
+        const std::size_t end = std::abs(h[k]) <= std::abs(h[next]) ? k : next;
+        Contact best;
+        best.gap = -std::numeric_limits<double>::infinity();
+        const Vector3d out = h[end] > 0.0 ? y.normal : Vector3d(-y.normal);
+        if (std::abs(h[end]) <= m_scene.threshold && x.vertexCone(end, out, kLenient))
+        {
+            const Vector3d foot = x.corners[end] - h[end] * y.normal;
+            best = contactOf(x, y, x.corners[end], foot, out, -std::abs(h[end]));
+        }
+        for (std::size_t l = 0; l < 3; ++l)
+        {
+            if ((y.slot->sharpEdges >> l & 1U) == 0)
+            {
+                continue;
+            }
+            const Crossing at(x.corners[k], x.edge(k), y.corners[l], y.edge(l));
+            const Vector3d onX = x.corners[k] + at.s * x.edge(k);
+            const Vector3d onY = y.corners[l] + at.t * y.edge(l);
+            const double depth = (onX - onY).norm();
+            if (!at.isInside() || depth > std::min(m_scene.threshold, -best.gap) ||
+                depth <= m_scene.touching)
+            {
+                continue;
+            }
+            const Vector3d normal = (onX - onY) / depth;
+            if (x.edgeCone(k, normal, kLenient) && y.edgeCone(l, -normal, kLenient))
+            {
+                best = contactOf(x, y, onX, onY, normal, -depth);
+            }
+        }
+        const bool found = std::isfinite(best.gap);
+        if (found)
+        {
+            m_found.push_back(best);
+        }
+        return found;
+    }
+
+    /// Across the face, so that the middle of x stays on the side where it is.
+    void addPierced(
+        const Face& x, const Face& y, const Vector3d& through, double depth, bool isFlat)
+    {
+        const Vector3d& center = x.isB ? m_scene.centerB : m_scene.centerA;
+        const bool isAbove = y.normal.dot(center - y.corners[0]) > 0.0;
+        const Vector3d normal = isAbove ? Vector3d(-y.normal) : y.normal;
+        // The gap holds the depth for a while; edges inside a flat part come last.
+        const double rank = isFlat ? m_scene.threshold + 1e6 * depth : depth;
+        m_pierced.push_back(contactOf(x, y, through, through, normal, rank));
+    }
+
+    void keepShallowPierced()
+    {
+        double least = std::numeric_limits<double>::infinity();
+        for (const Contact& contact : m_pierced)
+        {
+            least = std::min(least, contact.gap);
+        }
+        for (Contact& contact : m_pierced)
+        {
+            if (contact.gap <= 2.0 * least + m_scene.threshold)
+            {
+                m_found.push_back(contact);
+                m_found.back().gap = 0.0;
+            }
+        }
+    }
+
+    Scene m_scene;
+    std::vector<Contact>& m_found;
+    std::size_t m_first;
+    std::vector<Contact>& m_pierced;
+    bool m_isPierced = false;
+    Contact m_nearest{.gap = std::numeric_limits<double>::infinity()};
+};
+
+/// Pairs of slots whose volumes are at most `threshold` apart.
+void collectSlots(const SsvTree& treeA,
+                  const SsvTree& treeB,
+                  const Matrix3d& R,
+                  const Vector3d& p,
+                  double threshold,
+                  ContactSearchWorkspace& work)
+{
+    work.slots.clear();
+    work.open.assign(1, {0, 0});
+    while (!work.open.empty())
+    {
+        const auto [a, b] = work.open.back();
+        work.open.pop_back();
+        const SsvNode& nodeA = treeA.nodes()[static_cast<std::size_t>(a)];
+        const SsvNode& nodeB = treeB.nodes()[static_cast<std::size_t>(b)];
+        if (forEachSeparatingAxis(place(nodeA, R, p),
+                                  place(nodeB),
+                                  [&](double gap, const auto&) { return gap > threshold; }))
+        {
+            continue;
+        }
+        if (nodeA.isLeaf() && nodeB.isLeaf())
+        {
+            work.slots.emplace_back(nodeA.first, nodeB.first);
+            continue;
+        }
+        const bool openA = nodeB.isLeaf() || (!nodeA.isLeaf() && nodeA.size() >= nodeB.size());
+        const std::int32_t count = openA ? nodeA.count : nodeB.count;
+        for (std::int32_t k = 0; k < count; ++k)
+        {
+            work.open.emplace_back(openA ? nodeA.first + k : a, openA ? b : nodeB.first + k);
+        }
+    }
+    work.pairs += static_cast<std::int64_t>(work.slots.size());
+}
+
+/// The closest points of all pairs of triangles: where no feature has a contact of its own.
+Contact closestOfAll(const ContactSurface& surfaceA,
+                     const ContactSurface& surfaceB,
+                     const Matrix3d& R,
+                     const Vector3d& p,
+                     const ContactSearchWorkspace& work)
+{
+    Contact best{.gap = std::numeric_limits<double>::infinity()};
+    for (const auto& [a, b] : work.slots)
+    {
+        TriangleCorners corners = surfaceA.tree().corners(a);
+        for (Vector3d& corner : corners)
+        {
+            corner = R * corner + p;
+        }
+        const TriangleDistance d = triangleDistance(corners, surfaceB.tree().corners(b));
+        if (d.distance < best.gap)
+        {
+            best = {d.pointA,
+                    d.pointB,
+                    -surfaceB.slot(b).normal,
+                    d.distance,
+                    surfaceA.tree().triangle(a),
+                    surfaceB.tree().triangle(b)};
+        }
+    }
+    if (best.gap > 0.0)
+    {
+        best.normal = (best.pointB - best.pointA).stableNormalized();
+    }
+    return best;
+}
+
+Face faceOf(const ContactSurface& surface,
+            const Matrix3d& R,
+            const Vector3d& p,
+            std::int32_t slot,
+            bool isB)
+{
+    Face face{.surface = &surface,
+              .R_FG = &R,
+              .index = surface.tree().triangle(slot),
+              .slot = &surface.slot(slot),
+              .corners = surface.tree().corners(slot),
+              .normal = R * surface.slot(slot).normal,
+              .isB = isB};
+    for (Vector3d& corner : face.corners)
+    {
+        corner = R * corner + p;
+    }
+    return face;
+}
+}  // namespace
+
+void appendContacts(const ContactSurface& surfaceA,
+                    const Isometry3d& X_WA,
+                    const ContactSurface& surfaceB,
+                    const Isometry3d& X_WB,
+                    double threshold,
+                    ContactSearchWorkspace& work,
+                    std::vector<Contact>& contacts)
+{
+    const SsvTree& treeA = surfaceA.tree();
+    const SsvTree& treeB = surfaceB.tree();
+    const Matrix3d R = X_WB.linear().transpose() * X_WA.linear();
+    const Vector3d p = X_WB.linear().transpose() * (X_WA * treeA.origin() - X_WB * treeB.origin());
+    const double largest = std::max({treeA.radius() + treeA.origin().norm(),
+                                     treeB.radius() + treeB.origin().norm(),
+                                     X_WA.translation().norm(),
+                                     X_WB.translation().norm()});
+    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * largest;
+    collectSlots(treeA, treeB, R, p, threshold + rounding, work);
+    if (work.slots.empty())
+    {
+        return;
+    }
+    const std::size_t first = contacts.size();
+    Search search({.threshold = threshold,
+                   .rounding = rounding,
+                   .touching = kTouching * std::max(treeA.radius(), treeB.radius()),
+                   .centerA = p,
+                   .centerB = Vector3d::Zero()},
+                  contacts,
+                  work.pierced);
+    const Matrix3d I = Matrix3d::Identity();
+    for (const auto& [a, b] : work.slots)
+    {
+        search.look(faceOf(surfaceA, R, p, a, false),
+                    faceOf(surfaceB, I, Vector3d::Zero(), b, true));
+    }
+    search.finish();
+    if (contacts.size() == first)
+    {
+        const Contact closest = closestOfAll(surfaceA, surfaceB, R, p, work);
+        if (closest.gap <= threshold + rounding)
+        {
+            contacts.push_back(closest);
+        }
+    }
+    for (std::size_t i = first; i < contacts.size(); ++i)
+    {
+        contacts[i].pointA = X_WB * (contacts[i].pointA + treeB.origin());
+        contacts[i].pointB = X_WB * (contacts[i].pointB + treeB.origin());
+        contacts[i].normal = X_WB.linear() * contacts[i].normal;
+    }
+}
+}  // namespace bullet_ccd
