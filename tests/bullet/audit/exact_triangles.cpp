@@ -141,7 +141,9 @@ GridPoint toGrid(const Eigen::Vector3d& point)
                                         " m is farther than 16 m from the mesh it is checked "
                                         "against: use smaller meshes");
         }
-        result[static_cast<std::size_t>(i)] = std::llround(point[i] * kGridsPerMetre);
+        const double grids = point[i] * kGridsPerMetre;
+        result[static_cast<std::size_t>(i)] =
+            static_cast<std::int64_t>(grids + (grids < 0.0 ? -0.5 : 0.5));
     }
     return result;
 }
@@ -162,6 +164,15 @@ int sideOf(const GridPoint& a, const GridPoint& b, const GridPoint& c, const Gri
 
 bool trianglesMeet(const GridTriangle& a, const GridTriangle& b)
 {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const auto [lowA, highA] = std::minmax({a[0][k], a[1][k], a[2][k]});
+        const auto [lowB, highB] = std::minmax({b[0][k], b[1][k], b[2][k]});
+        if (lowA > highB || lowB > highA)
+        {
+            return false;
+        }
+    }
     // Closed triangles meet exactly if an edge of one meets the other. (One inside the other, in
     // one plane, is among these: its edges are inside.)
     return edgesMeet(a, b) || edgesMeet(b, a);

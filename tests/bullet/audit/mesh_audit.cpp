@@ -99,7 +99,7 @@ void crossLeaves(const Query& query,
         for (std::int32_t k = leafA.first; k < leafA.first + leafA.count; ++k)
         {
             const std::int32_t triangleA = query.a.order()[static_cast<std::size_t>(k)];
-            if (trianglesMeet(query.a.corners(triangleA, Eigen::Isometry3d::Identity()), cornersB))
+            if (trianglesMeet(query.a.corners(triangleA), cornersB))
             {
                 crossings.emplace_back(triangleA, triangleB);
             }
@@ -194,6 +194,10 @@ void addEdges(const Corners& corners,
 AuditMesh::AuditMesh(TriangleMesh mesh)
     : m_mesh(std::move(mesh)), m_watertight(isWatertight(m_mesh))
 {
+    for (const Eigen::Vector3d& vertex : m_mesh.vertices)
+    {
+        m_grid.push_back(toGrid(vertex));
+    }
     m_order.resize(m_mesh.triangles.size());
     std::iota(m_order.begin(), m_order.end(), 0);
     m_nodes.emplace_back();
@@ -238,6 +242,13 @@ void AuditMesh::split(std::int32_t node, std::int32_t begin, std::int32_t end)
     m_nodes.resize(m_nodes.size() + 2);
     split(child, begin, middle);
     split(child + 1, middle, end);
+}
+
+GridTriangle AuditMesh::corners(std::int32_t triangle) const
+{
+    const Triangle& t = m_mesh.triangles[static_cast<std::size_t>(triangle)];
+    const auto at = [&](std::size_t k) { return m_grid[static_cast<std::size_t>(t[k])]; };
+    return {at(0), at(1), at(2)};
 }
 
 GridTriangle AuditMesh::corners(std::int32_t triangle, const Eigen::Isometry3d& X) const

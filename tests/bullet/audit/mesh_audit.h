@@ -31,7 +31,9 @@ public:
     [[nodiscard]] const std::vector<Node>& nodes() const { return m_nodes; }
     [[nodiscard]] const std::vector<std::int32_t>& order() const { return m_order; }
     [[nodiscard]] const Eigen::AlignedBox3d& box() const { return m_nodes.front().box; }
-    /// Corners of a triangle, moved by `X` and put on the grid.
+    /// Corners of a triangle on the grid.
+    [[nodiscard]] GridTriangle corners(std::int32_t triangle) const;
+    /// Moved by `X` and put on the grid.
     [[nodiscard]] GridTriangle corners(std::int32_t triangle, const Eigen::Isometry3d& X) const;
     /// True if the solid contains the point (mesh frame): the winding number of the surface about
     /// it is not zero. False for meshes that are not watertight.
@@ -42,6 +44,7 @@ public:
 private:
     TriangleMesh m_mesh;
     bool m_watertight;
+    std::vector<GridPoint> m_grid;  // vertices
     std::vector<Node> m_nodes;
     std::vector<std::int32_t> m_order;
 
