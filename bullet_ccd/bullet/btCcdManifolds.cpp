@@ -266,6 +266,7 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
                             btManifoldResult& result)
 {
     Scratch& mine = scratch();
+    recall(a, b, mine.m_work);
     Collector collector(a, b, double(result.m_closestPointDistanceThreshold), mine);
     for (const btCcdShapePart& partA : modelA.m_parts)
     {
@@ -285,6 +286,27 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     for (const Contact& contact : mine.m_work.contacts)
     {
         addPoint(contact, isSwapped(*shared, a), result);
+    }
+}
+
+/// Where the points would be now, if they went along with one body or the other.
+void btCcdManifolds::recall(const btCollisionObjectWrapper& a,
+                            const btCollisionObjectWrapper& b,
+                            bullet_ccd::PatchWorkspace& work) const
+{
+    work.former.clear();
+    for (int i = 0; i < m_manifolds.size(); ++i)
+    {
+        const bool swapped = isSwapped(*m_manifolds[i], a);
+        for (int k = 0; k < m_manifolds[i]->getNumContacts(); ++k)
+        {
+            const btManifoldPoint& point = m_manifolds[i]->getContactPoint(k);
+            const btVector3& inA = swapped ? point.m_localPointB : point.m_localPointA;
+            const btVector3& inB = swapped ? point.m_localPointA : point.m_localPointB;
+            work.former.push_back(
+                {.onA = btCcdToEigen(a.getCollisionObject()->getWorldTransform() * inA),
+                 .onB = btCcdToEigen(b.getCollisionObject()->getWorldTransform() * inB)});
+        }
     }
 }
 

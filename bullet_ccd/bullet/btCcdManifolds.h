@@ -51,6 +51,9 @@ public:
     void appendTo(btManifoldArray& manifolds) const;
 
 private:
+    void recall(const btCollisionObjectWrapper& a,
+                const btCollisionObjectWrapper& b,
+                bullet_ccd::PatchWorkspace& work) const;
     void assign(const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b,
                 const bullet_ccd::PatchWorkspace& found,

@@ -85,7 +85,7 @@ RigidMotion btCcdRigidMotion(const btCollisionObject& object,
 btCcdObjectMotion btCcdLinkMotion(const btMultiBodyLinkCollider& collider,
                                   const btCcdMultiBodyMotion& links)
 {
-    const std::int32_t link = collider.m_link + 1;
+    const std::int32_t link = links.coreLink(collider.m_link);
     return {LinkMotion{&links.m_tree, &links.m_motion, link},
             links.bulletFrame(*collider.m_multiBody, collider.m_link)};
 }

@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/btCcdPairToi.h"
 
+#include "bullet_ccd/bullet/btCcdManifolds.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <algorithm>
@@ -78,11 +79,11 @@ double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
 }
 
 /// The contacts are ours: zones of the shell.
-FirstContactResult askShell(const Parts& parts, double tolerance)
+FirstContactResult askShell(const Parts& parts)
 {
     const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
     const double margins = marginsOf(parts.m_a, parts.m_b);
-    const double shell = margins > 0.0 ? margins : tolerance;
+    const double shell = margins > 0.0 ? margins : btCcdManifolds::kLeastShell;
     const auto zone = [&](double floor, double width) {
         return ask(
             parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii + floor * shell, width * shell);
@@ -182,8 +183,7 @@ btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
         for (const btCcdShapePart& partB : b.m_model.m_parts)
         {
             const Parts parts{partA, a.m_motion, partB, b.m_motion, work};
-            take(btCcdHasOwnContacts(partA, partB) ? askShell(parts, tolerance)
-                                                   : askStock(parts, tolerance),
+            take(btCcdHasOwnContacts(partA, partB) ? askShell(parts) : askStock(parts, tolerance),
                  parts,
                  result);
         }

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -68,6 +69,11 @@ const btVector3& everywhere()
 /// one segment of two.
 TriangleMesh hullMesh(const Points& points)
 {
+    bullet_ccd::require(!points.empty() && std::all_of(points.begin(),
+                                                       points.end(),
+                                                       [](const Eigen::Vector3d& point)
+                                                       { return point.allFinite(); }),
+                        "btCcdConvertShape: no points, or one that is not finite");
     if (points.size() < 3)
     {
         return {points, {Triangle{0, 0, std::int32_t(points.size()) - 1}}};

@@ -299,7 +299,7 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
         {
             owner.m_epoch = m_epoch;
             const double duration = tracked->m_stopped ? 0.0 : remaining();
-            btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion);
+            btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion, start);
         }
         tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
     }

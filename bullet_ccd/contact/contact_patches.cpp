@@ -18,6 +18,15 @@ using Eigen::Vector3d;
 constexpr std::size_t kDirections = 12;
 constexpr std::size_t kMaxCandidates = kDirections + 1;
 
+// Relative to the threshold: points that are one, points that are as deep as the deepest, how far a
+// point may have moved since, and how deep the deepest may be if the points stay.
+constexpr double kSame = 0.01;
+constexpr double kDeep = 0.02;
+constexpr double kFormer = 0.1;
+constexpr double kFormerDeep = 0.1;
+/// Part of the largest area that is enough to keep the points.
+constexpr double kEnough = 0.85;
+
 /// A contact in the plane across the normal of its patch.
 struct Spot
 {
@@ -51,7 +60,7 @@ public:
             const std::vector<std::int32_t>& members,
             const Vector3d& normal,
             double threshold)
-        : m_contacts(contacts), m_same(1e-2 * threshold)
+        : m_contacts(contacts), m_threshold(threshold)
     {
         const Vector2d size = layAxes(members, normal);
         for (std::size_t k = 0; k < kDirections; ++k)
@@ -61,7 +70,7 @@ public:
             add(extreme(members, Vector2d(std::cos(angle) * size.y(), std::sin(angle) * size.x())));
         }
         const double least = contacts[static_cast<std::size_t>(members.front())].gap;
-        m_deep = least + 2e-2 * threshold;
+        m_deep = least + kDeep * threshold;
         if (std::none_of(m_spots.begin(),
                          m_spots.begin() + m_count,
                          [&](const Spot& s) { return s.gap <= m_deep; }))
@@ -71,7 +80,9 @@ public:
     }
 
     /// At most four of them, a deepest first.
-    void appendBest(std::vector<Contact>& chosen) const
+    void appendBest(const std::vector<std::int32_t>& members,
+                    const std::vector<FormerContact>& former,
+                    std::vector<Contact>& chosen)
     {
         std::array<int, 4> best{0, 1, 2, 3};
         int count = m_count;
@@ -79,6 +90,7 @@ public:
         {
             best = largest();
             count = kPointsPerPatch;
+            holdFormer(members, former, best);
         }
         const auto deepest =
             std::min_element(best.begin(),
@@ -108,7 +120,7 @@ private:
         const Vector2d start = spotOf(members.front()).at;
         const Vector2d end = farthestFrom(start, members);
         const Vector2d along = farthestFrom(end, members) - end;
-        if (along.norm() > m_same)
+        if (along.norm() > kSame * m_threshold)
         {
             m_axes.col(0) = (m_axes * along).normalized();
             m_axes.col(1) = normal.cross(m_axes.col(0));
@@ -120,7 +132,7 @@ private:
             low = low.cwiseMin(spotOf(member).at);
             high = high.cwiseMax(spotOf(member).at);
         }
-        return (high - low).cwiseMax(m_same);
+        return (high - low).cwiseMax(kSame * m_threshold);
     }
     [[nodiscard]] Vector2d farthestFrom(const Vector2d& place,
                                         const std::vector<std::int32_t>& members) const
@@ -159,10 +171,65 @@ private:
         const auto end = m_spots.begin() + m_count;
         if (std::none_of(m_spots.begin(),
                          end,
-                         [&](const Spot& s) { return (s.at - candidate.at).norm() <= m_same; }))
+                         [&](const Spot& s)
+                         { return (s.at - candidate.at).norm() <= kSame * m_threshold; }))
         {
             m_spots[static_cast<std::size_t>(m_count++)] = candidate;
         }
+    }
+
+    [[nodiscard]] double area(const std::array<int, 4>& four) const
+    {
+        return hullArea(spot(four[0]).at, spot(four[1]).at, spot(four[2]).at, spot(four[3]).at);
+    }
+
+    /// Replaces the best four by the former ones if these do nearly as well.
+    void holdFormer(const std::vector<std::int32_t>& members,
+                    const std::vector<FormerContact>& former,
+                    std::array<int, 4>& best)
+    {
+        std::array<Spot, 4> held;
+        std::size_t count = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (const FormerContact& point : former)
+        {
+            const std::int32_t member = nearest(members, point);
+            if (member == kNone)
+            {
+                continue;
+            }
+            if (count == held.size())
+            {
+                return;
+            }
+            held[count++] = spotOf(member);
+            least = std::min(least, held[count - 1].gap);
+        }
+        if (count < held.size() || least > m_deep + (kFormerDeep - kDeep) * m_threshold ||
+            hullArea(held[0].at, held[1].at, held[2].at, held[3].at) < kEnough * area(best))
+        {
+            return;
+        }
+        std::copy(held.begin(), held.end(), m_spots.begin());
+        best = {0, 1, 2, 3};
+    }
+    [[nodiscard]] std::int32_t nearest(const std::vector<std::int32_t>& members,
+                                       const FormerContact& point) const
+    {
+        double least = kFormer * kFormer * m_threshold * m_threshold;
+        std::int32_t best = kNone;
+        for (const std::int32_t member : members)
+        {
+            const Contact& c = m_contacts[static_cast<std::size_t>(member)];
+            const double squared = std::min((c.pointA - point.onA).squaredNorm(),
+                                            (c.pointB - point.onB).squaredNorm());
+            if (squared < least)
+            {
+                least = squared;
+                best = member;
+            }
+        }
+        return best;
     }
 
     [[nodiscard]] std::array<int, 4> largest() const
@@ -179,11 +246,10 @@ private:
                     {
                         const double gap =
                             std::min({spot(a).gap, spot(b).gap, spot(c).gap, spot(d).gap});
-                        const double area =
-                            hullArea(spot(a).at, spot(b).at, spot(c).at, spot(d).at);
-                        if (gap <= m_deep && area > largest)
+                        const double size = area({a, b, c, d});
+                        if (gap <= m_deep && size > largest)
                         {
-                            largest = area;
+                            largest = size;
                             best = {a, b, c, d};
                         }
                     }
@@ -194,7 +260,7 @@ private:
     }
 
     const std::vector<Contact>& m_contacts;
-    double m_same;
+    double m_threshold;
     double m_deep = 0.0;
     Eigen::Matrix<double, 3, 2> m_axes;
     std::array<Spot, kMaxCandidates> m_spots{};
@@ -239,7 +305,8 @@ void reducePatches(const PatchOptions& options, PatchWorkspace& work)
         }
         ContactPatch& patch = work.patches[k];
         patch.first = static_cast<std::int32_t>(work.contacts.size());
-        Outline(work.raw, work.members, patch.normal, options.threshold).appendBest(work.contacts);
+        Outline(work.raw, work.members, patch.normal, options.threshold)
+            .appendBest(work.members, work.former, work.contacts);
         patch.count = static_cast<std::int32_t>(work.contacts.size()) - patch.first;
     }
 }

@@ -29,11 +29,23 @@ struct PatchOptions
     std::int32_t maxPatches = 64;  ///< those with the deepest contacts are kept
 };
 
-/// Scratch memory and result of a query; one per thread.
+/// Where a contact that was reported before would be now, as a point of either body.
+struct FormerContact
+{
+    Eigen::Vector3d onA = Eigen::Vector3d::Zero();
+    Eigen::Vector3d onB = Eigen::Vector3d::Zero();
+};
+
+/// Input, scratch memory and result of a query; one per thread.
 struct PatchWorkspace
 {
+    std::vector<Contact> raw;  ///< all contacts
+    /// A patch keeps the four that it had if these are still in contact, deep enough and nearly as
+    /// far apart as any: else those of something round change from one query to the next, and no
+    /// solver comes to an end.
+    std::vector<FormerContact> former;
+
     ContactSearchWorkspace search;
-    std::vector<Contact> raw;
     std::vector<std::int32_t> patchOf;
     std::vector<std::int32_t> members;
 
@@ -41,12 +53,12 @@ struct PatchWorkspace
     std::vector<Contact> contacts;      ///< of all patches; the deepest of each first
 };
 
-/// Groups `work.raw`, in any frame, to `work.patches` and `work.contacts`: each patch keeps a
-/// deepest contact and those others that make the polygon of support about as large as any four
-/// can. Deterministic; does not depend on the order of work.raw but for equal contacts.
+/// Groups `work.raw`, in the frame of work.former, to `work.patches` and `work.contacts`: each
+/// patch keeps a deepest contact and those others that make the polygon of support about as large
+/// as any four can. Deterministic; does not depend on the order of work.raw but for equal contacts.
 void reducePatches(const PatchOptions& options, PatchWorkspace& work);
 
-/// Contacts of two surfaces, see appendContacts(), reduced; in W.
+/// Contacts of two surfaces, see appendContacts(), reduced; in W. Fills work.raw itself.
 void findPatches(const ContactSurface& surfaceA,
                  const Eigen::Isometry3d& X_WA,
                  const ContactSurface& surfaceB,

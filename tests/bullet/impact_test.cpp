@@ -51,7 +51,7 @@ double touchAngle()
 
 TEST(Impact, ListenerLearnsWhoMeetsWhenAndWhere)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     btRigidBody* block = addBlock(scene);
     btMultiBody* finger = scene.chain({rod(scene)}, kHalfLength, btTransform::getIdentity());
     finger->setJointVel(0, -2);
@@ -80,7 +80,7 @@ TEST(Impact, ListenerLearnsWhoMeetsWhenAndWhere)
 
 TEST(Impact, HeldBodyKeepsItsVelocityAndOthersLoseNoTime)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     addBlock(scene);
     btMultiBody* finger = scene.chain({rod(scene)}, kHalfLength, btTransform::getIdentity());
     finger->setJointVel(0, -2);
@@ -108,7 +108,7 @@ TEST(Impact, HeldBodyKeepsItsVelocityAndOthersLoseNoTime)
 
 TEST(Impact, SolverAnswersAtOnceAndNobodyLosesTime)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     addBlock(scene);
     btMultiBody* finger = scene.chain({rod(scene)}, kHalfLength, btTransform::getIdentity());
     finger->setJointVel(0, -2);
@@ -126,7 +126,7 @@ TEST(Impact, SolverAnswersAtOnceAndNobodyLosesTime)
 TEST(Impact, BouncingBallsSwapTheirVelocitiesInTheMiddleOfTheStep)
 {
     // Equal masses, restitution 1, head on and fast: each passes its velocity on at the impact.
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     btCollisionShape* sphere = scene.keep(std::make_unique<btSphereShape>(btScalar(0.01)));
     btRigidBody* a = scene.body(sphere, 0.1, poseAt(vec(-0.11, 0, 0)));
     btRigidBody* b = scene.body(sphere, 0.1, poseAt(vec(0.11, 0, 0)));
@@ -148,7 +148,7 @@ TEST(Impact, BouncingBallsSwapTheirVelocitiesInTheMiddleOfTheStep)
 
 TEST(Impact, StoppedLinkFreezesAndTheRestOfTheFingerGoesOn)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     addBlock(scene);
     btMultiBody* finger =
         scene.chain({rod(scene), rod(scene)}, kHalfLength, btTransform::getIdentity());
@@ -194,7 +194,7 @@ TEST(Impact, StopLinkNeedsColliders)
 TEST(Impact, PairWithinTheShellCanLeaveAndSlide)
 {
     // A box in the middle of the shell over a wide plate moves sideways, then away.
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     const double gap = btCcdMeshShape::kDefaultMargin;
     btRigidBody* plate = scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.01)));
     btRigidBody* box =
@@ -217,7 +217,7 @@ TEST(Impact, PairWithinTheShellCanLeaveAndSlide)
 
 TEST(Impact, ListenerThatStopsNothingCostsTimeButLetsNothingThrough)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     Recorder recorder;
     recorder.m_answer = btCcdAfterImpact::Continue;
     scene.ccd().setCcdImpactListener(&recorder);
@@ -240,7 +240,7 @@ namespace
 template <typename Prepare>
 bool isStopped(const Prepare& prepare)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     btRigidBody* plate = scene.body(scene.boxMesh(vec(0.1, 0.1, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
     btRigidBody* box =
         scene.body(scene.boxMesh(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(0, 0, 0.05)));
@@ -281,7 +281,7 @@ TEST(Impact, LinksOfOneBodyMeetOnlyWithSelfCollision)
     for (const bool self : {true, false})
     {
         // Three links fold onto each other: the last meets the first, not its own parent.
-        Scene scene(Kind::Ccd);
+        Scene scene(Kind::World);
         btMultiBody* body = scene.chain(
             {rod(scene), rod(scene), rod(scene)}, kHalfLength, btTransform::getIdentity());
         body->setHasSelfCollision(self);
@@ -302,7 +302,7 @@ TEST(Impact, LinksOfOneBodyMeetOnlyWithSelfCollision)
 
 TEST(Impact, UnsupportedShapesAreCountedAndLeftToBullet)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     const btSphereShape* sphere = scene.keep(std::make_unique<btSphereShape>(btScalar(0.1)));
     scene.body(scene.keep(std::make_unique<btMinkowskiSumShape>(sphere, sphere)),
                0.0,
@@ -317,7 +317,7 @@ TEST(Impact, UnsupportedShapesAreCountedAndLeftToBullet)
 
 TEST(Impact, IntersectingBodiesAreLeftToDiscreteContacts)
 {
-    Scene scene(Kind::Ccd);
+    Scene scene(Kind::World);
     scene.body(scene.boxMesh(vec(0.1, 0.1, 0.01)), 0.0, poseAt(vec(0, 0, 0)));
     btRigidBody* box =
         scene.body(scene.boxMesh(vec(0.02, 0.02, 0.02)), 0.1, poseAt(vec(0, 0, 0.005)));
