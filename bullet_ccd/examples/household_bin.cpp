@@ -31,7 +31,7 @@ struct Ball
 /// others.
 Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
                           double radius,
-                          const Eigen::Vector3d& halfInner,
+                          const Eigen::Vector2d& halfInner,
                           Random& random)
 {
     const double freeX = std::max(0.0, halfInner.x() - radius - kClearance);
@@ -58,7 +58,6 @@ Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
 HouseholdBin::HouseholdBin(World& world, tests::WorldAudit& audit, const BinOptions& options)
     : m_halfInner(options.halfInner)
 {
-    addWalls(world, audit);
     makeKinds(options);
     Random random(options.seed);
     std::vector<Ball> taken;
@@ -76,16 +75,17 @@ HouseholdBin::HouseholdBin(World& world, tests::WorldAudit& audit, const BinOpti
         audit.add(body, kind.audit);
         m_objects.push_back({body, kind.audit.get()});
         m_names.push_back(kind.name + " " + std::to_string(i));
+        m_top = std::max(m_top, taken.back().center.z() + kind.reach);
     }
+    addWalls(world, audit);
 }
 
 void HouseholdBin::addWalls(World& world, tests::WorldAudit& audit)
 {
-    const Eigen::Vector3d& half = m_halfInner;
+    const Eigen::Vector2d& half = m_halfInner;
     const double x = half.x() + kWall;
     const double y = half.y() + kWall;
-    // Taller than the inner half height says twice over: the column of objects stands in it.
-    const double z = half.z();
+    const double z = 0.5 * m_top;
     const auto add =
         [&](const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& at)
     {

@@ -13,16 +13,16 @@ namespace bullet_ccd::examples
 struct BinOptions
 {
     int objects = 20;
-    std::uint64_t seed = 1;                     ///< of the places and of the sizes of the objects
-    Eigen::Vector3d halfInner{0.25, 0.2, 0.3};  ///< of the bin; its floor is at z = 0 [m]
+    std::uint64_t seed = 1;                ///< of the places and of the sizes of the objects
+    Eigen::Vector2d halfInner{0.25, 0.2};  ///< of the bin; its floor is at z = 0 [m]
 };
 
 class HouseholdBin
 {
 public:
-    /// Adds the bin and, above its floor and clear of each other, the objects: all families in
-    /// turn, at most kSizes sizes of each, 500 to 5000 triangles an object. Making them takes half
-    /// a second a kind.
+    /// Adds the objects, in a column clear of each other, and a bin whose walls are as high as the
+    /// column: all families in turn, at most kSizes sizes of each, 500 to 5000 triangles an object.
+    /// Making them takes half a second a kind.
     HouseholdBin(World& world, tests::WorldAudit& audit, const BinOptions& options);
 
     static constexpr int kSizes = 2;
@@ -52,7 +52,8 @@ private:
         const tests::AuditMesh* mesh = nullptr;
     };
 
-    Eigen::Vector3d m_halfInner;
+    Eigen::Vector2d m_halfInner;
+    double m_top = 0.0;  // of the column of objects at the start
     std::vector<Kind> m_kinds;
     std::vector<Object> m_objects;
     std::vector<std::string> m_names;
