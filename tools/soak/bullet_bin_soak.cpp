@@ -58,6 +58,14 @@ bool runBinSoak(const BinSoak& soak)
         }
     }
 
+    const WorldAudit::Busiest busiest = audit.busiestPair();
+    if (busiest.bodyA != kNone && busiest.bodyB != kNone)
+    {
+        std::printf("most impacts: %lld of %s and %s\n",
+                    static_cast<long long>(busiest.impacts),
+                    bin.nameOf(busiest.bodyA).c_str(),
+                    bin.nameOf(busiest.bodyB).c_str());
+    }
     printCounters(world.ccd(), soak.seconds);
     for (std::size_t i = 0; i < bin.size(); ++i)
     {

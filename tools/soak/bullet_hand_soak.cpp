@@ -103,6 +103,7 @@ public:
     [[nodiscard]] const AuditResult& seen() const { return m_seen; }
     [[nodiscard]] const btCcdControl& control() { return m_world.ccd(); }
     [[nodiscard]] std::string describe() const;
+    void printBusiest() const;
 
 private:
     const HandModel& m_hand;
@@ -349,6 +350,18 @@ std::string HandScene::describe() const
     return text;
 }
 
+void HandScene::printBusiest() const
+{
+    const WorldAudit::Busiest busiest = m_audit.busiestPair();
+    if (busiest.bodyA != kNone && busiest.bodyB != kNone)
+    {
+        std::printf("most impacts: %lld of %s and %s\n",
+                    static_cast<long long>(busiest.impacts),
+                    m_names[static_cast<std::size_t>(busiest.bodyA)].c_str(),
+                    m_names[static_cast<std::size_t>(busiest.bodyB)].c_str());
+    }
+}
+
 struct HandTally
 {
     AuditResult seen = {};
@@ -378,6 +391,7 @@ void soakObject(const HandModel& hand,
                 soak.closings,
                 static_cast<long long>(scene.seen().poses),
                 static_cast<long long>(scene.seen().intersecting));
+    scene.printBusiest();
     printCounters(scene.control(), soak.closings * (kClosingTime + kHoldingTime + kOpeningTime));
     if (!scene.seen().clean())
     {

@@ -63,6 +63,7 @@ AuditResult WorldAudit::step(double timeStep)
 
 btCcdAfterImpact WorldAudit::onImpact(const btCcdImpact& impact)
 {
+    ++m_impacts[std::minmax<const btCollisionObject*>(impact.m_objectA, impact.m_objectB)];
     // Several impacts of one time are one knot.
     const double time = m_time + double(impact.m_time);
     if (time > m_knots.back().time)
@@ -70,6 +71,24 @@ btCcdAfterImpact WorldAudit::onImpact(const btCcdImpact& impact)
         m_knots.push_back(now(time));
     }
     return btCcdAfterImpact::Solve;
+}
+
+WorldAudit::Busiest WorldAudit::busiestPair() const
+{
+    Busiest busiest;
+    const auto indexOf = [this](const btCollisionObject* object)
+    {
+        const auto found = std::find(m_objects.begin(), m_objects.end(), object);
+        return found == m_objects.end() ? kNone : std::int32_t(found - m_objects.begin());
+    };
+    for (const auto& [pair, impacts] : m_impacts)
+    {
+        if (impacts > busiest.impacts)
+        {
+            busiest = {indexOf(pair.first), indexOf(pair.second), impacts};
+        }
+    }
+    return busiest;
 }
 
 WorldAudit::Knot WorldAudit::now(double time) const

@@ -14,6 +14,7 @@
 
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 class btMultiBody;
@@ -52,6 +53,15 @@ public:
 
     btCcdAfterImpact onImpact(const btCcdImpact& impact) override;
 
+    /// Bodies that met most often, and how often; kNone if none did.
+    struct Busiest
+    {
+        std::int32_t bodyA = kNone;
+        std::int32_t bodyB = kNone;
+        std::int64_t impacts = 0;
+    };
+    [[nodiscard]] Busiest busiestPair() const;
+
 private:
     struct Knot
     {
@@ -69,6 +79,7 @@ private:
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<Knot> m_knots;
     double m_time = 0.0;
+    std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, std::int64_t> m_impacts;
 
     [[nodiscard]] Knot now(double time) const;
     void setJoints(const std::vector<double>& joints);
