@@ -16,14 +16,15 @@ using namespace bullet_ccd::benchmarks;
 
 void printQueries(int count, int repeats)
 {
-    fmt::print("{:<26}{:<30}{:>6} {:>7} {:>6} {:>6} {:>12} {:>9}\n",
+    fmt::print("{:<26}{:<30}{:>8} {:>7} {:>6} {:>6} {:>10} {:>10} {:>9}\n",
                "pair",
                "method",
                "hits",
                "missed",
                "late",
                "false",
-               "error [mm]",
+               "latest mm",
+               "error mm",
                "us");
     for (const QueryFamily& family : queryFamilies(count, 1))
     {
@@ -33,13 +34,14 @@ void printQueries(int count, int repeats)
         }
         for (const CastRow& row : runFamily(family, repeats))
         {
-            fmt::print("{:<26}{:<30}{:>6} {:>7} {:>6} {:>6} {:>12.5f} {:>9.2f}\n",
+            fmt::print("{:<26}{:<30}{:>8} {:>7} {:>6} {:>6} {:>10.4f} {:>10.4f} {:>9.2f}\n",
                        row.family,
                        row.method,
-                       row.hits,
+                       fmt::format("{}/{}", row.hits, row.queries),
                        row.missed,
                        row.late,
                        row.falseHits,
+                       1e3 * row.latest,
                        1e3 * row.error,
                        row.microseconds);
         }

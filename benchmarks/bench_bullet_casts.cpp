@@ -151,32 +151,42 @@ CastMethod motionThreshold(const QueryFamily& family)
 /// Overlap tests of GImpact along the way; the answer is the last free sample.
 CastMethod gimpactSamples(const QueryFamily& family)
 {
-    struct Found : btCollisionWorld::ContactResultCallback
-    {
-        bool m_found = false;
-        btScalar addSingleResult(btManifoldPoint& point,
-                                 const btCollisionObjectWrapper*,
-                                 int,
-                                 int,
-                                 const btCollisionObjectWrapper*,
-                                 int,
-                                 int) override
-        {
-            m_found = m_found || point.getDistance() <= btScalar(0);
-            return 0;
-        }
-    };
     struct State
     {
         btDefaultCollisionConfiguration configuration;
         btCollisionDispatcher dispatcher{&configuration};
-        btDbvtBroadphase broadphase;
-        btCollisionWorld world{&dispatcher, &broadphase, &configuration};
         std::unique_ptr<btCollisionShape> shapeA;
         std::unique_ptr<btCollisionShape> shapeB;
         btCollisionObject a;
         btCollisionObject b;
+        btCollisionAlgorithm* algorithm = nullptr;
         std::vector<btTransform> samples;
+
+        [[nodiscard]] btCollisionObjectWrapper wrap(btCollisionObject& object) const
+        {
+            return {
+                nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+        }
+        [[nodiscard]] bool overlaps(const btTransform& pose)
+        {
+            a.setWorldTransform(pose);
+            const btCollisionObjectWrapper wrapA = wrap(a);
+            const btCollisionObjectWrapper wrapB = wrap(b);
+            btManifoldResult result(&wrapA, &wrapB);
+            algorithm->processCollision(&wrapA, &wrapB, btDispatcherInfo(), &result);
+            bool found = false;
+            if (btPersistentManifold* manifold = result.getPersistentManifold())
+            {
+                found = manifold->getNumContacts() > 0;
+                manifold->clearManifold();
+            }
+            return found;
+        }
+        ~State()
+        {
+            algorithm->~btCollisionAlgorithm();
+            dispatcher.freeCollisionAlgorithm(algorithm);
+        }
     };
     auto state = std::make_shared<State>();
     btGImpactCollisionAlgorithm::registerAlgorithm(&state->dispatcher);
@@ -184,6 +194,10 @@ CastMethod gimpactSamples(const QueryFamily& family)
     state->shapeB = family.b.gimpact();
     state->a.setCollisionShape(state->shapeA.get());
     state->b.setCollisionShape(state->shapeB.get());
+    const btCollisionObjectWrapper wrapA = state->wrap(state->a);
+    const btCollisionObjectWrapper wrapB = state->wrap(state->b);
+    state->algorithm =
+        state->dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     return {.name = "GImpact, 64 samples",
             .prepare =
                 [state](const BulletQuery& query)
@@ -201,10 +215,7 @@ CastMethod gimpactSamples(const QueryFamily& family)
             {
                 for (int i = 0; i <= kGImpactSamples; ++i)
                 {
-                    state->a.setWorldTransform(state->samples[std::size_t(i)]);
-                    Found found;
-                    state->world.contactPairTest(&state->a, &state->b, found);
-                    if (found.m_found)
+                    if (state->overlaps(state->samples[std::size_t(i)]))
                     {
                         return CastAnswer{true, double(std::max(i - 1, 0)) / kGImpactSamples};
                     }

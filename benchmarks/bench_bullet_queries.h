@@ -69,11 +69,12 @@ struct CastRow
     std::string family;
     std::string method;
     int queries = 0;
-    int hits = 0;        ///< that it found, of those that are
-    int missed = 0;      ///< contacts that it did not see
-    int late = 0;        ///< answers after the contact, by more than 1e-6 m of the way
-    int falseHits = 0;   ///< hits of bodies that stay 2 mm apart
-    double error = 0.0;  ///< mean distance on the way between its answer and the contact [m]
+    int hits = 0;         ///< that it found, of those that are
+    int missed = 0;       ///< contacts that it did not see
+    int late = 0;         ///< answers after the contact, by more than 0.2 mm of the way
+    double latest = 0.0;  ///< of its answers, after the contact on the way [m]
+    int falseHits = 0;    ///< hits of bodies that stay 2 mm apart
+    double error = 0.0;   ///< mean distance on the way between its answer and the contact [m]
     double microseconds = 0.0;
 };
 

@@ -20,6 +20,7 @@ namespace
 {
 /// After so many impacts of one pair in a step, contact is no longer taken for a bounce.
 constexpr int kBounces = 2;
+constexpr int kMostPieces = 100;
 
 bool isStill(const btMultiBody& body)
 {
@@ -161,10 +162,7 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
     {
         const btCcdStepper::Event event = watch ? m_stepper.next() : btCcdStepper::Event{};
         const btScalar advance = (event.m_found ? event.m_time : timeStep) - elapsed;
-        if (advance > btScalar(0))
-        {
-            integrate(advance);
-        }
+        integrateInPieces(advance, integrate);
         if (!event.m_found)
         {
             break;
@@ -176,6 +174,26 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
     }
     countQueries();
     endStep();
+}
+
+/// An impact may leave a body spinning faster than Bullet's integrator turns it in one call.
+void btCcdControl::integrateInPieces(btScalar time, const Integrate& integrate)
+{
+    if (!(time > btScalar(0)))
+    {
+        return;
+    }
+    btScalar fastest = 0;
+    for (const btRigidBody* body : m_spinning)
+    {
+        fastest = std::max(fastest, body->getAngularVelocity().length());
+    }
+    const btScalar limit = ANGULAR_MOTION_THRESHOLD * btScalar(0.99);
+    const int pieces = std::clamp(int(std::ceil(fastest * time / limit)), 1, kMostPieces);
+    for (int i = 0; i < pieces; ++i)
+    {
+        integrate(time / btScalar(pieces));
+    }
 }
 
 void btCcdControl::rollBackToImpacts(btScalar timeStep)
@@ -300,6 +318,7 @@ void btCcdControl::endStep()
     m_held.clear();
     m_events.clear();
     m_pairEvents.clear();
+    m_spinning.clear();
     for (const Limited& spin : m_limitedSpins)
     {
         btRigidBody* rigidBody = spin.m_body.m_rigidBody;
@@ -387,7 +406,15 @@ void btCcdControl::solve(const std::vector<btCcdImpact>& impacts, bool bouncing,
     ++m_counters.m_subSteps;
     for (btCollisionObject* object : m_solver.solve(impacts, bouncing))
     {
-        limitSpin(bodyOf(object), timeStep);
+        const Body body = bodyOf(object);
+        if (body.m_rigidBody != nullptr)
+        {
+            m_spinning.push_back(body.m_rigidBody);
+        }
+        else
+        {
+            limitSpin(body, timeStep);
+        }
         m_stepper.changed(*object);
     }
 }

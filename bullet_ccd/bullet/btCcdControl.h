@@ -154,10 +154,12 @@ private:
     std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, int> m_pairEvents;
     std::vector<Held> m_held;
     std::vector<Limited> m_limitedSpins;
+    std::vector<const btRigidBody*> m_spinning;  // since an impact of this step
     std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
 
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
     void beginStep(btScalar timeStep);
+    void integrateInPieces(btScalar time, const Integrate& integrate);
     void limitSpin(const Body& body, btScalar timeStep);
     void endStep();
     void respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining);

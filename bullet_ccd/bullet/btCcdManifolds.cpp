@@ -33,6 +33,7 @@ struct Scratch
 
     std::unordered_map<const bullet_ccd::SsvTree*, Entry> m_surfaces;
     bullet_ccd::PatchWorkspace m_work;
+    std::vector<btManifoldPoint> m_old;
 
     const ContactSurface& surfaceOf(const std::shared_ptr<const bullet_ccd::SsvTree>& tree)
     {
@@ -128,8 +129,6 @@ void addPoint(const Contact& contact, bool swapped, btManifoldResult& result)
                            btScalar(contact.gap));
 }
 
-using Points = std::array<btManifoldPoint, MANIFOLD_CACHE_SIZE>;
-
 /// A point that the friction holds keeps its place: its friction pulls back to there.
 bool holds(const btManifoldPoint& old, const btManifoldPoint& fresh)
 {
@@ -140,6 +139,7 @@ bool holds(const btManifoldPoint& old, const btManifoldPoint& fresh)
            lateralSquared <= limit * limit;
 }
 
+/// @pre both points have the bodies in the order of the manifold
 void inherit(const btManifoldPoint& old,
              const btPersistentManifold& manifold,
              btManifoldPoint& point)
@@ -160,50 +160,50 @@ void inherit(const btManifoldPoint& old,
 }
 
 /// Gives every new point the impulses of the old one that it continues, the nearest pairs first.
-void inheritAll(Points& old,
-                int oldCount,
-                double range,
-                btPersistentManifold& manifold,
-                Points& fresh,
-                int count)
+/// What is left of the old ones ends.
+void inheritAll(std::vector<btManifoldPoint>& old, btManifoldArray& manifolds, double range)
 {
-    std::array<bool, MANIFOLD_CACHE_SIZE> isOldUsed{};
-    std::array<bool, MANIFOLD_CACHE_SIZE> isFreshDone{};
-    for (int round = 0; round < std::min(count, oldCount); ++round)
+    struct Pair
     {
-        auto least = btScalar(range * range);
-        std::size_t bestOld = MANIFOLD_CACHE_SIZE;
-        std::size_t bestFresh = MANIFOLD_CACHE_SIZE;
-        for (std::size_t i = 0; i < std::size_t(oldCount); ++i)
+        btScalar squared = 0;
+        std::size_t old = 0;
+        btPersistentManifold* manifold = nullptr;
+        int point = 0;
+    };
+    // Points that are done are marked by the age that they get.
+    for (;;)
+    {
+        Pair best{.squared = btScalar(range * range)};
+        for (int m = 0; m < manifolds.size(); ++m)
         {
-            for (std::size_t j = 0; j < std::size_t(count) && !isOldUsed[i]; ++j)
+            for (int k = 0; k < manifolds[m]->getNumContacts(); ++k)
             {
-                const btScalar squared =
-                    std::min(old[i].m_localPointA.distance2(fresh[j].m_localPointA),
-                             old[i].m_localPointB.distance2(fresh[j].m_localPointB));
-                if (!isFreshDone[j] && squared <= least)
+                const btManifoldPoint& fresh = manifolds[m]->getContactPoint(k);
+                for (std::size_t i = 0; i < old.size() && fresh.m_lifeTime == 0; ++i)
                 {
-                    least = squared;
-                    bestOld = i;
-                    bestFresh = j;
+                    const btScalar squared =
+                        std::min(old[i].m_localPointA.distance2(fresh.m_localPointA),
+                                 old[i].m_localPointB.distance2(fresh.m_localPointB));
+                    if (squared <= best.squared)
+                    {
+                        best = {squared, i, manifolds[m], k};
+                    }
                 }
             }
         }
-        if (bestOld == MANIFOLD_CACHE_SIZE)
+        if (best.manifold == nullptr)
         {
             break;
         }
-        isOldUsed[bestOld] = true;
-        isFreshDone[bestFresh] = true;
-        inherit(old[bestOld], manifold, fresh[bestFresh]);
+        inherit(old[best.old], *best.manifold, best.manifold->getContactPoint(best.point));
+        std::swap(old[best.old], old.back());
+        old.pop_back();
     }
-    for (std::size_t i = 0; i < std::size_t(oldCount); ++i)
+    for (btManifoldPoint& point : old)
     {
-        if (!isOldUsed[i])
-        {
-            manifold.clearUserCache(old[i]);
-        }
+        manifolds[0]->clearUserCache(point);
     }
+    old.clear();
 }
 
 /// Replaces the points of a manifold. Bullet would merge a new point with an old one by a distance
@@ -215,19 +215,14 @@ void refill(btPersistentManifold& manifold,
             double reach,
             btManifoldResult& result)
 {
-    Points old;
-    Points fresh;
-    const int oldCount = manifold.getNumContacts();
-    for (int i = 0; i < oldCount; ++i)
-    {
-        old[std::size_t(i)] = manifold.getContactPoint(i);
-    }
+    std::array<btManifoldPoint, MANIFOLD_CACHE_SIZE> fresh;
+    const bool isNew = manifold.getNumContacts() == 0;
     manifold.setContactBreakingThreshold(btScalar(1.001 * reach));
     result.setPersistentManifold(&manifold);
     int count = 0;
     for (const Contact& contact : contacts)
     {
-        const int before = oldCount + count > 0 ? 1 : 0;
+        const int before = isNew && count == 0 ? 0 : 1;
         manifold.setNumContacts(before);
         if (before > 0)
         {
@@ -241,7 +236,6 @@ void refill(btPersistentManifold& manifold,
             fresh[std::size_t(count++)] = manifold.getContactPoint(before);
         }
     }
-    inheritAll(old, oldCount, kSamePoint * reach, manifold, fresh, count);
     manifold.setNumContacts(0);
     for (int i = 0; i < count; ++i)
     {
@@ -316,14 +310,59 @@ void btCcdManifolds::assign(const btCollisionObjectWrapper& a,
                             double reach,
                             btManifoldResult& result)
 {
-    const std::vector<ContactPatch>& patches = found.patches;
-    std::array<int, kMaxManifolds> manifoldOf{};
+    // A patch of more points than a manifold has room for takes several.
+    static_assert(MANIFOLD_CACHE_SIZE == 4);
+    std::array<Share, kMaxManifolds> shares{};
+    std::size_t count = 0;
+    for (const ContactPatch& patch : found.patches)
+    {
+        for (std::int32_t i = 0; i < patch.count && count < shares.size(); i += MANIFOLD_CACHE_SIZE)
+        {
+            const std::int32_t points = std::min(patch.count - i, MANIFOLD_CACHE_SIZE);
+            shares[count++] = {
+                .normal = patch.normal,
+                .contacts = std::span(found.contacts)
+                                .subspan(std::size_t(patch.first + i), std::size_t(points))};
+        }
+    }
+    chooseManifolds(a, b, std::span(shares).first(count));
+    std::vector<btManifoldPoint>& old = scratch().m_old;
+    old.clear();
+    for (int i = 0; i < m_manifolds.size(); ++i)
+    {
+        const auto isMine = [&](const Share& share) { return share.manifold == m_manifolds[i]; };
+        const bool isTaken =
+            std::any_of(shares.begin(), shares.begin() + std::ptrdiff_t(count), isMine);
+        const bool isFirstWay = isSwapped(*m_manifolds[i], a) == isSwapped(*m_manifolds[0], a);
+        for (int k = 0; k < m_manifolds[i]->getNumContacts() && isFirstWay; ++k)
+        {
+            // The owner of the user data is now the copy.
+            old.push_back(m_manifolds[i]->getContactPoint(k));
+            m_manifolds[i]->getContactPoint(k).m_userPersistentData = nullptr;
+        }
+        if (!isTaken)
+        {
+            m_manifolds[i]->clearManifold();
+        }
+    }
+    for (const Share& share : std::span(shares).first(count))
+    {
+        refill(*share.manifold, share.contacts, isSwapped(*share.manifold, a), reach, result);
+    }
+    inheritAll(old, m_manifolds, kSamePoint * reach);
+    dropEmpty();
+}
+
+/// For each share the manifold that held this patch before, else any other.
+void btCcdManifolds::chooseManifolds(const btCollisionObjectWrapper& a,
+                                     const btCollisionObjectWrapper& b,
+                                     std::span<Share> shares)
+{
     std::array<bool, kMaxManifolds> isTaken{};
-    manifoldOf.fill(-1);
-    // The manifold that held this patch before, then any other.
-    for (std::size_t p = 0; p < patches.size(); ++p)
+    for (Share& share : shares)
     {
         double best = kSamePatch;
+        int chosen = -1;
         for (int i = 0; i < m_manifolds.size(); ++i)
         {
             if (isTaken[std::size_t(i)] || m_manifolds[i]->getNumContacts() == 0)
@@ -331,51 +370,36 @@ void btCcdManifolds::assign(const btCollisionObjectWrapper& a,
                 continue;
             }
             const double sign = isSwapped(*m_manifolds[i], a) ? 1.0 : -1.0;
-            const double like = sign * patches[p].normal.dot(btCcdToEigen(
-                                           m_manifolds[i]->getContactPoint(0).m_normalWorldOnB));
+            const btVector3& normalOnB = m_manifolds[i]->getContactPoint(0).m_normalWorldOnB;
+            const double like = sign * share.normal.dot(btCcdToEigen(normalOnB));
             if (like > best)
             {
                 best = like;
-                manifoldOf[p] = i;
+                chosen = i;
             }
         }
-        if (manifoldOf[p] >= 0)
+        if (chosen >= 0)
         {
-            isTaken[std::size_t(manifoldOf[p])] = true;
+            isTaken[std::size_t(chosen)] = true;
+            share.manifold = m_manifolds[chosen];
         }
     }
-    for (std::size_t p = 0; p < patches.size(); ++p)
+    for (Share& share : shares)
     {
-        for (int i = 0; i < m_manifolds.size() && manifoldOf[p] < 0; ++i)
+        for (int i = 0; i < kMaxManifolds && share.manifold == nullptr; ++i)
         {
-            manifoldOf[p] = isTaken[std::size_t(i)] ? -1 : i;
-        }
-        if (manifoldOf[p] < 0)
-        {
-            manifoldOf[p] = m_manifolds.size();
-            m_manifolds.push_back(
-                m_dispatcher->getNewManifold(a.getCollisionObject(), b.getCollisionObject()));
-        }
-        isTaken[std::size_t(manifoldOf[p])] = true;
-    }
-    for (int i = 0; i < m_manifolds.size(); ++i)
-    {
-        if (!isTaken[std::size_t(i)])
-        {
-            m_manifolds[i]->clearManifold();
+            if (i == m_manifolds.size())
+            {
+                m_manifolds.push_back(
+                    m_dispatcher->getNewManifold(a.getCollisionObject(), b.getCollisionObject()));
+            }
+            if (!isTaken[std::size_t(i)])
+            {
+                isTaken[std::size_t(i)] = true;
+                share.manifold = m_manifolds[i];
+            }
         }
     }
-    for (std::size_t p = 0; p < patches.size(); ++p)
-    {
-        btPersistentManifold& manifold = *m_manifolds[manifoldOf[p]];
-        refill(manifold,
-               std::span(found.contacts)
-                   .subspan(std::size_t(patches[p].first), std::size_t(patches[p].count)),
-               isSwapped(manifold, a),
-               reach,
-               result);
-    }
-    dropEmpty();
 }
 
 /// The first stays: a pair that comes apart for a moment needs it again.

@@ -7,6 +7,8 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <span>
+
 namespace bullet_ccd
 {
 struct Contact;
@@ -51,6 +53,14 @@ public:
     void appendTo(btManifoldArray& manifolds) const;
 
 private:
+    /// Contacts that go to one manifold.
+    struct Share
+    {
+        Eigen::Vector3d normal;  // from A to B
+        std::span<const bullet_ccd::Contact> contacts;
+        btPersistentManifold* manifold = nullptr;
+    };
+
     void recall(const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b,
                 bullet_ccd::PatchWorkspace& work) const;
@@ -59,6 +69,9 @@ private:
                 const bullet_ccd::PatchWorkspace& found,
                 double reach,
                 btManifoldResult& result);
+    void chooseManifolds(const btCollisionObjectWrapper& a,
+                         const btCollisionObjectWrapper& b,
+                         std::span<Share> shares);
     void dropEmpty();
 
     btDispatcher* m_dispatcher;

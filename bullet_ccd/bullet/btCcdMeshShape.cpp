@@ -1,9 +1,13 @@
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/math/check.h"
 
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,16 +29,56 @@ bool meets(const SsvNode& node, const Eigen::Vector3d& low, const Eigen::Vector3
     return ((center - reach).array() <= high.array()).all() &&
            ((center + reach).array() >= low.array()).all();
 }
+
+class TriangleCollector : public btInternalTriangleIndexCallback
+{
+public:
+    bullet_ccd::TriangleMesh m_mesh;
+
+    void internalProcessTriangleIndex(btVector3* corners, int, int) override
+    {
+        const auto first = std::int32_t(m_mesh.vertices.size());
+        for (int k = 0; k < 3; ++k)
+        {
+            m_mesh.vertices.push_back(btCcdToEigen(corners[k]));
+        }
+        m_mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+};
 }  // namespace
 
 btCcdMeshShape::btCcdMeshShape(std::shared_ptr<const SsvTree> tree, btScalar margin)
     : m_tree(std::move(tree)), m_scaledTree(m_tree), m_scaling(1, 1, 1)
 {
+    bullet_ccd::require(m_tree != nullptr,
+                        "btCcdMeshShape: the hierarchy is null: build one with buildSsvTree()");
     // Not CUSTOM_CONCAVE_SHAPE_TYPE: it equals the type of signed distance fields, which stock code
     // would cast this shape to.
     m_shapeType = FAST_CONCAVE_MESH_PROXYTYPE;
-    m_collisionMargin = margin;
+    btCcdMeshShape::setMargin(margin);
     updateBounds();
+}
+
+std::unique_ptr<btCcdMeshShape> btCcdMeshShape::fromMesh(bullet_ccd::TriangleMesh mesh,
+                                                         btScalar margin)
+{
+    bullet_ccd::checkMesh(mesh, "btCcdMeshShape::fromMesh");
+    return std::make_unique<btCcdMeshShape>(
+        std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh))), margin);
+}
+
+std::unique_ptr<btCcdMeshShape> btCcdMeshShape::fromInterface(const btStridingMeshInterface* mesh,
+                                                              btScalar margin)
+{
+    bullet_ccd::require(mesh != nullptr,
+                        "btCcdMeshShape::fromInterface: the mesh is null: give the one that a "
+                        "btBvhTriangleMeshShape would be made of");
+    TriangleCollector collector;
+    const btVector3 all(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+    mesh->InternalProcessAllTriangles(&collector, -all, all);
+    bullet_ccd::checkMesh(collector.m_mesh, "btCcdMeshShape::fromInterface");
+    bullet_ccd::repairMesh(collector.m_mesh);
+    return fromMesh(std::move(collector.m_mesh), margin);
 }
 
 void btCcdMeshShape::updateBounds()
@@ -91,11 +135,34 @@ void btCcdMeshShape::setLocalScaling(const btVector3& scaling)
     {
         return;
     }
+    for (int k = 0; k < 3; ++k)
+    {
+        const double factor = double(scaling[k]);
+        bullet_ccd::require(std::isfinite(factor) && factor != 0.0,
+                            "btCcdMeshShape::setLocalScaling: factor " + std::to_string(k) +
+                                " is " + std::to_string(factor) +
+                                ": it must be finite and not zero");
+    }
+    if (scaling == btVector3(1, 1, 1))
+    {
+        m_scaledTree = m_tree;
+    }
+    else
+    {
+        bullet_ccd::TriangleMesh mesh = m_tree->mesh();
+        bullet_ccd::transformMesh(mesh, Eigen::Affine3d(Eigen::Scaling(btCcdToEigen(scaling))));
+        m_scaledTree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
+    }
     m_scaling = scaling;
-    bullet_ccd::TriangleMesh mesh = m_tree->mesh();
-    bullet_ccd::transformMesh(mesh, Eigen::Affine3d(Eigen::Scaling(btCcdToEigen(scaling))));
-    m_scaledTree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
     updateBounds();
+}
+
+void btCcdMeshShape::setMargin(btScalar margin)
+{
+    bullet_ccd::require(std::isfinite(margin) && margin >= btScalar(0),
+                        "btCcdMeshShape::setMargin: " + std::to_string(margin) +
+                            ": it must be finite and not negative");
+    m_collisionMargin = margin;
 }
 
 void btCcdMeshShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const

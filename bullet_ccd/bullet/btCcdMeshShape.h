@@ -9,9 +9,12 @@
 
 #include <memory>
 
+class btStridingMeshInterface;
+
 /// Collision shape over a shared, immutable hierarchy. Rigid bodies and multibody links may use it,
-/// moving or not. Stock Bullet collides it with convex shapes triangle by triangle, casts rays at
-/// it and draws it; two of these shapes meet only through the time of impact of a btCcd world.
+/// moving or not. Stock Bullet collides it with convex shapes triangle by triangle, casts rays and
+/// sweeps convex shapes at it and draws it; two of these shapes meet through btCcd's algorithm
+/// only. It cannot be serialised.
 ///
 /// The margin is what stock Bullet adds around the triangles in discrete contacts: resting contacts
 /// settle at the sum of the two margins. Keep it above the tolerance of the world (see
@@ -25,9 +28,20 @@ public:
 
     static constexpr double kDefaultMargin = 5e-4;  ///< [m]
 
-    /// @param tree not null; several shapes may share it
+    /// @param tree several shapes may share it
+    /// Throws std::invalid_argument for null and for margins as setMargin() does.
     explicit btCcdMeshShape(std::shared_ptr<const bullet_ccd::SsvTree> tree,
                             btScalar margin = btScalar(kDefaultMargin));
+
+    /// From triangles as they are. Throws std::invalid_argument as buildSsvTree() does.
+    static std::unique_ptr<btCcdMeshShape> fromMesh(bullet_ccd::TriangleMesh mesh,
+                                                    btScalar margin = btScalar(kDefaultMargin));
+    /// From what a btBvhTriangleMeshShape or btGImpactMeshShape is made of: all parts, the
+    /// interface's scaling applied. A copy; equal vertices become one, triangles without area and
+    /// second copies of a triangle are left out (triangle indices are those of tree().mesh()).
+    /// Throws std::invalid_argument as buildSsvTree() does, or for null.
+    static std::unique_ptr<btCcdMeshShape> fromInterface(
+        const btStridingMeshInterface* mesh, btScalar margin = btScalar(kDefaultMargin));
 
     /// The hierarchy in force, local scaling applied.
     const bullet_ccd::SsvTree& tree() const
@@ -45,12 +59,15 @@ public:
     void processAllTriangles(
         btTriangleCallback * callback, const btVector3& aabbMin, const btVector3& aabbMax)
         const override;
-    /// A scaling other than the one in force builds a new hierarchy: O(n log n).
+    /// A scaling other than the one in force builds a new hierarchy: O(n log n). Negative factors
+    /// mirror. Throws std::invalid_argument for factors that are zero or not finite.
     void setLocalScaling(const btVector3& scaling) override;
     const btVector3& getLocalScaling() const override
     {
         return m_scaling;
     }
+    /// Throws std::invalid_argument for a margin that is negative or not finite [m].
+    void setMargin(btScalar margin) override;
     /// Diagonal of the inertia of the enclosed solid about its centre of mass, in the axes of the
     /// mesh: put the mesh into its principal axes if the rest of the tensor matters.
     void calculateLocalInertia(btScalar mass, btVector3 & inertia) const override;

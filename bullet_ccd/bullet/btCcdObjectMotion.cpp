@@ -4,7 +4,6 @@
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <LinearMath/btTransformUtil.h>
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +55,8 @@ RigidMotion btCcdRigidMotion(const btCollisionObject& object,
 {
     RigidMotion motion = bullet_ccd::restAt(btCcdToEigen(object.getWorldTransform()));
     const btRigidBody* body = btRigidBody::upcast(&object);
-    if (body == nullptr || !body->isActive() || body->isStaticObject())
+    if (body == nullptr || !body->isActive() ||
+        (body->isStaticObject() && !body->isKinematicObject()))
     {
         return motion;
     }
@@ -67,11 +67,9 @@ RigidMotion btCcdRigidMotion(const btCollisionObject& object,
         // It stands where the step began for Bullet, which does not move it.
         motion.X_W0 = motion.at(1.0 - part).X_W;
     }
-    const double angle = motion.w_W.norm();
-    if (!body->isKinematicObject() && angle > double(ANGULAR_MOTION_THRESHOLD))
+    else if (start != 0.0)
     {
-        // Bullet's integrator turns a body no further in one call.
-        motion.w_W *= double(ANGULAR_MOTION_THRESHOLD) / angle;
+        motion.w_W = btCcdTurn(body->getAngularVelocity(), btScalar(timeStep));
     }
     motion.v_W *= part;
     motion.w_W *= part;

@@ -33,7 +33,8 @@ struct btCcdMotionSource
 [[nodiscard]] Eigen::Isometry3d btCcdShapePoseAt(const btCcdObjectMotion& motion, double t);
 
 /// The motion of an object that is no link, over the last `part` of a step at its velocity. With
-/// `start` = -1 that part of the motion that has just ended where the object is now. Sleeping and
+/// `start` = -1 that part of the motion that has just ended where the object is now, turned no
+/// further than Bullet does in one call (btCcdTurn). Sleeping and
 /// static objects are at rest; kinematic ones go on at the velocity that Bullet computed from their
 /// last two poses.
 [[nodiscard]] bullet_ccd::RigidMotion btCcdRigidMotion(const btCollisionObject& object,

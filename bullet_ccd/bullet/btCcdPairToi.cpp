@@ -20,7 +20,9 @@ namespace
 constexpr double kSolverZone = 1.0 / 4.0;
 constexpr double kTarget = 1.0 / 16.0;
 static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
-/// A pair in the last zone does not move on once it is this near, relative to the shell: below,
+/// What a pair that is near already keeps of its distance.
+constexpr double kCloser = 3.0 / 4.0 - kTarget;
+/// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart.
 constexpr double kSmallestGap = 1.0 / 32.0;
 
@@ -47,6 +49,14 @@ FirstContactResult ask(const Parts& parts,
     return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
 }
 
+/// Distance of two trees at the start if it is below `bound`, else `bound`.
+double distanceAtStart(const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double bound)
+{
+    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.m_a.X_SG;
+    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.m_b.X_SG;
+    return bullet_ccd::treeDistance(treeA, treeB, X_WB.inverse() * X_WA, bound).distance;
+}
+
 /// True if the query began within the distance `reach` that it was to find, of the parts
 /// themselves.
 bool startsWithin(const Parts& parts, const FirstContactResult& first, double reach)
@@ -56,21 +66,29 @@ bool startsWithin(const Parts& parts, const FirstContactResult& first, double re
         return first.status == ToiStatus::Overlapping || first.startsTouching;
     }
     // The query did not find out.
-    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.m_a.X_SG;
-    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.m_b.X_SG;
-    return bullet_ccd::treeDistance(
-               *parts.m_a.m_tree, *parts.m_b.m_tree, X_WB.inverse() * X_WA, reach)
-               .distance < reach;
+    return distanceAtStart(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, reach) < reach;
 }
 
-/// Stops a pair at once that began within the tolerance and is very near already.
-void keepAway(FirstContactResult& first, double separation, double tolerance)
+/// For a pair that is near already: it may lose a quarter of its distance beyond `separation` (of
+/// `most` at most). One that has lost nearly all of it does not approach any more.
+FirstContactResult askCloser(
+    const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double separation, double most)
 {
-    if (first.status == ToiStatus::Hit && (first.startsTouching || first.mayStartTouching) &&
-        first.gap - separation < kSmallestGap * tolerance)
+    const double distance = distanceAtStart(parts, treeA, treeB, separation + most) - separation;
+    if (!(distance > 0.0))
+    {
+        FirstContactResult overlap;
+        overlap.status = ToiStatus::Overlapping;
+        overlap.time = 0.0;
+        return overlap;
+    }
+    FirstContactResult first =
+        ask(parts, treeA, treeB, separation + kCloser * distance, kTarget * distance);
+    if (first.status == ToiStatus::Hit && distance < kSmallestGap * most)
     {
         first.time = 0.0;
     }
+    return first;
 }
 
 double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
@@ -98,8 +116,8 @@ FirstContactResult askShell(const Parts& parts)
     }
     if (startsInside(first, kSolverZone + kTarget))
     {
-        first = zone(0.0, kSolverZone + kTarget);
-        keepAway(first, radii, shell);
+        first = askCloser(
+            parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii, (kSolverZone + kTarget) * shell);
     }
     return first;
 }
@@ -120,12 +138,11 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
     { return part.m_core != nullptr ? *part.m_core : *part.m_tree; };
     const auto radius = [](const btCcdShapePart& part)
     { return part.m_core != nullptr ? part.m_coreRadius : part.m_radius; };
-    // Shapes that touch start within this tolerance: they may lose a quarter of what is left.
-    const double cores = radius(parts.m_a) + radius(parts.m_b);
-    const double depth = parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance;
-    FirstContactResult below = ask(parts, core(parts.m_a), core(parts.m_b), cores, depth);
-    keepAway(below, cores, depth);
-    return below;
+    return askCloser(parts,
+                     core(parts.m_a),
+                     core(parts.m_b),
+                     radius(parts.m_a) + radius(parts.m_b),
+                     parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance);
 }
 
 void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& result)

@@ -1,8 +1,8 @@
 #include "bullet_ccd/bullet/btCcdShapeParts.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdHullMesh.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
-#include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -19,7 +19,6 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
-#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <limits>
@@ -65,52 +64,6 @@ const btVector3& everywhere()
     return kLarge;
 }
 
-/// Convex polytope of the points. A mesh of one degenerate triangle if they are all one point or on
-/// one segment of two.
-TriangleMesh hullMesh(const Points& points)
-{
-    bullet_ccd::require(!points.empty() && std::all_of(points.begin(),
-                                                       points.end(),
-                                                       [](const Eigen::Vector3d& point)
-                                                       { return point.allFinite(); }),
-                        "btCcdConvertShape: no points, or one that is not finite");
-    if (points.size() < 3)
-    {
-        return {points, {Triangle{0, 0, std::int32_t(points.size()) - 1}}};
-    }
-    std::vector<double> coordinates;
-    for (const Eigen::Vector3d& point : points)
-    {
-        coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
-    }
-    btConvexHullComputer computer;
-    computer.compute(coordinates.data(), int(3 * sizeof(double)), int(points.size()), 0, 0);
-
-    // The computer works on rounded coordinates, but names the point that each vertex came from.
-    TriangleMesh mesh;
-    for (int i = 0; i < computer.vertices.size(); ++i)
-    {
-        mesh.vertices.push_back(points[std::size_t(computer.original_vertex_index[i])]);
-    }
-    for (int i = 0; i < computer.faces.size(); ++i)
-    {
-        const auto* first = &computer.edges[computer.faces[i]];
-        const auto* edge = first->getNextEdgeOfFace();
-        for (; edge->getTargetVertex() != first->getSourceVertex();
-             edge = edge->getNextEdgeOfFace())
-        {
-            mesh.triangles.push_back(
-                {first->getSourceVertex(), edge->getSourceVertex(), edge->getTargetVertex()});
-        }
-    }
-    if (mesh.triangles.empty() && !mesh.vertices.empty())
-    {
-        const auto last = std::int32_t(mesh.vertices.size()) - 1;
-        mesh.triangles.push_back({0, last, last});
-    }
-    return mesh;
-}
-
 /// Turns a mesh about z into one about the given axis, pointing the same way.
 TriangleMesh alongAxis(TriangleMesh mesh, int axis)
 {
@@ -137,10 +90,44 @@ double innerDepth(const TriangleMesh& polytope, const Eigen::Vector3d& inner)
     return std::max(depth, 0.0);
 }
 
-/// A convex polytope swept by a ball. With m the mean of the vertices, all planes of the polytope
-/// are at least d from m. A core point is m + (p - m) / 2 + b with p in the polytope and |b| <=
-/// r / 2: the polytope holds a ball of radius d / 2 about its first two terms, so the swept
-/// polytope holds one of radius d / 2 + r - r / 2 about the point.
+/// The polytope with its faces moved inwards by about `inset`, not merely scaled down: the ends of
+/// something long must not be left without a core.
+TriangleMesh insetMesh(const TriangleMesh& polytope, double inset)
+{
+    std::vector<double> coordinates;
+    for (const Eigen::Vector3d& point : polytope.vertices)
+    {
+        coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
+    }
+    btConvexHullComputer computer;
+    computer.compute(coordinates.data(),
+                     int(3 * sizeof(double)),
+                     int(polytope.vertices.size()),
+                     btScalar(inset),
+                     btScalar(0));
+    Points points;
+    for (int i = 0; i < computer.vertices.size(); ++i)
+    {
+        points.push_back(btCcdToEigen(computer.vertices[i]));
+    }
+    return points.empty() ? TriangleMesh{} : hullMesh(points);
+}
+
+/// Smallest distance of a vertex of `core` from the planes of the polytope; negative outside.
+double depthOf(const TriangleMesh& core, const TriangleMesh& polytope)
+{
+    double depth = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : core.vertices)
+    {
+        depth = std::min(depth, innerDepth(polytope, vertex));
+    }
+    return core.vertices.empty() ? 0.0 : depth;
+}
+
+/// A convex polytope swept by a ball of radius r. If all of its planes are at least d from an inner
+/// point, the core is the polytope inset by d / 2, swept by r / 2: a core point is x + b with x at
+/// least d / 2 from all planes and |b| <= r / 2, so a ball of radius d / 2 + r - r / 2 about it is
+/// inside the swept polytope. The depth is taken from the vertices of the core as they came out.
 btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& trees)
 {
     const Eigen::Vector3d sum = std::accumulate(polytope.vertices.begin(),
@@ -149,16 +136,18 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
     const Eigen::Vector3d mean = sum / double(polytope.vertices.size());
     btCcdShapePart part;
     part.m_radius = radius;
-    part.m_depth = 0.5 * (innerDepth(polytope, mean) + radius) * kRoundDown;
+    part.m_coreRadius = 0.5 * radius;
+    TriangleMesh core = insetMesh(polytope, 0.5 * innerDepth(polytope, mean));
+    double inset = depthOf(core, polytope);
+    if (!(inset > 0.0))
+    {
+        core = polytope;  // flat: only its radius has a depth
+        inset = 0.0;
+    }
+    part.m_depth = (inset + 0.5 * radius) * kRoundDown;
     if (part.m_depth > 0.0)
     {
-        TriangleMesh core = polytope;
-        for (Eigen::Vector3d& vertex : core.vertices)
-        {
-            vertex = mean + 0.5 * (vertex - mean);
-        }
         part.m_core = trees.tree(std::move(core));
-        part.m_coreRadius = 0.5 * radius;
     }
     part.m_tree = trees.tree(std::move(polytope));
     return part;
@@ -166,7 +155,7 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
 
 btCcdShapePart spherePart(double radius, btCcdTreeStore& trees)
 {
-    return convexPart(hullMesh({Eigen::Vector3d::Zero()}), radius, trees);
+    return convexPart(btCcdHullMesh({Eigen::Vector3d::Zero()}), radius, trees);
 }
 
 btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
@@ -174,7 +163,7 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     const Eigen::Vector3d end =
         double(capsule.getHalfHeight()) * Eigen::Vector3d::Unit(Eigen::Index(capsule.getUpAxis()));
     btCcdShapePart part;
-    part.m_tree = trees.tree(hullMesh({-end, end}));
+    part.m_tree = trees.tree(btCcdHullMesh({-end, end}));
     part.m_radius = double(capsule.getRadius());
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
@@ -200,7 +189,8 @@ std::optional<btCcdShapePart> multiSpherePart(const btMultiSphereShape& spheres,
         }
         centers.push_back(btCcdToEigen(spheres.getSpherePosition(i)).cwiseProduct(scaling));
     }
-    return convexPart(hullMesh(centers), double(spheres.getSphereRadius(0)) * scaling.x(), trees);
+    return convexPart(
+        btCcdHullMesh(centers), double(spheres.getSphereRadius(0)) * scaling.x(), trees);
 }
 
 btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTreeStore& trees)
@@ -212,7 +202,7 @@ btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTr
         polyhedron.getVertex(i, vertex);
         points.push_back(btCcdToEigen(vertex));
     }
-    return convexPart(hullMesh(points), double(polyhedron.getMargin()), trees);
+    return convexPart(btCcdHullMesh(points), double(polyhedron.getMargin()), trees);
 }
 
 /// In the order of the interface, so that shapes over the same one get the same mesh.
@@ -359,7 +349,7 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
             return polyhedronPart(static_cast<const btPolyhedralConvexShape&>(shape), trees);
         case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
             return convexPart(
-                hullMesh(
+                btCcdHullMesh(
                     collectTriangles(
                         *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface())
                         .vertices),

@@ -32,8 +32,8 @@ int revisionOf(const btCollisionShape& shape)
 /// True if Bullet moves the object in a step.
 bool isMoved(const btCollisionObject& object)
 {
-    return object.isActive() && !object.isStaticObject() && object.hasContactResponse() &&
-           object.getBroadphaseHandle() != nullptr;
+    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
+           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
 }
 
 double norm(const btVector3& v)

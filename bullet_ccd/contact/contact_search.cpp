@@ -517,6 +517,24 @@ private:
     Contact m_nearest{.gap = std::numeric_limits<double>::infinity()};
 };
 
+/// True if the volumes are farther apart than the threshold along an axis of either. The other nine
+/// separating axes cost more than the pairs that they would spare: triangles are told apart by
+/// their planes, too.
+bool isApart(const PlacedSsv& a, const PlacedSsv& b, double threshold)
+{
+    const Vector3d D = b.center - a.center;
+    const double slack = a.radius + b.radius + threshold + 4e-6 * (a.size() + b.size() + D.norm());
+    const double reach = a.coreRadius + b.coreRadius + slack;
+    if (D.squaredNorm() > reach * reach)
+    {
+        return true;
+    }
+    const Matrix3d C = (a.axes.transpose() * b.axes).cwiseAbs();
+    const Vector3d alongA = (a.axes.transpose() * D).cwiseAbs() - a.half - C * b.half;
+    const Vector3d alongB = (b.axes.transpose() * D).cwiseAbs() - b.half - C.transpose() * a.half;
+    return alongA.maxCoeff() > slack || alongB.maxCoeff() > slack;
+}
+
 /// Pairs of slots whose volumes are at most `threshold` apart.
 void collectSlots(const SsvTree& treeA,
                   const SsvTree& treeB,
@@ -525,30 +543,39 @@ void collectSlots(const SsvTree& treeA,
                   double threshold,
                   ContactSearchWorkspace& work)
 {
+    const Matrix3d inverseR = R.transpose();
+    const Vector3d inverseP = -(inverseR * p);
+    const auto nodeA = [&](std::int32_t i) -> const SsvNode&
+    { return treeA.nodes()[static_cast<std::size_t>(i)]; };
+    const auto nodeB = [&](std::int32_t i) -> const SsvNode&
+    { return treeB.nodes()[static_cast<std::size_t>(i)]; };
     work.slots.clear();
-    work.open.assign(1, {0, 0});
+    work.open.clear();
+    if (!isApart(place(nodeA(0), R, p), place(nodeB(0)), threshold))
+    {
+        work.open.emplace_back(0, 0);
+    }
     while (!work.open.empty())
     {
         const auto [a, b] = work.open.back();
         work.open.pop_back();
-        const SsvNode& nodeA = treeA.nodes()[static_cast<std::size_t>(a)];
-        const SsvNode& nodeB = treeB.nodes()[static_cast<std::size_t>(b)];
-        if (forEachSeparatingAxis(place(nodeA, R, p),
-                                  place(nodeB),
-                                  [&](double gap, const auto&) { return gap > threshold; }))
+        const SsvNode& ofA = nodeA(a);
+        const SsvNode& ofB = nodeB(b);
+        if (ofA.isLeaf() && ofB.isLeaf())
         {
+            work.slots.emplace_back(ofA.first, ofB.first);
             continue;
         }
-        if (nodeA.isLeaf() && nodeB.isLeaf())
+        const bool openA = ofB.isLeaf() || (!ofA.isLeaf() && ofA.size() >= ofB.size());
+        // In the frame of the one that is opened: only the other has to be turned, once.
+        const PlacedSsv whole = openA ? place(ofB, inverseR, inverseP) : place(ofA, R, p);
+        const SsvNode& opened = openA ? ofA : ofB;
+        for (std::int32_t child = opened.first; child < opened.first + opened.count; ++child)
         {
-            work.slots.emplace_back(nodeA.first, nodeB.first);
-            continue;
-        }
-        const bool openA = nodeB.isLeaf() || (!nodeA.isLeaf() && nodeA.size() >= nodeB.size());
-        const std::int32_t count = openA ? nodeA.count : nodeB.count;
-        for (std::int32_t k = 0; k < count; ++k)
-        {
-            work.open.emplace_back(openA ? nodeA.first + k : a, openA ? b : nodeB.first + k);
+            if (!isApart(place(openA ? nodeA(child) : nodeB(child)), whole, threshold))
+            {
+                work.open.emplace_back(openA ? child : a, openA ? b : child);
+            }
         }
     }
     work.pairs += static_cast<std::int64_t>(work.slots.size());

@@ -569,6 +569,89 @@ TEST(ContactPatches, NeitherTheFrameNorTheOrderOfTheBodiesMatters)
     }
 }
 
+TEST(ContactPatches, APatchKeepsItsPointsWhileTheyHold)
+{
+    const TriangleMesh ring = makeTorus(0.04, 0.005, 96, 24);
+    const SsvTree treeA = buildSsvTree(ring);
+    const SsvTree treeB = buildSsvTree(floorAt(0, 1));
+    const ContactSurface surfaceA(treeA);
+    const ContactSurface surfaceB(treeB);
+    PatchWorkspace work;
+    std::vector<Vector3d> first;
+    Isometry3d last = Isometry3d::Identity();
+    Random random(3);
+    for (int i = 0; i < 50; ++i)
+    {
+        // Rocks, turns and slides; in the frame of the ring the points stay.
+        const Isometry3d X =
+            poseOf({1e-3 * i, 0, 0.005 + kGap}, 0.02 * i) *
+            Isometry3d(Eigen::AngleAxisd(random.uniform(-1e-4, 1e-4), random.direction()));
+        work.former.clear();
+        for (const Contact& c : work.contacts)
+        {
+            work.former.push_back({.onA = X * (last.inverse() * c.pointA), .onB = c.pointB});
+        }
+        last = X;
+        findPatches(surfaceA, X, surfaceB, Isometry3d::Identity(), {.threshold = kThreshold}, work);
+        ASSERT_EQ(work.contacts.size(), 4U);
+        for (const Contact& c : work.contacts)
+        {
+            const Vector3d point = X.inverse() * c.pointA;
+            if (i == 0)
+            {
+                first.push_back(point);
+            }
+            EXPECT_TRUE(std::any_of(first.begin(),
+                                    first.end(),
+                                    [&](const Vector3d& p) { return (p - point).norm() < 1e-9; }))
+                << i;
+        }
+    }
+    // Tilted so far that they are not deep enough any more.
+    const Isometry3d X = poseOf({0, 0, 0.005 + kGap + 0.04 * std::sin(0.02)}, 0.02, {1, 0, 0});
+    work.former.clear();
+    for (const Vector3d& point : first)
+    {
+        work.former.push_back({.onA = X * point, .onB = X * point});
+    }
+    findPatches(surfaceA, X, surfaceB, Isometry3d::Identity(), {.threshold = kThreshold}, work);
+    EXPECT_LE(work.contacts.front().gap, work.raw.front().gap + 0.02 * kThreshold);
+}
+
+TEST(ContactPatches, AWarmWorkspaceDoesNotGrow)
+{
+    Random random(3);
+    const SsvTree treeA = buildSsvTree(makeTorus(0.04, 0.005, 96, 24));
+    const SsvTree treeB = buildSsvTree(raggedFloor(random, 40, 0.2));
+    const ContactSurface surfaceA(treeA);
+    const ContactSurface surfaceB(treeB);
+    PatchWorkspace work;
+    const auto capacities = [&]
+    {
+        return std::array{work.raw.capacity(),
+                          work.patchOf.capacity(),
+                          work.members.capacity(),
+                          work.patches.capacity(),
+                          work.contacts.capacity(),
+                          work.search.open.capacity(),
+                          work.search.slots.capacity(),
+                          work.search.pierced.capacity()};
+    };
+    for (const double height : {kGap, -0.5 * kGap, -0.004})
+    {
+        const Isometry3d X = poseOf({0.01, 0.02, 0.005 + height});
+        const auto find = [&] {
+            findPatches(
+                surfaceA, X, surfaceB, Isometry3d::Identity(), {.threshold = kThreshold}, work);
+        };
+        find();
+        EXPECT_FALSE(work.contacts.empty());
+        const auto before = capacities();
+        find();
+        EXPECT_EQ(capacities(), before);
+    }
+}
+
 TEST(ContactPatches, TheFourPointsOfAPatchSpanNearlyWhatAnyFourCan)
 {
     Random random(11);
