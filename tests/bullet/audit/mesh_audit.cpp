@@ -288,6 +288,11 @@ PairAudit auditPair(const AuditMesh& a,
                     const AuditMesh& b,
                     const Eigen::Isometry3d& X_WB)
 {
+    if (b.box().sizes().squaredNorm() > a.box().sizes().squaredNorm())
+    {
+        // In the frame of the larger mesh: a box around a large turned triangle is mostly empty.
+        return auditPair(b, X_WB, a, X_WA);
+    }
     const Eigen::Isometry3d X_AB = X_WA.inverse() * X_WB;
     const Eigen::Isometry3d X_BA = X_AB.inverse();
     const auto crossings = findCrossings({a, b, X_AB});
