@@ -338,8 +338,20 @@ void AuditResult::add(const AuditResult& other)
     intersecting += other.intersecting;
 }
 
-AuditResult auditPoses(const AuditScene& scene, const BodyPoses& X_WB, double time)
+AuditResult auditPoses(const AuditScene& scene,
+                       const BodyPoses& X_WB,
+                       double time,
+                       const std::vector<std::int32_t>& only)
 {
+    const auto isWanted = [&](std::int32_t a, std::int32_t b)
+    {
+        const auto fixed = [&](std::int32_t body)
+        { return scene.fixed[static_cast<std::size_t>(body)]; };
+        const auto asked = [&](std::int32_t body)
+        { return only.empty() || std::ranges::find(only, body) != only.end(); };
+        return a != b && (!fixed(a) || !fixed(b)) && (asked(a) || asked(b)) &&
+               !scene.ignored.contains({a, b});
+    };
     std::vector<Eigen::Isometry3d> X_WM;
     std::vector<Eigen::AlignedBox3d> boxes;
     for (const AuditPart& part : scene.parts)
@@ -365,10 +377,7 @@ AuditResult auditPoses(const AuditScene& scene, const BodyPoses& X_WB, double ti
             const std::size_t a = std::min(order[i], order[k]);
             const std::size_t b = std::max(order[i], order[k]);
             const auto [bodyA, bodyB] = std::minmax(scene.parts[a].body, scene.parts[b].body);
-            if (bodyA == bodyB || !boxes[a].intersects(boxes[b]) ||
-                (scene.fixed[static_cast<std::size_t>(bodyA)] &&
-                 scene.fixed[static_cast<std::size_t>(bodyB)]) ||
-                scene.ignored.contains({bodyA, bodyB}))
+            if (!boxes[a].intersects(boxes[b]) || !isWanted(bodyA, bodyB))
             {
                 continue;
             }

@@ -102,7 +102,11 @@ struct AuditResult
 };
 
 /// Looks at all pairs of parts of different bodies. `time` is only noted.
-[[nodiscard]] AuditResult auditPoses(const AuditScene& scene, const BodyPoses& X_WB, double time);
+/// @param only  if not empty: only at pairs with one of these bodies
+[[nodiscard]] AuditResult auditPoses(const AuditScene& scene,
+                                     const BodyPoses& X_WB,
+                                     double time,
+                                     const std::vector<std::int32_t>& only = {});
 
 /// A rigid motion at constant velocity and rate of rotation (less than half a turn) from one pose
 /// to another, at fraction s: what Bullet integrates between two changes of velocity.

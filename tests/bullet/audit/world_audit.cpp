@@ -37,7 +37,7 @@ void WorldAudit::addMultiBody(btMultiBody* body)
 AuditResult WorldAudit::start()
 {
     m_knots.assign(1, now(m_time));
-    return look(m_knots.front());
+    return auditPoses(m_scene, m_knots.front().poses, m_time);
 }
 
 AuditResult WorldAudit::step(double timeStep)
@@ -47,16 +47,32 @@ AuditResult WorldAudit::step(double timeStep)
     m_time += timeStep;
     m_knots.push_back(now(m_time));
 
-    AuditResult result;
+    std::vector<double> motion{0.0};  // from the start to each knot
     for (std::size_t i = 1; i < m_knots.size(); ++i)
     {
-        const int samples = samplesBetween(m_knots[i - 1], m_knots[i]);
-        for (int k = 1; k < samples; ++k)
-        {
-            result.add(look(between(m_knots[i - 1], m_knots[i], double(k) / samples)));
-        }
-        result.add(look(m_knots[i]));
+        motion.push_back(motion.back() + motionBetween(m_knots[i - 1], m_knots[i]));
     }
+    AuditResult result;
+    for (std::size_t i = 1; i + 1 < m_knots.size(); ++i)
+    {
+        const Knot& knot = m_knots[i];
+        result.add(auditPoses(m_scene, knot.poses, knot.time, knot.meeting));
+    }
+    const double wanted = std::ceil(motion.back() / m_density.longestMove);
+    const int samples = int(std::clamp(wanted, 1.0, double(m_density.mostSamples)));
+    std::size_t next = 1;  // knot at or after the sample
+    for (int k = 1; k < samples; ++k)
+    {
+        const double at = motion.back() * k / samples;
+        while (motion[next] < at)
+        {
+            ++next;
+        }
+        const double s = (at - motion[next - 1]) / (motion[next] - motion[next - 1]);
+        const Knot knot = between(m_knots[next - 1], m_knots[next], s);
+        result.add(auditPoses(m_scene, knot.poses, knot.time));
+    }
+    result.add(auditPoses(m_scene, m_knots.back().poses, m_time));
     setJoints(m_knots.back().joints);
     return result;
 }
@@ -70,17 +86,25 @@ btCcdAfterImpact WorldAudit::onImpact(const btCcdImpact& impact)
     {
         m_knots.push_back(now(time));
     }
+    for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        if (const std::int32_t body = indexOf(object); body != kNone)
+        {
+            m_knots.back().meeting.push_back(body);
+        }
+    }
     return btCcdAfterImpact::Solve;
+}
+
+std::int32_t WorldAudit::indexOf(const btCollisionObject* object) const
+{
+    const auto found = std::find(m_objects.begin(), m_objects.end(), object);
+    return found == m_objects.end() ? kNone : std::int32_t(found - m_objects.begin());
 }
 
 WorldAudit::Busiest WorldAudit::busiestPair() const
 {
     Busiest busiest;
-    const auto indexOf = [this](const btCollisionObject* object)
-    {
-        const auto found = std::find(m_objects.begin(), m_objects.end(), object);
-        return found == m_objects.end() ? kNone : std::int32_t(found - m_objects.begin());
-    };
     for (const auto& [pair, impacts] : m_impacts)
     {
         if (impacts > busiest.impacts)
@@ -135,7 +159,7 @@ void WorldAudit::setJoints(const std::vector<double>& joints)
     }
 }
 
-int WorldAudit::samplesBetween(const Knot& from, const Knot& to) const
+double WorldAudit::motionBetween(const Knot& from, const Knot& to) const
 {
     double farthest = 0.0;
     for (std::size_t i = 0; i < from.poses.size(); ++i)
@@ -144,8 +168,7 @@ int WorldAudit::samplesBetween(const Knot& from, const Knot& to) const
         const Eigen::AngleAxisd turn(to.poses[i].linear() * from.poses[i].linear().transpose());
         farthest = std::max(farthest, shift + turn.angle() * m_reaches[i]);
     }
-    const double samples = std::ceil(farthest / m_density.longestMove);
-    return int(std::clamp(samples, 1.0, double(m_density.mostSamples)));
+    return farthest;
 }
 
 WorldAudit::Knot WorldAudit::between(const Knot& from, const Knot& to, double s)
@@ -163,10 +186,5 @@ WorldAudit::Knot WorldAudit::between(const Knot& from, const Knot& to, double s)
                                              : betweenPoses(from.poses[i], to.poses[i], s));
     }
     return knot;
-}
-
-AuditResult WorldAudit::look(const Knot& knot) const
-{
-    return auditPoses(m_scene, knot.poses, knot.time);
 }
 }  // namespace bullet_ccd::tests

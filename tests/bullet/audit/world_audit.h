@@ -21,12 +21,12 @@ class btMultiBody;
 
 namespace bullet_ccd::tests
 {
-/// Between two knots, so many poses are looked at that no point moves farther from one to the next
-/// than `longestMove`, but at most `mostSamples`.
+/// In a step so many poses are looked at that no point moves farther from one to the next than
+/// `longestMove`, but at most `mostSamples`; and at each knot the bodies that meet there.
 struct AuditDensity
 {
     double longestMove = 1e-3;  ///< [m]
-    int mostSamples = 1;        ///< 1: knots alone
+    int mostSamples = 1;        ///< 1: only where the step ends, and knots
 };
 
 class WorldAudit : public btCcdImpactListener
@@ -67,7 +67,8 @@ private:
     {
         double time = 0.0;
         BodyPoses poses = {};
-        std::vector<double> joints = {};  // of all multibodies, one after the other
+        std::vector<double> joints = {};         // of all multibodies, one after the other
+        std::vector<std::int32_t> meeting = {};  // bodies that have an impact then
     };
 
     btDiscreteDynamicsWorld* m_world;
@@ -83,8 +84,9 @@ private:
 
     [[nodiscard]] Knot now(double time) const;
     void setJoints(const std::vector<double>& joints);
-    [[nodiscard]] int samplesBetween(const Knot& from, const Knot& to) const;
+    [[nodiscard]] std::int32_t indexOf(const btCollisionObject* object) const;
+    /// What any point moves from one to the other, at most [m].
+    [[nodiscard]] double motionBetween(const Knot& from, const Knot& to) const;
     [[nodiscard]] Knot between(const Knot& from, const Knot& to, double s);
-    AuditResult look(const Knot& knot) const;
 };
 }  // namespace bullet_ccd::tests
