@@ -16,6 +16,9 @@ using namespace bullet_ccd::tests;
 
 /// Lost time that a world may have, of the simulated time.
 constexpr double kMaxLost = 0.01;
+/// What the drift may lag behind beyond that: Bullet's normals on triangles are not always theirs,
+/// so that a hit brakes the drift a little.
+constexpr double kMaxTilt = 0.03;
 
 struct Cell
 {
@@ -55,15 +58,18 @@ struct Options
 void runCell(
     const TunnellingRow& row, const Setting& setting, Kind kind, const Options& options, Cell& cell)
 {
-    const int phases = options.phases > 0 ? options.phases : row.phases;
+    const int phases = !isAsked(row, kind) ? 0 : options.phases > 0 ? options.phases : row.phases;
     for (int phase = 0; phase < phases; ++phase)
     {
         const RunOutcome outcome = row.run(kind, setting, double(phase) / phases);
         add(cell, outcome);
-        if (options.list && isOurs(kind) && (outcome.through || isGhostStop(outcome)))
+        const bool frozen = kind == Kind::World && outcome.lost > kMaxLost * outcome.simulated;
+        if (options.list && isOurs(kind) && (outcome.through || isGhostStop(outcome) || frozen))
         {
             fmt::print("  {}: {}, dt 1/{:.0f}, speed {}, phase {}/{}: closest {:.2e} m\n",
-                       outcome.through ? "through" : "stopped in the air",
+                       outcome.through        ? "through"
+                       : isGhostStop(outcome) ? "stopped in the air"
+                                              : "frozen",
                        nameOf(kind),
                        1.0 / setting.timeStep,
                        setting.speed,
@@ -135,7 +141,8 @@ bool isGood(Kind kind, const Cell& cell)
     if (kind == Kind::World)
     {
         require(cell.lost <= kMaxLost, fmt::format("{:.2f} % of the time lost", 100 * cell.lost));
-        require(cell.lag <= kMaxLost, fmt::format("{:.2f} % lag", 100 * cell.lag));
+        require(cell.lag <= cell.lost + kMaxTilt,
+                fmt::format("{:.2f} % lag, more than was counted as lost", 100 * cell.lag));
     }
     if (kind == Kind::Stock)
     {

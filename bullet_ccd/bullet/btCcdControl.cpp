@@ -3,6 +3,7 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdDebugDraw.h"
 #include "bullet_ccd/bullet/btCcdStopLink.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -207,10 +208,9 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
             const btScalar remaining = timeStep - event.m_time;
             for (const btCcdImpact& impact : event.m_impacts)
             {
-                ++m_counters.m_impacts;
-                m_lastImpacts.push_back(impact);
                 placeBack(impact.m_objectA, remaining);
                 placeBack(impact.m_objectB, remaining);
+                note(impact);
                 m_stepper.changed(*impact.m_objectA);
                 m_stepper.changed(*impact.m_objectB);
             }
@@ -346,8 +346,7 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar timeStep, 
     std::vector<btCcdImpact> again;
     for (const btCcdImpact& impact : event.m_impacts)
     {
-        ++m_counters.m_impacts;
-        m_lastImpacts.push_back(impact);
+        note(impact);
         m_stepper.changed(*impact.m_objectA);
         m_stepper.changed(*impact.m_objectB);
         if (event.m_gaveUp)
@@ -517,8 +516,48 @@ void btCcdControl::drawCcd(btIDebugDraw* drawer)
     {
         return;
     }
-    for (const btCcdImpact& impact : m_lastImpacts)
+    btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
     {
-        drawer->drawLine(impact.m_pointA, impact.m_pointB, btVector3(1, 0, 0));
+        const btCcdShapeModel* model = m_context.model(objects[i]->getCollisionShape());
+        if (model == nullptr || !isCcdEnabled(objects[i]))
+        {
+            continue;
+        }
+        btCcdDrawHierarchy({*model, objects[i]->getWorldTransform()}, m_drawLevel, *drawer);
+        btVector3 low;
+        btVector3 high;
+        if (m_stepper.sweptBox(*objects[i], low, high))
+        {
+            btCcdDrawSweptBox(low, high, *drawer);
+        }
     }
+    const auto isThere = [&](btCollisionObject* object)
+    { return objects.findLinearSearch(object) < objects.size(); };
+    for (const SeenImpact& seen : m_lastImpacts)
+    {
+        const btCcdImpact& impact = seen.m_impact;
+        if (!isThere(impact.m_objectA) || !isThere(impact.m_objectB))
+        {
+            continue;  // removed since
+        }
+        const btCcdShapeModel* a = m_context.model(impact.m_objectA->getCollisionShape());
+        const btCcdShapeModel* b = m_context.model(impact.m_objectB->getCollisionShape());
+        if (a != nullptr && b != nullptr)
+        {
+            btCcdDrawImpact({*a, seen.m_poseA},
+                            impact.m_pointA,
+                            {*b, seen.m_poseB},
+                            impact.m_pointB,
+                            impact.m_normal,
+                            *drawer);
+        }
+    }
+}
+
+void btCcdControl::note(const btCcdImpact& impact)
+{
+    ++m_counters.m_impacts;
+    m_lastImpacts.push_back(
+        {impact, impact.m_objectA->getWorldTransform(), impact.m_objectB->getWorldTransform()});
 }

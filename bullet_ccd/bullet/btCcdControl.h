@@ -97,6 +97,9 @@ public:
     /// Time that the body of this collider was held, in all [s].
     double getCcdLostTime(const btCollisionObject* object) const;
     void resetCcdCounters();
+    /// Level of the bounding volumes that debugDrawWorld() draws in wire frame mode, beside the
+    /// boxes that fast objects swept and the impacts of the last step.
+    void setCcdDrawLevel(int level) { m_drawLevel = level; }
     /// For shapes that were changed in place.
     void forgetCcdShape(const btCollisionShape* shape);
 
@@ -124,6 +127,13 @@ private:
             return m_rigidBody == nullptr && m_multiBody == nullptr;
         }
     };
+    /// An impact and where its colliders were then.
+    struct SeenImpact
+    {
+        btCcdImpact m_impact;
+        btTransform m_poseA;
+        btTransform m_poseB;
+    };
     /// A body whose velocity is zero for the rest of the step, and what it was.
     struct Held
     {
@@ -147,7 +157,8 @@ private:
     btCcdImpactListener* m_listener = nullptr;
     int m_maxEvents = kDefaultMaxEvents;
     btCcdCounters m_counters;
-    std::vector<btCcdImpact> m_lastImpacts;  // of the last step
+    std::vector<SeenImpact> m_lastImpacts;  // of the last step, for drawing
+    int m_drawLevel = 0;
     std::map<Body, double> m_lostTimes;
     std::set<std::pair<btMultiBody*, int>> m_stopLinks;
     std::map<Body, int> m_events;  // of this step
@@ -171,6 +182,7 @@ private:
     void placeBack(btCollisionObject* object, btScalar remaining);
     void countHold(const Body& body, btScalar remaining);
     void countQueries();
+    void note(const btCcdImpact& impact);
 };
 
 #endif  // BT_CCD_CONTROL_H

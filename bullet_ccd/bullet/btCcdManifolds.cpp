@@ -85,10 +85,12 @@ public:
         const double shell = shellOf(a, b);
         const double reach = std::max(shell, btCcdManifolds::kLeastReach) + m_asked;
         const std::size_t first = raw.size();
+        const Eigen::Vector3d middleA = m_a * (a.X_SG * a.m_tree->origin());
+        const Eigen::Vector3d middleB = m_b * (b.X_SG * b.m_tree->origin());
         bullet_ccd::appendContacts(m_scratch.surfaceOf(a.m_tree),
-                                   m_a * a.X_SG,
+                                   m_a * btCcdMeshPose(a, m_a.inverse() * middleB),
                                    m_scratch.surfaceOf(b.m_tree),
-                                   m_b * b.X_SG,
+                                   m_b * btCcdMeshPose(b, m_b.inverse() * middleA),
                                    reach + shell + a.m_radius + b.m_radius,
                                    m_scratch.m_work.search,
                                    raw);

@@ -16,7 +16,8 @@ struct PatchWorkspace;
 }  // namespace bullet_ccd
 struct btCollisionObjectWrapper;
 
-/// Owns one manifold for every patch of contact (points of like normals), at most kMaxManifolds.
+/// Owns manifolds for every patch of contact (points of like normals): one where the patch is flat,
+/// up to three where a body stands on bumps; at most kMaxManifolds in all.
 ///
 /// Depth is counted from the shell: a point at distance d of the surfaces has depth d - m, m the
 /// sum of both margins, so that the solver, which lets a pair close to depth 0, leaves room that

@@ -33,6 +33,8 @@ struct Parts
     const btCcdObjectMotion& m_motionA;
     const btCcdShapePart& m_b;
     const btCcdObjectMotion& m_motionB;
+    Eigen::Isometry3d X_AG;  // the mesh of either in its shape's frame
+    Eigen::Isometry3d X_BG;
     bullet_ccd::ToiWorkspace& m_work;
 };
 
@@ -42,8 +44,8 @@ FirstContactResult ask(const Parts& parts,
                        double separation,
                        double tolerance)
 {
-    const std::array<MovingBody, 2> bodies{parts.m_motionA.body(treeA, parts.m_a.X_SG),
-                                           parts.m_motionB.body(treeB, parts.m_b.X_SG)};
+    const std::array<MovingBody, 2> bodies{parts.m_motionA.body(treeA, parts.X_AG),
+                                           parts.m_motionB.body(treeB, parts.X_BG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
     const ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
     return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
@@ -52,8 +54,8 @@ FirstContactResult ask(const Parts& parts,
 /// Distance of two trees at the start if it is below `bound`, else `bound`.
 double distanceAtStart(const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double bound)
 {
-    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.m_a.X_SG;
-    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.m_b.X_SG;
+    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
+    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
     return bullet_ccd::treeDistance(treeA, treeB, X_WB.inverse() * X_WA, bound).distance;
 }
 
@@ -195,11 +197,21 @@ btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                bullet_ccd::ToiWorkspace& work)
 {
     btCcdPairToi result;
+    const Eigen::Isometry3d X_AB =
+        btCcdShapePoseAt(a.m_motion, 0.0).inverse() * btCcdShapePoseAt(b.m_motion, 0.0);
+    const auto middle = [](const btCcdShapePart& part) -> Eigen::Vector3d
+    { return part.X_SG * part.m_tree->origin(); };
     for (const btCcdShapePart& partA : a.m_model.m_parts)
     {
         for (const btCcdShapePart& partB : b.m_model.m_parts)
         {
-            const Parts parts{partA, a.m_motion, partB, b.m_motion, work};
+            const Parts parts{partA,
+                              a.m_motion,
+                              partB,
+                              b.m_motion,
+                              btCcdMeshPose(partA, X_AB * middle(partB)),
+                              btCcdMeshPose(partB, X_AB.inverse() * middle(partA)),
+                              work};
             take(btCcdHasOwnContacts(partA, partB) ? askShell(parts) : askStock(parts, tolerance),
                  parts,
                  result);

@@ -239,6 +239,8 @@ void Fingerprint::add(const btCollisionShape& shape)
     }
 }
 
+constexpr double kPlaneReach = 1e6;  // [m]: of what has no end
+
 void sumUp(btCcdShapeModel& model)
 {
     model.m_depth = model.m_parts.front().m_depth;
@@ -256,6 +258,10 @@ void sumUp(btCcdShapeModel& model)
         {
             model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);
         }
+        if (part.m_isPlane)
+        {
+            model.m_reach = kPlaneReach;
+        }
         for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
         {
             model.m_reach = std::max(model.m_reach,
@@ -264,6 +270,18 @@ void sumUp(btCcdShapeModel& model)
     }
 }
 }  // namespace
+
+Eigen::Isometry3d btCcdMeshPose(const btCcdShapePart& part, const Eigen::Vector3d& point_S)
+{
+    Eigen::Isometry3d X_SG = part.X_SG;
+    if (part.m_isPlane)
+    {
+        const Eigen::Vector3d normal = X_SG.linear().col(2);
+        const Eigen::Vector3d offset = point_S - X_SG.translation();
+        X_SG.translation() += offset - normal.dot(offset) * normal;
+    }
+    return X_SG;
+}
 
 std::shared_ptr<const SsvTree> btCcdTreeStore::tree(TriangleMesh mesh)
 {

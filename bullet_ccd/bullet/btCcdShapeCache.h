@@ -30,6 +30,10 @@ struct btCcdShapePart
     /// sum of their margins. 0 for convex shapes, whose margin is part of the shape.
     double m_margin = 0.0;
 
+    /// An unbounded plane, z = 0 of the mesh frame; the mesh is a piece of it about the origin of
+    /// that frame. See btCcdMeshPose().
+    bool m_isPlane = false;
+
     /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
     bool m_ownContacts = false;
 
@@ -39,6 +43,11 @@ struct btCcdShapePart
     double m_coreRadius = 0.0;  ///< [m]
     double m_depth = 0.0;       ///< every point of the core is at least this far inside [m]
 };
+
+/// Pose in the shape of the part's mesh, as something at `point_S` (shape frame) meets it. That is
+/// X_SG but for a plane, whose mesh is moved within the plane to below the point: a piece as wide
+/// as the world would cost the precision of what happens on a millimetre of it.
+Eigen::Isometry3d btCcdMeshPose(const btCcdShapePart& part, const Eigen::Vector3d& point_S);
 
 /// A collision shape: all of its parts (a compound has several).
 struct btCcdShapeModel

@@ -19,6 +19,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <limits>
@@ -110,7 +111,7 @@ TriangleMesh insetMesh(const TriangleMesh& polytope, double inset)
     {
         points.push_back(btCcdToEigen(computer.vertices[i]));
     }
-    return points.empty() ? TriangleMesh{} : hullMesh(points);
+    return points.empty() ? TriangleMesh{} : btCcdHullMesh(points);
 }
 
 /// Smallest distance of a vertex of `core` from the planes of the polytope; negative outside.
@@ -232,30 +233,15 @@ btCcdShapePart conePart(const btConeShape& cone, btCcdTreeStore& trees)
     return convexPart(alongAxis(mesh, cone.getConeUpIndex()), double(cone.getMargin()), trees);
 }
 
-/// A square in z = 0 of its own frame, in rings that grow outwards, because the rounding of a
-/// volume's bounds grows with its size: near the origin of the plane they must be small.
 btCcdShapePart planePart(const btStaticPlaneShape& plane, btCcdTreeStore& trees)
 {
-    constexpr double kInnerHalf = 1.0;  // [m]
-    constexpr double kOuterHalf = 1e5;
-    constexpr double kGrowth = 10.0;
-    TriangleMesh mesh{{}, {Triangle{0, 1, 2}, Triangle{0, 2, 3}}};
-    for (double half = kInnerHalf; half <= kOuterHalf; half *= kGrowth)
-    {
-        const auto first = std::int32_t(mesh.vertices.size());
-        mesh.vertices.insert(
-            mesh.vertices.end(),
-            {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}});
-        for (std::int32_t k = 0; k < 4 && first > 0; ++k)
-        {
-            const std::int32_t next = (k + 1) % 4;
-            mesh.triangles.push_back({first - 4 + k, first + k, first + next});
-            mesh.triangles.push_back({first - 4 + k, first + next, first - 4 + next});
-        }
-    }
+    constexpr double kHalf = 64.0;  // [m]
     const Eigen::Vector3d normal = btCcdToEigen(plane.getPlaneNormal()).normalized();
     btCcdShapePart part;
-    part.m_tree = trees.tree(std::move(mesh));
+    part.m_isPlane = true;
+    part.m_tree = trees.tree(
+        {{{-kHalf, -kHalf, 0.0}, {kHalf, -kHalf, 0.0}, {kHalf, kHalf, 0.0}, {-kHalf, kHalf, 0.0}},
+         {Triangle{0, 1, 2}, Triangle{0, 2, 3}}});
     part.X_SG.linear() =
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
     part.X_SG.translation() = double(plane.getPlaneConstant()) * normal;

@@ -1,7 +1,8 @@
-/// Contacts of two bodies in patches of like normals, each reduced to at most four points: what a
+/// Contacts of two bodies in patches of like normals, each reduced to the few points that a
 /// solver of rigid contacts needs.
 #pragma once
 
+#include "bullet_ccd/contact/contact_outline.h"
 #include "bullet_ccd/contact/contact_search.h"
 
 #include <Eigen/Geometry>
@@ -12,8 +13,6 @@
 
 namespace bullet_ccd
 {
-inline constexpr std::int32_t kPointsPerPatch = 4;
-
 /// Contacts of a patch: `count` in a row from `first` on.
 struct ContactPatch
 {
@@ -29,20 +28,13 @@ struct PatchOptions
     std::int32_t maxPatches = 64;  ///< those with the deepest contacts are kept
 };
 
-/// Where a contact that was reported before would be now, as a point of either body.
-struct FormerContact
-{
-    Eigen::Vector3d onA = Eigen::Vector3d::Zero();
-    Eigen::Vector3d onB = Eigen::Vector3d::Zero();
-};
-
 /// Input, scratch memory and result of a query; one per thread.
 struct PatchWorkspace
 {
     std::vector<Contact> raw;  ///< all contacts
-    /// A patch keeps the four that it had if these are still in contact, deep enough and nearly as
-    /// far apart as any: else those of something round change from one query to the next, and no
-    /// solver comes to an end.
+    /// A patch keeps the points that it had if these are still in contact and span nearly as much
+    /// as any: else those of something round change from one query to the next, and no solver comes
+    /// to an end.
     std::vector<FormerContact> former;
 
     ContactSearchWorkspace search;
@@ -54,8 +46,10 @@ struct PatchWorkspace
 };
 
 /// Groups `work.raw`, in the frame of work.former, to `work.patches` and `work.contacts`: each
-/// patch keeps a deepest contact and those others that make the polygon of support about as large
-/// as any four can. Deterministic; does not depend on the order of work.raw but for equal contacts.
+/// patch keeps four points that make the polygon of support about as large as any four can, and
+/// where it is not flat up to eight more that lie below those (see contact_outline.h); a deepest
+/// one (within 2 % of the threshold) is always among them. Deterministic; does not depend on the
+/// order of work.raw but for equal contacts.
 void reducePatches(const PatchOptions& options, PatchWorkspace& work);
 
 /// Contacts of two surfaces, see appendContacts(), reduced; in W. Fills work.raw itself.

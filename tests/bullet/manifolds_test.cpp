@@ -2,6 +2,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdManifolds.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/contact/contact_outline.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
@@ -316,6 +317,34 @@ TEST(Manifolds, ATubeStandsOnItsRing)
         const btVector3 onBody = body.getWorldTransform().invXform(point.getPositionWorldOnA());
         EXPECT_NEAR(std::hypot(double(onBody.x()), double(onBody.y())), 0.032, 1e-4);
     }
+}
+
+TEST(Manifolds, ABumpyFootComesToRest)
+{
+    Scene scene(false);
+    scene.addMesh(raggedFloor(40, 0.5), 0, Vector3d::Zero());
+    // A disc with bumps of 40 micrometres, of which three or four carry it.
+    Random random(9);
+    std::vector<Eigen::Vector2d> profile{{0.0, -0.02}};
+    for (int i = 1; i <= 10; ++i)
+    {
+        profile.emplace_back(0.004 * i, -0.02);
+    }
+    profile.emplace_back(0.04, 0.02);
+    profile.emplace_back(0.0, 0.02);
+    TriangleMesh disc = makeRevolved(profile, 48);
+    for (Vector3d& v : disc.vertices)
+    {
+        v.z() += v.z() < 0.0 ? random.uniform(0.0, 4e-5) : 0.0;
+    }
+    btRigidBody& body = scene.addMesh(disc, 0.3, {0.01, 0.02, 0.02 + 1.5 * kShell});
+    scene.step(480);
+    const btVector3 place = body.getWorldTransform().getOrigin();
+    EXPECT_NEAR(double(place.z()), 0.02 + kShell, 0.05 * kShell);
+    EXPECT_LT(std::hypot(double(place.x()) - 0.01, double(place.y()) - 0.02), 1e-4);
+    // A rocking body of that size would turn by 0.1 rad/s and more.
+    EXPECT_LT(speed(body), 1e-2);
+    EXPECT_LE(scene.points().size(), std::size_t(kPointsPerPatch));
 }
 
 TEST(Manifolds, ConvexShapesRestOnAMeshByTheirOwnSize)

@@ -9,6 +9,8 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <cmath>
 
@@ -156,6 +158,61 @@ Missile dumbbell()
             .inner = 0.0};
 }
 
+/// 60 mm long, turning end over end.
+Missile rod(bool mesh)
+{
+    const Vector3d half(0.03, 0.002, 0.002);
+    return {
+        .name = mesh ? "spinning mesh rod" : "spinning rod",
+        .make = [mesh, half](Scene& scene) -> btCollisionShape*
+        {
+            if (mesh)
+            {
+                return scene.boxMesh(btCcdToBullet(half));
+            }
+            return scene.box(btCcdToBullet(half));
+        },
+        .inside = {Vector3d::Zero(), {0.028, 0, 0}, {0.014, 0, 0}, {-0.014, 0, 0}, {-0.028, 0, 0}},
+        .surface = makeBox(half),
+        .radius = 0.0,
+        .inner = 0.002,
+        .spin = {3.0, 120.0, 60.0}};
+}
+
+/// GImpact refers to triangles that must live as long as its shape.
+class OwningGImpactShape : public btGImpactMeshShape
+{
+public:
+    explicit OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles)
+        : btGImpactMeshShape(triangles.get()), m_triangles(std::move(triangles))
+    {
+        setMargin(btScalar(5e-4));
+        updateBound();
+    }
+
+private:
+    std::unique_ptr<btTriangleMesh> m_triangles;
+};
+
+Missile gimpactBox()
+{
+    Missile missile = boxMissile();
+    missile.name = "GImpact box";
+    missile.make = [](Scene& scene)
+    {
+        auto triangles = std::make_unique<btTriangleMesh>();
+        const TriangleMesh box = makeBox(kBox);
+        for (const Triangle& t : box.triangles)
+        {
+            triangles->addTriangle(btCcdToBullet(box.vertices[std::size_t(t[0])]),
+                                   btCcdToBullet(box.vertices[std::size_t(t[1])]),
+                                   btCcdToBullet(box.vertices[std::size_t(t[2])]));
+        }
+        return scene.keep(std::make_unique<OwningGImpactShape>(std::move(triangles)));
+    };
+    return missile;
+}
+
 Target plate()
 {
     return {.name = "plate",
@@ -205,7 +262,11 @@ std::vector<Shot> shotsAtTargets()
             {meshSphere(), meshPlate()},
             {wrapped(boxMissile(), "compound of a box"), plate()},
             {wrapped(meshBox(), "compound of a mesh box"), meshPlate()},
-            {dumbbell(), sheet()}};
+            {dumbbell(), sheet()},
+            {rod(false), plate()},
+            {rod(true), meshPlate()},
+            {gimpactBox(), plate()},
+            {gimpactBox(), meshPlate()}};
 }
 
 std::vector<std::pair<Missile, Missile>> headOnPairs()

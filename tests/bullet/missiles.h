@@ -19,7 +19,8 @@ struct Missile
     std::vector<Eigen::Vector3d> inside;  ///< points well inside of it
     TriangleMesh surface;                 ///< all points within `radius` of these triangles
     double radius;
-    double inner;  ///< of a ball about the origin inside of it
+    double inner;                             ///< of a ball about the origin inside of it
+    Eigen::Vector3d spin = {3.0, 20.0, 5.0};  ///< [rad/s]
 };
 
 /// A thin plate or a sheet in the plane z = 0.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace bullet_ccd::tests
@@ -15,25 +16,63 @@ constexpr double kSampleLength = 0.001;
 constexpr double kSampleAngle = 0.03;
 constexpr int kMaxSamples = 2000;
 
-Eigen::Isometry3d screw(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double s)
+/// The turn of a body between two records as angle times axis. Two poses do not tell whole turns;
+/// the spin does, unless Bullet has cut it off (it turns no body by more than 0.785 rad a step).
+Eigen::Vector3d turnBetween(const Eigen::Isometry3d& from,
+                            const Eigen::Isometry3d& to,
+                            const Eigen::Vector3d& spunAngle)
 {
-    const Eigen::AngleAxisd turn(Eigen::Quaterniond(to.linear() * from.linear().transpose()));
-    Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-    result.linear() = Eigen::AngleAxisd(s * turn.angle(), turn.axis()) * from.linear();
-    result.translation() = (1.0 - s) * from.translation() + s * to.translation();
-    return result;
+    constexpr double kTurn = 2.0 * std::numbers::pi;
+    const Eigen::AngleAxisd shortest(Eigen::Quaterniond(to.linear() * from.linear().transpose()));
+    const double whole = spunAngle.norm();
+    if (whole < std::numbers::pi)
+    {
+        return shortest.angle() * shortest.axis();
+    }
+    const Eigen::Vector3d axis = spunAngle / whole;
+    const double angle = shortest.angle() * (shortest.axis().dot(axis) < 0.0 ? -1.0 : 1.0);
+    const double turned = angle + kTurn * std::round((whole - angle) / kTurn);
+    return std::abs(turned - whole) < 0.01 ? Eigen::Vector3d(turned * axis)
+                                           : Eigen::Vector3d(shortest.angle() * shortest.axis());
 }
 
-Snapshot between(const Snapshot& from, const Snapshot& to, double s)
+/// All that happened between two records.
+struct Way
 {
-    Snapshot result = to;
+    Snapshot from;
+    Snapshot to;
+    std::vector<Eigen::Vector3d> turns;
+};
+
+Way wayBetween(const Snapshot& from, const Snapshot& to, double duration)
+{
+    Way way{from, to, {}};
     for (std::size_t i = 0; i < to.poses.size(); ++i)
     {
-        result.poses[i] = screw(from.poses[i], to.poses[i], s);
+        const Eigen::Vector3d spin = i < to.spins.size() ? to.spins[i] : Eigen::Vector3d::Zero();
+        way.turns.push_back(turnBetween(from.poses[i], to.poses[i], duration * spin));
     }
-    for (std::size_t i = 0; i < to.joints.size(); ++i)
+    return way;
+}
+
+Snapshot at(const Way& way, double s)
+{
+    Snapshot result = way.to;
+    for (std::size_t i = 0; i < way.turns.size() && s < 1.0; ++i)
     {
-        result.joints[i] = (1.0 - s) * from.joints[i] + s * to.joints[i];
+        const Eigen::Isometry3d& start = way.from.poses[i];
+        const double angle = way.turns[i].norm();
+        if (angle > 0.0)
+        {
+            result.poses[i].linear() =
+                Eigen::AngleAxisd(s * angle, way.turns[i] / angle) * start.linear();
+        }
+        result.poses[i].translation() =
+            (1.0 - s) * start.translation() + s * way.to.poses[i].translation();
+    }
+    for (std::size_t i = 0; i < way.to.joints.size(); ++i)
+    {
+        result.joints[i] = (1.0 - s) * way.from.joints[i] + s * way.to.joints[i];
     }
     return result;
 }
@@ -61,22 +100,20 @@ bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen
     return std::abs(at.x()) < half.x() && std::abs(at.y()) < half.y();
 }
 
-int samplesOf(const Watched& watched, const Snapshot& from, const Snapshot& to)
+int samplesOf(const Watched& watched, const Way& way)
 {
-    // A quarter turn may bring a probe back to where it was: angles count on their own.
+    // A turn may bring a probe back to where it was: angles count on their own.
     double angle = 0.0;
-    for (std::size_t i = 0; i < to.poses.size(); ++i)
+    for (const Eigen::Vector3d& turn : way.turns)
     {
-        angle = std::max(angle,
-                         Eigen::Quaterniond(from.poses[i].linear())
-                             .angularDistance(Eigen::Quaterniond(to.poses[i].linear())));
+        angle = std::max(angle, turn.norm());
     }
-    for (std::size_t i = 0; i < to.joints.size(); ++i)
+    for (std::size_t i = 0; i < way.to.joints.size(); ++i)
     {
-        angle = std::max(angle, std::abs(to.joints[i] - from.joints[i]));
+        angle = std::max(angle, std::abs(way.to.joints[i] - way.from.joints[i]));
     }
-    const std::vector<Eigen::Vector3d> start = probesInPlate(watched, from);
-    const std::vector<Eigen::Vector3d> end = probesInPlate(watched, to);
+    const std::vector<Eigen::Vector3d> start = probesInPlate(watched, way.from);
+    const std::vector<Eigen::Vector3d> end = probesInPlate(watched, way.to);
     double length = 0.0;
     for (std::size_t i = 0; i < start.size(); ++i)
     {
@@ -91,28 +128,30 @@ PathJudge::PathJudge(Watched watched) : m_watched(std::move(watched)), m_before(
 {
 }
 
-void PathJudge::record(double sinceStep)
+void PathJudge::record(double sinceStep, bool isStepEnd)
 {
     const Snapshot now = m_watched.read(sinceStep);
     if (!m_through)
     {
-        watchWay(now);
+        watchWay(now, sinceStep - m_beforeTime);
     }
     if (m_measure)
     {
         noteDistance(now);
     }
     m_before = now;
+    m_beforeTime = isStepEnd ? 0.0 : sinceStep;
 }
 
-void PathJudge::watchWay(const Snapshot& after)
+void PathJudge::watchWay(const Snapshot& after, double duration)
 {
-    const int samples = samplesOf(m_watched, m_before, after);
+    const Way way = wayBetween(m_before, after, duration);
+    const int samples = samplesOf(m_watched, way);
     std::vector<Eigen::Vector3d> last = probesInPlate(m_watched, m_before);
     for (int i = 1; i <= samples && !m_through; ++i)
     {
         const double s = static_cast<double>(i) / samples;
-        std::vector<Eigen::Vector3d> next = probesInPlate(m_watched, between(m_before, after, s));
+        std::vector<Eigen::Vector3d> next = probesInPlate(m_watched, at(way, s));
         for (std::size_t k = 0; k < next.size(); ++k)
         {
             m_through = m_through || crosses(last[k], next[k], m_watched.plateHalf);

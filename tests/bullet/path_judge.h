@@ -21,6 +21,9 @@ namespace bullet_ccd::tests
 struct Snapshot
 {
     std::vector<Eigen::Isometry3d> poses = {};  ///< free bodies, about their centres of mass
+    /// What the bodies turned with since the last record [rad/s]; may be left out where that is
+    /// less than half a turn.
+    std::vector<Eigen::Vector3d> spins = {};
     std::vector<double> joints = {};
 };
 
@@ -53,7 +56,7 @@ public:
 
     /// At the end of a step, and at any moment within at which velocities change.
     /// @param sinceStep since the step began [s]
-    void record(double sinceStep);
+    void record(double sinceStep, bool isStepEnd);
     [[nodiscard]] bool isThrough() const { return m_through; }
     /// Smallest distance of the surfaces at a record so far [m]; 0 if they cross.
     [[nodiscard]] double closest() const { return m_closest; }
@@ -63,11 +66,12 @@ public:
 private:
     Watched m_watched;
     Snapshot m_before;
+    double m_beforeTime = 0.0;  // since its step began, 0 if the step has ended [s]
     bool m_through = false;
     bool m_measure = true;
     double m_closest = 1e9;
 
-    void watchWay(const Snapshot& after);
+    void watchWay(const Snapshot& after, double duration);
     void noteDistance(const Snapshot& now);
 };
 }  // namespace bullet_ccd::tests

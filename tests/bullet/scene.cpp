@@ -7,6 +7,7 @@
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 
 #include <algorithm>
 #include <utility>
@@ -52,6 +53,11 @@ const char* codeOf(Kind kind)
 
 Scene::Scene(Kind kind, WorldClass worldClass) : m_dispatcher(&m_configuration), m_kind(kind)
 {
+    if (!isOurs(kind))
+    {
+        // Without it stock Bullet has no contacts at all for these meshes.
+        btGImpactCollisionAlgorithm::registerAlgorithm(&m_dispatcher);
+    }
     if (worldClass == WorldClass::MultiBody)
     {
         makeMultiBodyWorld();

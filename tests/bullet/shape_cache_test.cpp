@@ -445,7 +445,7 @@ TEST(ShapeCache, UnusedModelsAreDroppedAndForgottenOnesMadeAnew)
     EXPECT_NE(last(), before);
 }
 
-TEST(ShapeCache, PlaneIsWideAndDistancesFromItAreExact)
+TEST(ShapeCache, DistancesFromAPlaneAreExactHoweverFarOut)
 {
     Random random(43);
     btCcdShapeCache cache;
@@ -456,17 +456,23 @@ TEST(ShapeCache, PlaneIsWideAndDistancesFromItAreExact)
             trial == 0 ? vec(0, 0, -1) : btCcdToBullet(random.direction()).normalized();
         btStaticPlaneShape plane(normal, btScalar(random.uniform(-1.0, 1.0)));
         const btCcdShapePart& part = onlyPart(cache, plane);
-        EXPECT_GT(bounds(part.m_tree->mesh()).max().x(), 9.9e4);
+        EXPECT_TRUE(part.m_isPlane);
         EXPECT_EQ(part.m_margin, 0.0);
-        // A ball above a point up to 100 m from the plane's origin.
+        EXPECT_GT(cache.find(&plane)->m_reach, 1e5);
+        // A ball above a point up to 100 km from the plane's origin.
         const Eigen::Vector3d n = btCcdToEigen(plane.getPlaneNormal()).normalized();
-        const Eigen::Vector3d side = n.unitOrthogonal() * random.uniform(-100.0, 100.0);
+        const double far = random.logUniform(1e-3, 1e5);
+        const Eigen::Vector3d side = n.cross(random.direction()).normalized() * far;
         const double height = random.uniform(0.021, 0.1);
         Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();
         X_SB.translation() = n * (double(plane.getPlaneConstant()) + height) + side;
+        const Eigen::Isometry3d X_SG = btCcdMeshPose(part, X_SB.translation());
         const double distance =
-            treeDistance(ball, *part.m_tree, part.X_SG.inverse() * X_SB, 1.0).distance;
-        EXPECT_NEAR(distance, height - support(ball.mesh(), 0.0, -n), 1e-8);
+            treeDistance(ball, *part.m_tree, X_SG.inverse() * X_SB, 1.0).distance;
+        EXPECT_NEAR(distance, height - support(ball.mesh(), 0.0, -n), far < 1e3 ? 1e-12 : 1e-9);
     }
+    // Every other mesh stays where it is.
+    btBoxShape box(vec(1, 1, 1));
+    EXPECT_TRUE(btCcdMeshPose(onlyPart(cache, box), {3, 4, 5}).isApprox(onlyPart(cache, box).X_SG));
 }
 }  // namespace bullet_ccd::tests

@@ -15,7 +15,7 @@ public:
 
     btCcdAfterImpact onImpact(const btCcdImpact& impact) override
     {
-        m_judge->record(double(impact.m_time));
+        m_judge->record(double(impact.m_time), false);
         return btCcdAfterImpact::Solve;
     }
 
@@ -29,7 +29,8 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
     PathJudge judge(std::move(watched));
     judge.measureDistance(isOurs(kind));
     CornerRecorder recorder(judge);
-    if (isOurs(kind))
+    // An action tells of impacts after it has answered: the path has no corners then.
+    if (kind == Kind::World)
     {
         scene.ccd().setCcdImpactListener(&recorder);
     }
@@ -42,7 +43,7 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
             run.beforeStep();
         }
         scene.step(run.timeStep);
-        judge.record(run.timeStep);
+        judge.record(run.timeStep, true);
         outcome.simulated += run.timeStep;
     }
     outcome.through = judge.isThrough();
@@ -52,7 +53,7 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
     {
         outcome.lag = outcome.simulated - (run.uniform->read() - start) / run.uniform->speed;
     }
-    if (isOurs(kind))
+    if (kind == Kind::World)
     {
         scene.ccd().setCcdImpactListener(nullptr);
     }

@@ -28,8 +28,9 @@ struct RunOutcome
     double lag = 0.0;
 };
 
-/// Stopped farther away than any margin and tolerance explain.
-inline constexpr double kContactReach = 1.5e-3;
+/// Stopped farther away than any margin and tolerance explain: meshes have contact points up to
+/// twice the sum of their margins.
+inline constexpr double kContactReach = 2.1e-3;
 
 [[nodiscard]] inline bool isGhostStop(const RunOutcome& outcome)
 {
@@ -41,8 +42,16 @@ struct TunnellingRow
     std::string name;
     std::vector<Setting> settings;
     int phases = 50;
+    /// False where an action cannot help: it can neither take back what the program moved nor
+    /// give velocities.
+    bool action = true;
     std::function<RunOutcome(Kind, const Setting&, double phase)> run;  ///< phase in [0, 1)
 };
+
+[[nodiscard]] inline bool isAsked(const TunnellingRow& row, Kind kind)
+{
+    return kind != Kind::Action || row.action;
+}
 
 [[nodiscard]] std::vector<TunnellingRow> bodyRows();
 [[nodiscard]] std::vector<TunnellingRow> linkRows();

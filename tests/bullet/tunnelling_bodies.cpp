@@ -5,6 +5,7 @@
 #include "tests/support/shapes.h"
 
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <utility>
 
@@ -22,6 +23,17 @@ constexpr double kDrift = 1.0;
 Isometry3d poseOfBody(const btRigidBody& body)
 {
     return btCcdToEigen(body.getWorldTransform());
+}
+
+Snapshot snapshotOf(std::initializer_list<const btRigidBody*> bodies)
+{
+    Snapshot snapshot;
+    for (const btRigidBody* body : bodies)
+    {
+        snapshot.poses.push_back(poseOfBody(*body));
+        snapshot.spins.push_back(btCcdToEigen(body->getAngularVelocity()));
+    }
+    return snapshot;
 }
 
 /// A different orientation for every phase.
@@ -59,9 +71,9 @@ RunOutcome shootAtPlate(
                                   missile.make(scene),
                                   tumbled(vec(-0.08, 0, height), phase),
                                   vec(kDrift, 0, -setting.speed),
-                                  vec(3, 20, 5));
+                                  btCcdToBullet(missile.spin));
     Watched watched;
-    watched.read = [body](double) { return Snapshot{.poses = {poseOfBody(*body)}}; };
+    watched.read = [body](double) { return snapshotOf({body}); };
     watched.place = [](const Snapshot& now) { return WatchedPoses{.X_WM = now.poses[0]}; };
     watched.plateHalf = {kTargetHalf, kTargetHalf};
     watched.probes = missile.inside;
@@ -95,9 +107,7 @@ RunOutcome headOn(
                                        vec(kDrift, 0, setting.speed),
                                        vec(-8, 2, 15))};
     Watched watched;
-    watched.read = [bodies](double) {
-        return Snapshot{.poses = {poseOfBody(*bodies[0]), poseOfBody(*bodies[1])}};
-    };
+    watched.read = [bodies](double) { return snapshotOf({bodies[0], bodies[1]}); };
     // Who is above whom; orientations do not matter.
     watched.place = [](const Snapshot& now)
     {
@@ -142,9 +152,7 @@ RunOutcome tileAtTile(Kind kind, const Setting& setting, double phase)
                   vec(kDrift, 0, setting.speed),
                   vec(0, 0, -5))};
     Watched watched;
-    watched.read = [bodies](double) {
-        return Snapshot{.poses = {poseOfBody(*bodies[0]), poseOfBody(*bodies[1])}};
-    };
+    watched.read = [bodies](double) { return snapshotOf({bodies[0], bodies[1]}); };
     watched.place = [](const Snapshot& now)
     { return WatchedPoses{.X_WP = now.poses[1], .X_WS = now.poses[1], .X_WM = now.poses[0]}; };
     watched.plateHalf = {half.x(), half.y()};
@@ -175,7 +183,7 @@ const Vector3d kBladeAt(0.025, 0.0, 0.0);
 Watched rodAndBlade(btRigidBody* rod)
 {
     Watched watched;
-    watched.read = [rod](double) { return Snapshot{.poses = {poseOfBody(*rod)}}; };
+    watched.read = [rod](double) { return snapshotOf({rod}); };
     watched.place = [](const Snapshot& now)
     {
         return WatchedPoses{
@@ -237,7 +245,9 @@ RunOutcome kinematicPlateAtBall(Kind kind,
     btRigidBody* body = throwBody(
         scene, ball.make(scene), tumbled(vec(0, 0, 0), phase), vec(0, 0, 0), vec(0, 0, 0));
     const Vector3d half(0.1, 0.1, 0.00025);
-    const double height = 0.1 + setting.speed * setting.timeStep * phase;
+    // Two steps of way: its velocity is known from the second on.
+    const double way = setting.speed * setting.timeStep;
+    const double height = 0.1 + way * (2.0 + phase);
     btRigidBody* plate = scene.body(scene.box(btCcdToBullet(half)), 0.0, poseAt(vec(0, 0, height)));
     plate->setCollisionFlags(plate->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     struct Mover : btMotionState
@@ -266,17 +276,13 @@ RunOutcome kinematicPlateAtBall(Kind kind,
     watched.plate = makeBox(half);
     watched.mover = ball.surface;
     watched.moverRadius = ball.radius;
-    const RunOutcome outcome = watchRun(scene,
-                                        kind,
-                                        std::move(watched),
-                                        {setting.timeStep,
-                                         stepsFor(0.1, setting),
-                                         std::nullopt,
-                                         [&]
-                                         {
-                                             const double way = setting.speed * setting.timeStep;
-                                             mover.m_pose.getOrigin() -= vec(0, 0, way);
-                                         }});
+    const RunOutcome outcome =
+        watchRun(scene,
+                 kind,
+                 std::move(watched),
+                 {setting.timeStep, stepsFor(0.1 + 2.0 * way, setting), std::nullopt, [&] {
+                      mover.m_pose.getOrigin() -= vec(0, 0, way);
+                  }});
     plate->setMotionState(nullptr);
     return outcome;
 }
@@ -321,6 +327,7 @@ std::vector<TunnellingRow> bodyRows()
     }
     rows.push_back({.name = "kinematic plate x resting box",
                     .settings = {{1.0 / 240, 2.0}, {1.0 / 240, 10.0}, {1.0 / 60, 10.0}},
+                    .action = false,
                     .run = [](Kind kind, const Setting& setting, double phase)
                     { return kinematicPlateAtBall(kind, boxMissile(), setting, phase); }});
     return rows;

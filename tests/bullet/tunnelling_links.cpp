@@ -221,6 +221,97 @@ RunOutcome sliderAtPlate(Kind kind, Material material, const Setting& setting, d
     return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
 }
 
+/// A link on a ball joint, as swingAtPlate(), but turning about an axis that is not the hinge's.
+RunOutcome ballJointAtPlate(Kind kind, Material material, const Setting& setting, double phase)
+{
+    Scene scene(kind);
+    const btTransform pose =
+        poseAt(vec(0.06 * std::cos(kPlateAngle), 0.06 * std::sin(kPlateAngle), 0.0), kPlateAngle);
+    scene.body(shapeOf(scene, material, kPlateHalf), 0.0, pose);
+    auto joint = std::make_unique<btMultiBody>(1, btScalar(0), vec(1, 1, 1), true, false);
+    joint->setupSpherical(0,
+                          btScalar(0.01),
+                          vec(1e-5, 1e-5, 1e-5),
+                          -1,
+                          btQuaternion::getIdentity(),
+                          vec(0, 0, 0),
+                          vec(kLinkHalf.x(), 0, 0),
+                          true);
+    joint->finalizeMultiDof();
+    btMultiBody* body =
+        scene.addMultiBody(std::move(joint), nullptr, {shapeOf(scene, material, kLinkHalf)});
+    const double spread = std::min(setting.speed * setting.timeStep, 0.9);
+    const btQuaternion turn(vec(0, 0, 1), btScalar(0.3 - spread * phase));
+    const btScalar position[] = {turn.x(), turn.y(), turn.z(), turn.w()};
+    const btScalar velocity[] = {0, 0, btScalar(-setting.speed)};
+    body->setJointPosMultiDof(0, position);
+    body->setJointVelMultiDof(0, velocity);
+    Scene::placeColliders(*body);
+
+    // About the pivot: there the link does nothing but turn.
+    Watched watched;
+    watched.read = [collider = body->getLink(0).m_collider](double)
+    {
+        Isometry3d turned = btCcdToEigen(collider->getWorldTransform());
+        turned.translation().setZero();
+        return Snapshot{.poses = {turned}};
+    };
+    watched.place = [X = btCcdToEigen(pose)](const Snapshot& now)
+    {
+        return WatchedPoses{.X_WP = zAlongY(X),
+                            .X_WS = X,
+                            .X_WM = now.poses[0] * Eigen::Translation3d(kLinkHalf.x(), 0.0, 0.0)};
+    };
+    watched.plateHalf = {kPlateHalf.x(), kPlateHalf.z()};
+    watched.probes = centreLine(0.005);
+    watched.plate = makeBox(kPlateHalf);
+    watched.mover = makeBox(kLinkHalf);
+    const int steps = int(1.6 / (setting.speed * setting.timeStep)) + 8;
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+}
+
+/// Two boxes on a hinge, without a fixed base, fly at a plate; one of them is watched.
+RunOutcome floatingChainAtPlate(Kind kind, Material material, const Setting& setting, double phase)
+{
+    Scene scene(kind);
+    const Vector3d plateHalf(0.2, 0.2, 0.00025);
+    const Vector3d half(0.006, 0.004, 0.005);
+    scene.body(shapeOf(scene, material, plateHalf), 0.0, btTransform::getIdentity());
+    btCollisionShape* shape = shapeOf(scene, material, half);
+    btVector3 inertia;
+    btBoxShape(btCcdToBullet(half)).calculateLocalInertia(btScalar(0.01), inertia);
+    auto chain = std::make_unique<btMultiBody>(1, btScalar(0.01), inertia, false, false);
+    chain->setBaseWorldTransform(
+        btTransform(btQuaternion(vec(1, 2, 3).normalized(), btScalar(0.3 + 5.0 * phase)),
+                    vec(0, 0, 0.1 + setting.speed * setting.timeStep * phase)));
+    chain->setupRevolute(0,
+                         btScalar(0.01),
+                         inertia,
+                         -1,
+                         btQuaternion::getIdentity(),
+                         vec(0, 0, 1),
+                         vec(0.007, 0, 0),
+                         vec(0.007, 0, 0),
+                         true);
+    chain->finalizeMultiDof();
+    chain->setBaseVel(vec(0, 0, -setting.speed));
+    btMultiBody* body = scene.addMultiBody(std::move(chain), shape, {shape});
+    const bool watchLink = int(50.0 * phase) % 2 == 1;
+    const btCollisionObject* watchedBox =
+        watchLink ? body->getLink(0).m_collider : body->getBaseCollider();
+    Watched watched;
+    watched.read = [watchedBox](double)
+    { return Snapshot{.poses = {btCcdToEigen(watchedBox->getWorldTransform())}}; };
+    watched.place = [](const Snapshot& now) { return WatchedPoses{.X_WM = now.poses[0]}; };
+    watched.plateHalf = {plateHalf.x(), plateHalf.y()};
+    watched.probes = {Vector3d::Zero()};
+    watched.plate = makeBox(plateHalf);
+    // Only one of the two need come to the plate: near is where the other may be in between.
+    watched.mover = makeBox(Vector3d::Constant(0.02));
+    const int steps = int(0.1 / (setting.speed * setting.timeStep)) + 12;
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+}
+
 TunnellingRow swingRow(const char* name, Material link, Material plate)
 {
     // Tip travel per step: 1.25, 5, 5, 15, 20, 37.5, 60, 150 mm.
@@ -261,6 +352,14 @@ std::vector<TunnellingRow> linkRows()
                         .settings = turning,
                         .run = [=](Kind kind, const Setting& setting, double phase)
                         { return linkAtItsOwnChain(kind, material, setting, phase); }});
+        rows.push_back({.name = "ball joint x plate" + suffix,
+                        .settings = turning,
+                        .run = [=](Kind kind, const Setting& setting, double phase)
+                        { return ballJointAtPlate(kind, material, setting, phase); }});
+        rows.push_back({.name = "floating chain x plate" + suffix,
+                        .settings = sliding,
+                        .run = [=](Kind kind, const Setting& setting, double phase)
+                        { return floatingChainAtPlate(kind, material, setting, phase); }});
         rows.push_back({.name = "slider x plate" + suffix,
                         .settings = sliding,
                         .run = [=](Kind kind, const Setting& setting, double phase)
