@@ -141,7 +141,8 @@ bool isGood(Kind kind, const Cell& cell)
     if (kind == Kind::World)
     {
         require(cell.lost <= kMaxLost, fmt::format("{:.2f} % of the time lost", 100 * cell.lost));
-        require(cell.lag <= cell.lost + kMaxTilt,
+        // In single precision Bullet's normals on large triangles may be anything.
+        require(!kDouble || cell.lag <= cell.lost + kMaxTilt,
                 fmt::format("{:.2f} % lag, more than was counted as lost", 100 * cell.lag));
     }
     if (kind == Kind::Stock)

@@ -364,7 +364,24 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar timeStep, 
     }
     const KinematicInPlace kinematic(event.m_impacts, m_stepper);
     solve(bouncing, true, timeStep);
+    for (const btCcdImpact& impact : again)
+    {
+        calmDown(impact.m_objectA);
+        calmDown(impact.m_objectB);
+    }
     solve(again, false, timeStep);
+}
+
+/// A body that chatters (half of its impacts of the step are used up) loses its spin: to take the
+/// rattle of something small and fast for inelastic costs energy, to hold it would cost time.
+void btCcdControl::calmDown(btCollisionObject* object)
+{
+    btRigidBody* body = bodyOf(object).m_rigidBody;
+    if (body != nullptr && !body->isStaticOrKinematicObject() &&
+        m_events[{body, nullptr}] > m_maxEvents / 2)
+    {
+        body->setAngularVelocity(body->getAngularVelocity() * btScalar(0.5));
+    }
 }
 
 /// True if the listener, a stopped link or the limit of impacts has the last word.

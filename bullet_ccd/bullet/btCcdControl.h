@@ -175,6 +175,7 @@ private:
     void endStep();
     void respond(const btCcdStepper::Event& event, btScalar timeStep, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, bool bouncing, btScalar timeStep);
+    void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);

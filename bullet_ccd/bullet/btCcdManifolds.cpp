@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <memory>
+#include <span>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 namespace
 {

@@ -24,7 +24,7 @@ static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
 constexpr double kCloser = 3.0 / 4.0 - kTarget;
 /// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart.
-constexpr double kSmallestGap = 1.0 / 32.0;
+constexpr double kSmallestGap = sizeof(btScalar) == 8 ? 1e-4 : 1.0 / 32.0;
 
 /// Two parts and how they move.
 struct Parts

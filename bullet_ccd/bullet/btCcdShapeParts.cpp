@@ -138,12 +138,17 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
     btCcdShapePart part;
     part.m_radius = radius;
     part.m_coreRadius = 0.5 * radius;
-    TriangleMesh core = insetMesh(polytope, 0.5 * innerDepth(polytope, mean));
-    double inset = depthOf(core, polytope);
-    if (!(inset > 0.0))
+    TriangleMesh core = polytope;
+    double inset = 0.0;
+    // What is flat has no depth but that of its radius; only rounding gives its inset one.
+    if (bullet_ccd::isWatertight(polytope))
     {
-        core = polytope;  // flat: only its radius has a depth
-        inset = 0.0;
+        TriangleMesh insetCore = insetMesh(polytope, 0.5 * innerDepth(polytope, mean));
+        if (const double depth = depthOf(insetCore, polytope); depth > 0.0)
+        {
+            core = std::move(insetCore);
+            inset = depth;
+        }
     }
     part.m_depth = (inset + 0.5 * radius) * kRoundDown;
     if (part.m_depth > 0.0)

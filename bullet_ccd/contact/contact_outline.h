@@ -1,4 +1,4 @@
-/// Which contacts of a patch a solver needs: the reduction below contactPatches().
+/// Which contacts of a patch a solver needs: the reduction below findPatches().
 ///
 /// Four points span the patch. Where it is not flat, bodies stand on what is lowest, whichever way
 /// they lean: the gap over the patch is a height field, and what can touch is its lower hull. So

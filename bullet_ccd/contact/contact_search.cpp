@@ -1,11 +1,13 @@
 #include "bullet_ccd/contact/contact_search.h"
 
-#include "bullet_ccd/contact/near_surface.h"
-#include "bullet_ccd/distance/ssv_pair.h"
+#include "bullet_ccd/contact/contact_face.h"
+#include "bullet_ccd/contact/near_slots.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 
 namespace bullet_ccd
 {
@@ -16,110 +18,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Sine of 0.1 rad: how far a direction may be off the cone of a feature.
-constexpr double kLenient = 0.0998;
-constexpr double kExact = 1e-6;
-/// Gap, relative to the larger body, below which its direction says nothing.
-constexpr double kTouching = 1e-9;
-
-/// A triangle of either body in the frame F, the tree's of B.
-struct Face
-{
-    const ContactSurface* surface = nullptr;
-    const Matrix3d* R_FG = nullptr;  ///< rotation of the body's tree frame
-    std::int32_t index = kNone;
-    const ContactSurface::Slot* slot = nullptr;
-    TriangleCorners corners;
-    Vector3d normal;
-    bool isB = false;
-
-    [[nodiscard]] bool owns(std::size_t vertex) const
-    {
-        return (slot->ownVertices >> vertex & 1U) != 0;
-    }
-    [[nodiscard]] bool ownsEdge(std::size_t edge) const
-    {
-        return (slot->ownEdges >> edge & 1U) != 0;
-    }
-    [[nodiscard]] Vector3d edge(std::size_t k) const { return corners[(k + 1) % 3] - corners[k]; }
-
-    /// True if no direction of the surface rises above the plane across `direction` by more than
-    /// the limit. Directions along `axis` (unit) may rise by kLenient.
-    [[nodiscard]] bool vertexCone(std::size_t k,
-                                  const Vector3d& direction,
-                                  double limit,
-                                  const Vector3d& axis = Vector3d::Zero()) const
-    {
-        const Vector3f n = (R_FG->transpose() * direction).cast<float>();
-        const Vector3f e = (R_FG->transpose() * axis).cast<float>();
-        for (const Vector3f& t : surface->aroundVertex(slot->vertices[k]))
-        {
-            if (n.dot(t) > static_cast<float>(limit + kLenient * std::abs(double(e.dot(t)))))
-            {
-                return false;
-            }
-        }
-        return true;
-    }
-    [[nodiscard]] bool edgeCone(std::size_t k, const Vector3d& direction, double limit) const
-    {
-        const Vector3f n = (R_FG->transpose() * direction).cast<float>();
-        for (const Vector3f& t : surface->aroundEdge(slot->edges[k]))
-        {
-            if (n.dot(t) > static_cast<float>(limit))
-            {
-                return false;
-            }
-        }
-        return true;
-    }
-    /// Facets that stand for something round are taken as they are, corners of bodies leniently.
-    [[nodiscard]] bool crossingCone(std::size_t k, const Vector3d& direction, double exact) const
-    {
-        return edgeCone(k, direction, surface->isSmooth(slot->edges[k]) ? exact : kLenient);
-    }
-    /// Weights of the corners at a point of the plane, all at least -kOnBoundary.
-    [[nodiscard]] bool covers(const Vector3d& point) const
-    {
-        const double twiceArea = edge(0).cross(edge(1)).dot(normal);
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            if (edge(k).cross(point - corners[k]).dot(normal) < -kOnBoundary * twiceArea)
-            {
-                return false;
-            }
-        }
-        return !normal.isZero(0.0);
-    }
-};
-
-/// Closest points of two lines p + s u and q + t v.
-struct Crossing
-{
-    double s = -1.0;  ///< outside of both segments if they are parallel
-    double t = -1.0;
-
-    Crossing(const Vector3d& p, const Vector3d& u, const Vector3d& q, const Vector3d& v)
-    {
-        const Vector3d n = u.cross(v);
-        const double uu = u.squaredNorm();
-        const double vv = v.squaredNorm();
-        const double nn = n.squaredNorm();
-        if (nn > kOnBoundary * kOnBoundary * uu * vv)
-        {
-            // The projections afterwards make the error of almost parallel edges one along them.
-            s = (q - p).cross(v).dot(n) / nn;
-            t = v.dot(p + s * u - q) / vv;
-            s = u.dot(q + t * v - p) / uu;
-        }
-    }
-    [[nodiscard]] bool isInside() const
-    {
-        constexpr double kLow = -kOnBoundary;
-        constexpr double kHigh = 1.0 + kOnBoundary;
-        return s >= kLow && s <= kHigh && t >= kLow && t <= kHigh;
-    }
-};
+/// Gap, relative to the rounding of a distance, below which its direction says nothing.
+constexpr double kTouching = 1e3;
 
 /// Looks at pairs of triangles; contacts in F.
 class Search
@@ -517,70 +417,6 @@ private:
     Contact m_nearest{.gap = std::numeric_limits<double>::infinity()};
 };
 
-/// True if the volumes are farther apart than the threshold along an axis of either. The other nine
-/// separating axes cost more than the pairs that they would spare: triangles are told apart by
-/// their planes, too.
-bool isApart(const PlacedSsv& a, const PlacedSsv& b, double threshold)
-{
-    const Vector3d D = b.center - a.center;
-    const double slack = a.radius + b.radius + threshold + 4e-6 * (a.size() + b.size() + D.norm());
-    const double reach = a.coreRadius + b.coreRadius + slack;
-    if (D.squaredNorm() > reach * reach)
-    {
-        return true;
-    }
-    const Matrix3d C = (a.axes.transpose() * b.axes).cwiseAbs();
-    const Vector3d alongA = (a.axes.transpose() * D).cwiseAbs() - a.half - C * b.half;
-    const Vector3d alongB = (b.axes.transpose() * D).cwiseAbs() - b.half - C.transpose() * a.half;
-    return alongA.maxCoeff() > slack || alongB.maxCoeff() > slack;
-}
-
-/// Pairs of slots whose volumes are at most `threshold` apart.
-void collectSlots(const SsvTree& treeA,
-                  const SsvTree& treeB,
-                  const Matrix3d& R,
-                  const Vector3d& p,
-                  double threshold,
-                  ContactSearchWorkspace& work)
-{
-    const Matrix3d inverseR = R.transpose();
-    const Vector3d inverseP = -(inverseR * p);
-    const auto nodeA = [&](std::int32_t i) -> const SsvNode&
-    { return treeA.nodes()[static_cast<std::size_t>(i)]; };
-    const auto nodeB = [&](std::int32_t i) -> const SsvNode&
-    { return treeB.nodes()[static_cast<std::size_t>(i)]; };
-    work.slots.clear();
-    work.open.clear();
-    if (!isApart(place(nodeA(0), R, p), place(nodeB(0)), threshold))
-    {
-        work.open.emplace_back(0, 0);
-    }
-    while (!work.open.empty())
-    {
-        const auto [a, b] = work.open.back();
-        work.open.pop_back();
-        const SsvNode& ofA = nodeA(a);
-        const SsvNode& ofB = nodeB(b);
-        if (ofA.isLeaf() && ofB.isLeaf())
-        {
-            work.slots.emplace_back(ofA.first, ofB.first);
-            continue;
-        }
-        const bool openA = ofB.isLeaf() || (!ofA.isLeaf() && ofA.size() >= ofB.size());
-        // In the frame of the one that is opened: only the other has to be turned, once.
-        const PlacedSsv whole = openA ? place(ofB, inverseR, inverseP) : place(ofA, R, p);
-        const SsvNode& opened = openA ? ofA : ofB;
-        for (std::int32_t child = opened.first; child < opened.first + opened.count; ++child)
-        {
-            if (!isApart(place(openA ? nodeA(child) : nodeB(child)), whole, threshold))
-            {
-                work.open.emplace_back(openA ? child : a, openA ? b : child);
-            }
-        }
-    }
-    work.pairs += static_cast<std::int64_t>(work.slots.size());
-}
-
 /// The closest points of all pairs of triangles: where no feature has a contact of its own.
 Contact closestOfAll(const ContactSurface& surfaceA,
                      const ContactSurface& surfaceB,
@@ -614,25 +450,6 @@ Contact closestOfAll(const ContactSurface& surfaceA,
     return best;
 }
 
-Face faceOf(const ContactSurface& surface,
-            const Matrix3d& R,
-            const Vector3d& p,
-            std::int32_t slot,
-            bool isB)
-{
-    Face face{.surface = &surface,
-              .R_FG = &R,
-              .index = surface.tree().triangle(slot),
-              .slot = &surface.slot(slot),
-              .corners = surface.tree().corners(slot),
-              .normal = R * surface.slot(slot).normal,
-              .isB = isB};
-    for (Vector3d& corner : face.corners)
-    {
-        corner = R * corner + p;
-    }
-    return face;
-}
 }  // namespace
 
 void appendContacts(const ContactSurface& surfaceA,
@@ -652,7 +469,8 @@ void appendContacts(const ContactSurface& surfaceA,
                                      X_WA.translation().norm(),
                                      X_WB.translation().norm()});
     const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * largest;
-    collectSlots(treeA, treeB, R, p, threshold + rounding, work);
+    collectNearSlots(treeA, treeB, R, p, threshold + rounding, work.open, work.slots);
+    work.pairs += static_cast<std::int64_t>(work.slots.size());
     if (work.slots.empty())
     {
         return;
@@ -660,7 +478,7 @@ void appendContacts(const ContactSurface& surfaceA,
     const std::size_t first = contacts.size();
     Search search({.threshold = threshold,
                    .rounding = rounding,
-                   .touching = kTouching * std::max(treeA.radius(), treeB.radius()),
+                   .touching = kTouching * rounding,
                    .centerA = p,
                    .centerB = Vector3d::Zero()},
                   contacts,

@@ -1,4 +1,4 @@
-/// Pairs of features of two surfaces that are in contact: the search below contactPatches().
+/// Pairs of features of two surfaces that are in contact: the search below findPatches().
 ///
 /// A pair counts if each of its closest points is the nearest to the other on its own surface
 /// around it: of a vertex over a face and of crossing sharp edges within 0.1 rad, so that bodies
@@ -8,12 +8,11 @@
 
 #include "bullet_ccd/contact/contact_surface.h"
 #include "bullet_ccd/contact/find_contacts.h"
+#include "bullet_ccd/contact/near_slots.h"
 
 #include <Eigen/Geometry>
 
 #include <cstdint>
-#include <limits>
-#include <utility>
 #include <vector>
 
 namespace bullet_ccd
@@ -21,8 +20,8 @@ namespace bullet_ccd
 /// Scratch memory of a search; one per thread, grows to what is needed once.
 struct ContactSearchWorkspace
 {
-    std::vector<std::pair<std::int32_t, std::int32_t>> open;   ///< pairs of nodes to look at
-    std::vector<std::pair<std::int32_t, std::int32_t>> slots;  ///< pairs of triangles near by
+    IndexPairs open;   ///< pairs of nodes to look at
+    IndexPairs slots;  ///< pairs of triangles near by
     std::vector<Contact> pierced;
     std::int64_t pairs = 0;  ///< counts pairs of triangles whose volumes are near, over all queries
 };

@@ -25,7 +25,8 @@ Eigen::Vector3d turnBetween(const Eigen::Isometry3d& from,
     constexpr double kTurn = 2.0 * std::numbers::pi;
     const Eigen::AngleAxisd shortest(Eigen::Quaterniond(to.linear() * from.linear().transpose()));
     const double whole = spunAngle.norm();
-    if (whole < std::numbers::pi)
+    // A body that is held keeps its spin and its pose.
+    if (whole < std::numbers::pi || from.matrix() == to.matrix())
     {
         return shortest.angle() * shortest.axis();
     }

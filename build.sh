@@ -1,3 +1,0 @@
-cd /work/main/build/check
-O=tests/bullet/CMakeFiles/bullet_double_tests.dir
-g++ -std=c++20 -O1 -g -DBT_USE_DOUBLE_PRECISION -I/work/main -isystem /usr/include/eigen3 -isystem /usr/include/bullet /tmp/dbg/main.cpp $O/scene.cpp.o $O/tunnelling_bodies.cpp.o $O/tunnelling_links.cpp.o $(ls $O/*.o | grep -E "path_judge|tunnelling.cpp|scenes|judge") $(find . -name "libbullet_ccd_bullet_float64.a") $(find . -name "lib*oracles*.a" -o -name "lib*test_support*.a") $(find . -name "libbullet_ccd_core.a") -lBulletDynamics-float64 -lBulletCollision-float64 -lLinearMath-float64 -ltbb -o /tmp/dbg/dbg 2>&1 | head -20
