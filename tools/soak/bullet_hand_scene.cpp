@@ -6,6 +6,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
@@ -14,13 +15,22 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kTorque = 0.3;         // of each joint at most [N m], or [N]
-constexpr double kLead = 0.05;          // of the target before the joint, at most [rad] or [m]
-constexpr double kDensity = 500.0;      // of the objects [kg/m^3]
-constexpr double kCoarseness = 2.0;     // of their meshes
-constexpr double kClearance = 2e-3;     // of the object from the open hand [m]
-constexpr double kFarthestPlace = 0.4;  // from the grasp frame [m]
+constexpr double kTorque = 0.3;      // of each joint at most [N m], or [N]
+constexpr double kLead = 0.05;       // of the target before the joint, at most [rad] or [m]
+constexpr double kDensity = 500.0;   // of the objects [kg/m^3]
+constexpr double kCoarseness = 2.0;  // of their meshes
+constexpr double kClearance = 2e-3;  // of the object from the open hand [m]
+constexpr std::size_t kOrientations = 6;
+constexpr double kNearestPlace = -0.03;  // along the approach, from the grasp frame [m]
+constexpr double kFarthestPlace = 0.4;   // from the grasp frame [m]
 constexpr int kSolverIterations = 100;
+
+/// The one for grasps with all fingers if the hand has it, else the first.
+const grasp::Preshape& preshapeOf(const HandModel& hand)
+{
+    const auto found = std::ranges::find(hand.preshapes, "power", &grasp::Preshape::name);
+    return found == hand.preshapes.end() ? hand.preshapes.front() : *found;
+}
 }  // namespace
 
 SoakObject makeSoakObject(int index, std::uint64_t seed)
@@ -45,7 +55,7 @@ HandScene::HandScene(const HandModel& hand, SoakObject object, const HandSoak& s
       m_pairs(hand),
       m_body(grasp::makeHandMultiBody(hand)),
       m_audit(*m_world, {.longestMove = soak.longestMove, .mostSamples = soak.mostSamples}),
-      m_open(hand.preshapes.front().positions),
+      m_open(preshapeOf(hand).positions),
       m_closed(grasp::closedPositions(hand, m_open)),
       m_objectName(object.name),
       m_objectMesh(object.audit)
@@ -170,23 +180,28 @@ bool HandScene::isClear(const Eigen::Isometry3d& X_WO) const
 
 void HandScene::place(Random& random)
 {
-    // As near to the palm as it goes along the approach, and a little off.
-    Eigen::Isometry3d X_GO = Eigen::Isometry3d::Identity();
-    X_GO.linear() = random.rotation();
-    for (double z = 0.0; z < kFarthestPlace; z += kClearance)
+    // As near to the palm as it goes in some of its orientations, and a little off.
+    std::array<Eigen::Matrix3d, kOrientations> orientations;
+    std::ranges::generate(orientations, [&] { return random.rotation(); });
+    for (double z = kNearestPlace; z < kFarthestPlace; z += kClearance)
     {
-        X_GO.translation().z() = z;
-        const Eigen::Isometry3d X_WO = m_hand.X_RG * X_GO;
-        X_GO.translation().z() = z + kClearance;
-        const Eigen::Isometry3d X_WFurther = m_hand.X_RG * X_GO;
-        if (isClear(X_WO) && isClear(X_WFurther))
+        for (const Eigen::Matrix3d& orientation : orientations)
         {
-            m_object->setWorldTransform(btCcdToBullet(X_WFurther));
-            m_object->setInterpolationWorldTransform(btCcdToBullet(X_WFurther));
-            m_object->setLinearVelocity(btVector3(0, 0, 0));
-            m_object->setAngularVelocity(btVector3(0, 0, 0));
-            m_object->clearForces();
-            return;
+            Eigen::Isometry3d X_GO = Eigen::Isometry3d::Identity();
+            X_GO.linear() = orientation;
+            X_GO.translation().z() = z;
+            const Eigen::Isometry3d X_WO = m_hand.X_RG * X_GO;
+            X_GO.translation().z() = z + kClearance;
+            const Eigen::Isometry3d X_WFurther = m_hand.X_RG * X_GO;
+            if (isClear(X_WO) && isClear(X_WFurther))
+            {
+                m_object->setWorldTransform(btCcdToBullet(X_WFurther));
+                m_object->setInterpolationWorldTransform(btCcdToBullet(X_WFurther));
+                m_object->setLinearVelocity(btVector3(0, 0, 0));
+                m_object->setAngularVelocity(btVector3(0, 0, 0));
+                m_object->clearForces();
+                return;
+            }
         }
     }
     throw std::runtime_error("no place for " + m_objectName + " before the hand: try another seed");
