@@ -107,8 +107,7 @@ HandMultiBody makeHandMultiBody(const HandModel& hand)
             continue;
         }
         // Not owned: the hierarchy belongs to the hand.
-        const std::shared_ptr<const SsvTree> shared(std::shared_ptr<const SsvTree>{},
-                                                    hand.linkTrees[i]);
+        const std::shared_ptr<const SsvTree> shared(hand.linkTrees[i], [](const SsvTree*) {});
         const int bulletLink = static_cast<int>(i) - 1;
         result.meshes[i] = std::make_unique<btCcdMeshShape>(shared);
         result.shapes[i] = std::make_unique<btCompoundShape>(false, 1);

@@ -500,8 +500,15 @@ const std::vector<std::string>& objectFamilies()
     return names;
 }
 
-TriangleMesh makeObject(const std::string& family, std::optional<std::uint64_t> seed)
+TriangleMesh makeObject(const std::string& family,
+                        std::optional<std::uint64_t> seed,
+                        double coarseness)
 {
+    if (!(coarseness >= 1.0))
+    {
+        throw std::invalid_argument("coarseness of objects is " + std::to_string(coarseness) +
+                                    ": use 1 (as fine as usual) or more");
+    }
     const auto found =
         std::ranges::find_if(kFamilies, [&](const Family& f) { return f.name == family; });
     if (found == kFamilies.end())
@@ -515,7 +522,10 @@ TriangleMesh makeObject(const std::string& family, std::optional<std::uint64_t> 
                                     known);
     }
     Sizes sizes(seed);
-    const Recipe recipe = found->make(sizes);
+    Recipe recipe = found->make(sizes);
+    recipe.options.chordError *= coarseness * coarseness;
+    recipe.options.shortestEdge *= coarseness;
+    recipe.options.longestEdge *= coarseness;
     // Wide enough for every object; empty space costs next to nothing.
     const Eigen::AlignedBox3d space(Eigen::Vector3d(-0.32, -0.2, -0.1),
                                     Eigen::Vector3d(0.32, 0.2, 0.32));

@@ -16,6 +16,7 @@ namespace
 constexpr int kRounds = 5;              // of collapse, flip and relax; later ones change little
 constexpr int kProjectionSteps = 3;     // Newton steps on to the surface
 constexpr double kOnSurface = 1e-8;     // [m]
+constexpr double kFlat = 0.1;           // gradient that points nowhere; 1 on most surfaces
 constexpr double kGrading = 0.3;        // growth of the wanted edge length per length
 constexpr double kCollapseBelow = 0.8;  // of the wanted length
 constexpr double kLongestAfter = 1.35;  // of the wanted length
@@ -111,6 +112,10 @@ private:
         for (int i = 0; i < kProjectionSteps && (i == 0 || std::abs(value) > kOnSurface); ++i)
         {
             const Eigen::Vector3d gradient = gradientAt(m_solid, p);
+            if (gradient.squaredNorm() < kFlat * kFlat)
+            {
+                break;  // in the middle of a wall, where the function has no direction
+            }
             p -= value / gradient.squaredNorm() * gradient;
             normal = gradient.normalized();
             value = m_solid(p);

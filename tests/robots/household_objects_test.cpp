@@ -79,6 +79,21 @@ TEST(HouseholdObjectFamilies, SameSeedGivesTheSameMesh)
     }
 }
 
+TEST(HouseholdObjectFamilies, CoarseObjectsAreClosedAndHaveFewerTriangles)
+{
+    // Edges of a coarse wine glass are longer than its walls are thick.
+    for (const char* family : {"wine_glass", "ball"})
+    {
+        const TriangleMesh fine = makeObject(family, 1034);
+        const TriangleMesh coarse = makeObject(family, 1034, 2.0);
+        EXPECT_TRUE(isWatertight(coarse)) << family;
+        EXPECT_LT(coarse.triangles.size(), fine.triangles.size() / 2) << family;
+        const double volume = massProperties(fine).volume;
+        EXPECT_NEAR(massProperties(coarse).volume, volume, 0.2 * volume) << family;
+    }
+    EXPECT_THROW(static_cast<void>(makeObject("ball", 1, 0.5)), std::invalid_argument);
+}
+
 TEST(HouseholdObjectFamilies, UnknownFamilyIsRefusedWithTheKnownOnes)
 {
     try

@@ -42,3 +42,15 @@ install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
               "${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
               "${CMAKE_CURRENT_LIST_DIR}/FindBulletPrecision.cmake"
         DESTINATION "${_config_dir}")
+
+# A program that links both precisions is refused when it is configured: CMake says that the
+# property of one does not agree with the other's.
+set(_precision_bullet single)
+set(_precision_bullet_float64 double)
+foreach(_component bullet bullet_float64)
+    if(TARGET ${_target_${_component}})
+        set_target_properties(${_target_${_component}} PROPERTIES
+            INTERFACE_BULLET_CCD_PRECISION ${_precision_${_component}}
+            COMPATIBLE_INTERFACE_STRING BULLET_CCD_PRECISION)
+    endif()
+endforeach()

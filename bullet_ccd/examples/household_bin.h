@@ -1,0 +1,67 @@
+/// Household objects that fall into a bin; every pose is looked at by the exact check of the tests.
+#pragma once
+
+#include "bullet_ccd/examples/example_support.h"
+#include "tests/bullet/audit/world_audit.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::examples
+{
+struct BinOptions
+{
+    int objects = 20;
+    std::uint64_t seed = 1;                ///< of the places and of the sizes of the objects
+    Eigen::Vector2d halfInner{0.25, 0.2};  ///< of the bin; its floor is at z = 0 [m]
+};
+
+class HouseholdBin
+{
+public:
+    /// Adds the objects, in a column clear of each other, and a bin whose walls are as high as the
+    /// column: all families in turn, at most kSizes sizes of each, 500 to 5000 triangles an object.
+    /// Making them takes half a second a kind.
+    HouseholdBin(World& world, tests::WorldAudit& audit, const BinOptions& options);
+
+    static constexpr int kSizes = 2;
+
+    /// Name of a body by its number in the audit.
+    [[nodiscard]] const std::string& nameOf(std::int32_t body) const;
+    /// True if every vertex is above the floor and between the walls.
+    [[nodiscard]] bool isInside(std::size_t object) const;
+    [[nodiscard]] int countInside() const;
+    /// Of the centres of mass [m/s].
+    [[nodiscard]] double meanSpeed() const;
+    [[nodiscard]] std::size_t size() const { return m_objects.size(); }
+    [[nodiscard]] const btRigidBody& object(std::size_t i) const { return *m_objects[i].body; }
+
+private:
+    struct Kind
+    {
+        std::string name;
+        std::shared_ptr<const tests::AuditMesh> audit;
+        std::shared_ptr<const SsvTree> tree;
+        double mass = 0.0;
+        double reach = 0.0;  // from the centre of mass
+    };
+    struct Object
+    {
+        btRigidBody* body = nullptr;
+        const tests::AuditMesh* mesh = nullptr;
+    };
+
+    Eigen::Vector2d m_halfInner;
+    double m_top = 0.0;  // of the column of objects at the start
+    std::vector<Kind> m_kinds;
+    std::vector<Object> m_objects;
+    std::vector<std::string> m_names;
+
+    void addWalls(World& world, tests::WorldAudit& audit);
+    void makeKinds(const BinOptions& options);
+};
+
+/// "mug 3 and plate 7 are 1.2e-05 m inside each other at 0.52 s near (0.1, 0.0, 0.2)".
+[[nodiscard]] std::string describe(const HouseholdBin& bin, const tests::AuditResult& result);
+}  // namespace bullet_ccd::examples
