@@ -504,7 +504,11 @@ void btCcdStepper::changed(const btCollisionObject& object)
     const auto* collider = btMultiBodyLinkCollider::upcast(&object);
     if (collider == nullptr)
     {
-        mark(&object);
+        // What is fixed goes on as before: its other pairs keep their answers.
+        if (!object.isStaticObject() || object.isKinematicObject())
+        {
+            mark(&object);
+        }
         return;
     }
     const btMultiBody& body = *collider->m_multiBody;
