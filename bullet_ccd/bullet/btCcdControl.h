@@ -142,14 +142,16 @@ private:
         btVector3 m_angular;
         std::vector<btScalar> m_joints;
     };
-    /// A body that turns faster than Bullet's integrator lets it in one step.
+    /// What turns faster than Bullet's integrator lets it in one step.
     struct Limited
     {
         Body m_body;
-        const btCollisionObject* m_collider;  // of a multibody
+        int m_link;                           // a spherical joint's, else kBase
+        const btCollisionObject* m_collider;  // of the body
         btVector3 m_wanted;
         btVector3 m_limited;
     };
+    static constexpr int kBase = -1;
 
     btDiscreteDynamicsWorld& m_world;
     btCcdContext& m_context;
@@ -172,7 +174,9 @@ private:
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
     void beginStep(btScalar timeStep);
     void integrateInPieces(btScalar time, const Integrate& integrate);
-    void limitSpin(const Body& body, btScalar timeStep);
+    [[nodiscard]] static btVector3 spinOf(const Body& body, int link);
+    static void setSpin(const Body& body, int link, const btVector3& spin);
+    void limitSpins(const Body& body, const btCollisionObject* collider, btScalar timeStep);
     void restoreSpins();
     void spinFreely();
     void endStep();
@@ -183,7 +187,7 @@ private:
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void hold(btCollisionObject* object, btScalar remaining);
-    void placeBack(btCollisionObject* object, btScalar timeStep, btScalar remaining);
+    void placeBack(btCollisionObject* object, btScalar remaining);
     void countHold(const Body& body, btScalar remaining);
     void countQueries();
     void note(const btCcdImpact& impact);

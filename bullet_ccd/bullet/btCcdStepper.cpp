@@ -298,14 +298,12 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
         if (owner.m_epoch != m_epoch)
         {
             owner.m_epoch = m_epoch;
-            const double duration = tracked->m_stopped ? 0.0 : remaining();
-            btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion, start);
-            if (m_motion == Motion::ToCome && !owner.m_motion.m_motion.root.w_W.isZero(0.0))
-            {
-                // In pieces that Bullet's integrator does not shorten, see btCcdControl.
-                owner.m_motion.m_motion.root.w_W =
-                    btCcdToEigen(collider->m_multiBody->getBaseOmega()) * duration;
-            }
+            const double part = tracked->m_stopped ? 0.0 : remaining() / m_timeStep;
+            // Fast spins are integrated in pieces or limited before, see btCcdControl.
+            btCcdReadMotion(*collider->m_multiBody,
+                            btScalar(m_timeStep),
+                            owner.m_motion,
+                            {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
         }
         tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
     }
@@ -315,6 +313,14 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
         tracked->m_pose = {btCcdRigidMotion(object, m_timeStep, part, start)};
     }
     return &tracked->m_pose;
+}
+
+const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObject& object)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    return collider != nullptr && motionOf(object) != nullptr
+               ? &known(*collider->m_multiBody).m_motion
+               : nullptr;
 }
 
 void btCcdStepper::sweep(Tracked& tracked)

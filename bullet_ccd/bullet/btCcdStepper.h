@@ -88,6 +88,8 @@ public:
 
     [[nodiscard]] const Counts& counts() const { return m_counts; }
     const btCcdObjectMotion* motionOf(const btCollisionObject& object) override;
+    /// The same for the whole multibody that a link belongs to; null for others.
+    const btCcdMultiBodyMotion* multiBodyMotionOf(const btCollisionObject& object);
 
     /// Box around all that the object passes through from now on, for debug drawing.
     [[nodiscard]] bool sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high);
