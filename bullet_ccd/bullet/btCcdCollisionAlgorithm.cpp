@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <vector>
@@ -180,12 +181,19 @@ void btCcdCollisionAlgorithm::registerAlgorithm(btCollisionDispatcher* dispatche
 {
     const std::lock_guard lock(registry().m_mutex);
     std::vector<std::unique_ptr<CreateFunc>>& funcs = registry().m_funcs[dispatcher];
-    // Another dispatcher may have lived at this address before.
-    const auto registered = Tables::contacts(*dispatcher)[BOX_SHAPE_PROXYTYPE][BOX_SHAPE_PROXYTYPE];
-    if (std::any_of(
-            funcs.begin(), funcs.end(), [&](const auto& func) { return func.get() == registered; }))
+    // Another dispatcher may have lived at this address before; and somebody may have registered
+    // something of his own over ours.
+    const auto isOwn = [&](const btCollisionAlgorithmCreateFunc* entry)
     {
-        return;
+        return std::any_of(
+            funcs.begin(), funcs.end(), [&](const auto& func) { return func.get() == entry; });
+    };
+    for (const auto& row : Tables::contacts(*dispatcher))
+    {
+        if (std::any_of(std::begin(row), std::end(row), isOwn))
+        {
+            return;
+        }
     }
     if (!funcs.empty())
     {
