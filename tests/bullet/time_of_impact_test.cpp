@@ -10,10 +10,10 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -60,6 +60,16 @@ std::vector<Subject> subjects()
     all.push_back({std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(0.5)),
                    treeOf(segment({0, -0.25, 0}, {0, 0.25, 0})),
                    radius});
+    const std::vector<btVector3> corners{
+        vec(-0.25, -0.25, -0.25), vec(0.25, -0.25, 0), vec(0, 0.25, -0.125), vec(0, 0, 0.375)};
+    auto hull = std::make_unique<btConvexHullShape>(&corners[0].x(), 4, int(sizeof(btVector3)));
+    hull->setMargin(btScalar(0.0625));
+    TriangleMesh tetrahedron{{}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+    for (const btVector3& corner : corners)
+    {
+        tetrahedron.vertices.push_back(btCcdToEigen(corner));
+    }
+    all.push_back({std::move(hull), treeOf(std::move(tetrahedron)), 0.0625});
     return all;
 }
 
@@ -305,95 +315,4 @@ TEST(TimeOfImpact, OfLinksIsThatOfBulletsOwnIntegration)
     EXPECT_GT(misses, 20);
 }
 
-namespace
-{
-/// A user's own method: no contacts, and always the same answer.
-class Fixed : public btCollisionAlgorithm
-{
-public:
-    struct Func : btCollisionAlgorithmCreateFunc
-    {
-        btScalar m_answer = 1;
-        int m_asked = 0;
-
-        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                       const btCollisionObjectWrapper*,
-                                                       const btCollisionObjectWrapper*) override
-        {
-            void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(int(sizeof(Fixed)));
-            return new (memory) Fixed(*this);
-        }
-    };
-
-    explicit Fixed(Func& func) : m_func(func) {}
-    void processCollision(const btCollisionObjectWrapper*,
-                          const btCollisionObjectWrapper*,
-                          const btDispatcherInfo&,
-                          btManifoldResult*) override
-    {
-    }
-    btScalar calculateTimeOfImpact(btCollisionObject*,
-                                   btCollisionObject*,
-                                   const btDispatcherInfo&,
-                                   btManifoldResult*) override
-    {
-        ++m_func.m_asked;
-        return m_func.m_answer;
-    }
-    void getAllContactManifolds(btManifoldArray&) override {}
-
-private:
-    Func& m_func;
-};
-
-struct Holder : btCcdImpactListener
-{
-    std::vector<double> m_times;
-
-    btCcdAfterImpact onImpact(const btCcdImpact& impact) override
-    {
-        m_times.push_back(double(impact.m_time));
-        return btCcdAfterImpact::Hold;
-    }
-};
-}  // namespace
-
-TEST(TimeOfImpact, IsThatOfWhateverAlgorithmIsRegistered)
-{
-    for (const Kind kind : kOurKinds)
-    {
-        for (const WorldClass worldClass : {WorldClass::Rigid, WorldClass::MultiBody})
-        {
-            for (const double answer : {0.25, 1.0})
-            {
-                Fixed::Func func;
-                func.m_answer = btScalar(answer);
-                Holder holder;
-                Scene scene(kind, worldClass);
-                scene.ccd().setCcdImpactListener(&holder);
-                static_cast<btCollisionDispatcher*>(scene.world().getDispatcher())
-                    ->registerCollisionCreateFunc(
-                        SPHERE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &func);
-                btRigidBody* ball =
-                    scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(0.05))),
-                               1.0,
-                               poseAt(vec(0, 0, 1)));
-                scene.body(scene.box(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, 0)));
-                // Boxes among themselves are still ours.
-                btRigidBody* box =
-                    scene.body(scene.box(vec(0.05, 0.05, 0.05)), 1.0, poseAt(vec(0.5, 0, 0.56)));
-                ball->setLinearVelocity(vec(0, 0, -100));
-                box->setLinearVelocity(vec(0, 0, -100));
-                scene.step(0.04);
-                EXPECT_GT(func.m_asked, 0);
-                EXPECT_NEAR(
-                    double(ball->getWorldTransform().getOrigin().z()), 1.0 - 4.0 * answer, 1e-5);
-                EXPECT_NEAR(double(box->getWorldTransform().getOrigin().z()), 0.06, 1e-3);
-                ASSERT_EQ(holder.m_times.size(), answer < 1.0 ? 2U : 1U);
-                EXPECT_NEAR(holder.m_times[0], 0.005, 1e-5);
-                EXPECT_TRUE(answer == 1.0 || std::abs(holder.m_times[1] - 0.01) < 1e-6);
-            }
-        }
-    }
-}
 }  // namespace bullet_ccd::tests
