@@ -320,22 +320,48 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     }
 }
 
+/// True if Bullet knows a contact of the two where the time of impact found them to meet.
+bool btCcdImpactSolver::isContactKnown(const btCcdImpact& impact) const
+{
+    const btScalar near = btScalar(btCcdContext::of(*m_world.getDispatcher()).m_tolerance);
+    const auto isThere = [&](const btPersistentManifold* manifold)
+    {
+        const bool swapped = manifold->getBody0() != impact.m_objectA;
+        if ((swapped ? manifold->getBody0() : manifold->getBody1()) != impact.m_objectB ||
+            (swapped ? manifold->getBody1() : manifold->getBody0()) != impact.m_objectA)
+        {
+            return false;
+        }
+        for (int k = 0; k < manifold->getNumContacts(); ++k)
+        {
+            const btManifoldPoint& point = manifold->getContactPoint(k);
+            const btVector3& onB =
+                swapped ? point.getPositionWorldOnA() : point.getPositionWorldOnB();
+            if (onB.distance2(impact.m_pointB) <= near * near)
+            {
+                return true;
+            }
+        }
+        return false;
+    };
+    return std::any_of(m_manifolds.begin(), m_manifolds.end(), isThere);
+}
+
 /// Some of Bullet's algorithms see a contact only once shapes overlap: such an impact gets the
-/// contacts that they find a little later, or else (in single precision GJK may find none) one
-/// where its time of impact found it.
+/// contacts that they find a little later. If none of them is where its time of impact found it,
+/// it gets that one too: it may be one of cores, or GJK may have found none in single precision.
 void btCcdImpactSolver::addMissingContacts(const std::vector<btCcdImpact>& impacts)
 {
-    const btDispatcher& dispatcher = *m_world.getDispatcher();
+    btDispatcher& dispatcher = *m_world.getDispatcher();
     for (const btCcdImpact& impact : impacts)
     {
-        const auto pair = std::minmax<const btCollisionObject*>(impact.m_objectA, impact.m_objectB);
-        const auto isOfPair = [&](const btPersistentManifold* manifold)
-        { return std::minmax(manifold->getBody0(), manifold->getBody1()) == pair; };
-        const bool missing =
-            std::none_of(m_manifolds.begin(), m_manifolds.end(), isOfPair) &&
-            !impact.m_normal.isZero() &&
-            const_cast<btDispatcher&>(dispatcher).needsResponse(impact.m_objectA, impact.m_objectB);
-        if (missing && !addContactsOfOverlap(impact))
+        if (impact.m_normal.isZero() || isContactKnown(impact) ||
+            !dispatcher.needsResponse(impact.m_objectA, impact.m_objectB))
+        {
+            continue;
+        }
+        addContactsOfOverlap(impact);
+        if (!isContactKnown(impact))
         {
             addWitness(impact);
         }
@@ -343,8 +369,8 @@ void btCcdImpactSolver::addMissingContacts(const std::vector<btCcdImpact>& impac
 }
 
 /// The contacts of the pair with A moved along the normal until the two overlap by the tolerance;
-/// their points are put back. False if there are none.
-bool btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
+/// their points are put back.
+void btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
 {
     btDispatcher& dispatcher = *m_world.getDispatcher();
     const btScalar gap = (impact.m_pointB - impact.m_pointA).dot(impact.m_normal);
@@ -362,7 +388,6 @@ bool btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
 
     btManifoldArray found;
     algorithm->getAllContactManifolds(found);
-    bool any = false;
     for (int i = 0; i < found.size(); ++i)
     {
         found[i]->refreshContactPoints(found[i]->getBody0()->getWorldTransform(),
@@ -379,11 +404,9 @@ bool btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
         }
         if (found[i]->getNumContacts() > 0)
         {
-            any = true;
             m_manifolds.push_back(found[i]);
         }
     }
-    return any;
 }
 
 void btCcdImpactSolver::addWitness(const btCcdImpact& impact)

@@ -49,8 +49,9 @@ private:
     void joinMultiBody(const btMultiBody& body);
     void findContacts(const std::vector<btCcdImpact>& impacts);
     void collect(const std::vector<btCcdImpact>& impacts);
+    [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
     void addMissingContacts(const std::vector<btCcdImpact>& impacts);
-    [[nodiscard]] bool addContactsOfOverlap(const btCcdImpact& impact);
+    void addContactsOfOverlap(const btCcdImpact& impact);
     void addWitness(const btCcdImpact& impact);
     void releaseOwnContacts();
     void solveIsland(bool bouncing);
