@@ -22,6 +22,9 @@ namespace
 /// After so many impacts of one pair in a step, contact is no longer taken for a bounce.
 constexpr int kBounces = 2;
 constexpr int kMostPieces = 100;
+/// A body chatters after this part of its impacts of a step; what is left of its spin then.
+constexpr int kChatter = 3;
+constexpr btScalar kCalm = btScalar(0.5);
 
 bool isStill(const btMultiBody& body)
 {
@@ -436,15 +439,33 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
     solve(again, false);
 }
 
-/// A body that chatters (half of its impacts of the step are used up) loses its spin: to take the
-/// rattle of something small and fast for inelastic costs energy, to hold it would cost time.
+/// A body that chatters (a third of its impacts of the step are used up) loses its spin: to take
+/// the rattle of something small and fast for inelastic costs energy, to hold it would cost time.
 void btCcdControl::calmDown(btCollisionObject* object)
 {
-    btRigidBody* body = bodyOf(object).m_rigidBody;
-    if (body != nullptr && !body->isStaticOrKinematicObject() &&
-        m_events[{body, nullptr}] > m_maxEvents / 2)
+    const Body body = bodyOf(object);
+    if (body.isNone() || object->isStaticOrKinematicObject() ||
+        m_events[body] <= m_maxEvents / kChatter)
     {
-        body->setAngularVelocity(body->getAngularVelocity() * btScalar(0.5));
+        return;
+    }
+    if (btRigidBody* rigidBody = body.m_rigidBody)
+    {
+        rigidBody->setAngularVelocity(rigidBody->getAngularVelocity() * kCalm);
+        return;
+    }
+    btMultiBody& multiBody = *body.m_multiBody;
+    if (!multiBody.isBaseKinematic())
+    {
+        multiBody.setBaseOmega(multiBody.getBaseOmega() * kCalm);
+    }
+    for (int i = 0; i < multiBody.getNumLinks(); ++i)
+    {
+        for (int dof = 0; dof < multiBody.getLink(i).m_dofCount && !multiBody.isLinkKinematic(i);
+             ++dof)
+        {
+            multiBody.getJointVelMultiDof(i)[dof] *= kCalm;
+        }
     }
 }
 

@@ -65,7 +65,7 @@ struct btCcdImpactListener
 class btCcdControl
 {
 public:
-    static constexpr int kDefaultMaxEvents = 16;
+    static constexpr int kDefaultMaxEvents = 24;
 
     /// Registers btCcdCollisionAlgorithm with the world's dispatcher if that was not done.
     explicit btCcdControl(btDiscreteDynamicsWorld& world);
