@@ -104,18 +104,21 @@ btCcdStepper::Tracked* btCcdStepper::find(const btCollisionObject& object)
                                                                             : nullptr;
 }
 
+bool btCcdStepper::Shape::isOf(const btCollisionShape& shape) const
+{
+    return m_shape == &shape && m_scaling == shape.getLocalScaling() &&
+           m_margin == shape.getMargin() && m_revision == revisionOf(shape);
+}
+
 void btCcdStepper::lookAtShape(Tracked& tracked)
 {
     const btCollisionShape& shape = *tracked.m_object->getCollisionShape();
     Shape& known = tracked.m_shape;
-    const btVector3& scaling = shape.getLocalScaling();
-    const int revision = revisionOf(shape);
-    if (known.m_shape == &shape && known.m_scaling == scaling &&
-        known.m_margin == shape.getMargin() && known.m_revision == revision)
+    if (known.isOf(shape))
     {
         return;
     }
-    known = {&shape, scaling, shape.getMargin(), revision, false, {}};
+    known = {&shape, shape.getLocalScaling(), shape.getMargin(), revisionOf(shape), false, {}};
     if (const auto simple = btCcdSimpleOutline(shape))
     {
         known.m_covered = true;
@@ -141,13 +144,67 @@ void btCcdStepper::lookAt(Tracked& tracked, btCollisionObject& object)
     m_smallestOwnMargin = std::min(m_smallestOwnMargin, tracked.m_shape.m_outline.m_ownMargin);
 }
 
+/// The whole look for a step like the last one, in which nothing could cross: objects and shapes
+/// are the same, none is a link, nothing is pressed, and no two move enough. False if in doubt.
+bool btCcdStepper::staysQuiet()
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    if (m_objects.size() != std::size_t(objects.size()))
+    {
+        return false;
+    }
+    double most = -kNever;
+    double second = -kNever;
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const Tracked& tracked = m_objects[std::size_t(i)];
+        const btCollisionObject& object = *objects[i];
+        const btRigidBody* body = btRigidBody::upcast(&object);
+        if (tracked.m_object != &object || body == nullptr ||
+            !tracked.m_shape.isOf(*object.getCollisionShape()))
+        {
+            return false;
+        }
+        if (!tracked.m_shape.m_covered || !isEnabled(&object))
+        {
+            continue;
+        }
+        const double motion = isMoved(object) ? m_timeStep * (norm(body->getLinearVelocity()) +
+                                                              norm(body->getAngularVelocity()) *
+                                                                  tracked.m_shape.m_outline.m_reach)
+                                              : 0.0;
+        const double beyond = beyondUnseen(tracked, motion);
+        second = std::max(second, std::min(most, beyond));
+        most = std::max(most, beyond);
+    }
+    const btDispatcher& dispatcher = *m_world.getDispatcher();
+    Tracked* a = nullptr;
+    Tracked* b = nullptr;
+    for (int i = 0; i < dispatcher.getNumManifolds() && !(most + second > 0.0); ++i)
+    {
+        const auto* manifold = const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
+        most = isPressed(*manifold, a, b) ? kNever : most;
+    }
+    return most + second <= 0.0;
+}
+
 bool btCcdStepper::begin(btScalar timeStep, Motion motion)
 {
-    m_counts = {};
     m_motion = motion;
     m_timeStep = double(timeStep);
     m_time = 0.0;
     ++m_epoch;
+    if (m_quiet && staysQuiet())
+    {
+        m_counts.m_queries = m_counts.m_overlaps = 0;
+        for (const int index : m_fast)
+        {
+            m_objects[std::size_t(index)].m_fast = false;
+        }
+        m_fast.clear();
+        return false;
+    }
+    m_counts = {};
     m_multiBodyCount = 0;
     m_pairs.clear();
     m_fast.clear();
@@ -175,7 +232,8 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     {
         sweep(m_objects[std::size_t(index)]);
     }
-    if (most + second > 0.0 || !m_pressedPairs.empty())
+    m_quiet = !(most + second > 0.0) && m_pressedPairs.empty();
+    if (!m_quiet)
     {
         findPairs();
     }
@@ -240,10 +298,15 @@ double btCcdStepper::track(Tracked& tracked)
             m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
         }
     }
+    return beyondUnseen(tracked, tracked.m_motion);
+}
+
+double btCcdStepper::beyondUnseen(const Tracked& tracked, double motion) const
+{
     const btCcdShapeOutline& outline = tracked.m_shape.m_outline;
     // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
     const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kNever;
-    return tracked.m_motion - (hasNothing ? 0.0 : unseen);
+    return hasNothing ? motion : motion - kUnseen * reserveOf(tracked);
 }
 
 btCcdStepper::Course btCcdStepper::courseOf(const Tracked& tracked)
@@ -316,35 +379,40 @@ btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
     return owner;
 }
 
-/// Pairs that the solver has let sink in deeper than slow motion leaves room for.
+/// True if the solver has let the two sink in deeper than slow motion leaves room for.
+bool btCcdStepper::isPressed(const btPersistentManifold& manifold, Tracked*& a, Tracked*& b)
+{
+    btScalar deepest = 0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
+    }
+    if (!(deepest < btScalar(0)))
+    {
+        return false;
+    }
+    a = find(*manifold.getBody0());
+    b = find(*manifold.getBody1());
+    if (a == nullptr || b == nullptr)
+    {
+        return false;
+    }
+    const btCcdShapeOutline& outlineA = a->m_shape.m_outline;
+    const btCcdShapeOutline& outlineB = b->m_shape.m_outline;
+    const double reserve = std::min(outlineA.m_reserve + outlineB.m_reserve,
+                                    std::min(outlineA.m_ownMargin, outlineB.m_ownMargin));
+    return -double(deepest) > (1.0 - kUnseen) * reserve;
+}
+
 void btCcdStepper::markPressed()
 {
-    const btDispatcher& dispatcher = *m_world.getDispatcher();
-    btPersistentManifold** manifolds =
-        const_cast<btDispatcher&>(dispatcher).getInternalManifoldPointer();
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
-        const btPersistentManifold& manifold = *manifolds[i];
-        btScalar deepest = 0;
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
-        {
-            deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
-        }
-        if (!(deepest < btScalar(0)))
-        {
-            continue;
-        }
-        Tracked* a = find(*manifold.getBody0());
-        Tracked* b = find(*manifold.getBody1());
-        if (a == nullptr || b == nullptr)
-        {
-            continue;
-        }
-        const btCcdShapeOutline& outlineA = a->m_shape.m_outline;
-        const btCcdShapeOutline& outlineB = b->m_shape.m_outline;
-        const double reserve = std::min(outlineA.m_reserve + outlineB.m_reserve,
-                                        std::min(outlineA.m_ownMargin, outlineB.m_ownMargin));
-        if (-double(deepest) <= (1.0 - kUnseen) * reserve)
+        Tracked* a = nullptr;
+        Tracked* b = nullptr;
+        if (!isPressed(*manifolds[i], a, b))
         {
             continue;
         }

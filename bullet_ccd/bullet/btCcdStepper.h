@@ -73,7 +73,11 @@ public:
     [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
 
     /// Shapes have been changed in place.
-    void forgetShapes() { m_objects.clear(); }
+    void forgetShapes()
+    {
+        m_objects.clear();
+        m_quiet = false;
+    }
 
     /// Looks at all objects. False if nothing is fast: then no pair can be lost in this step.
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
@@ -107,6 +111,8 @@ private:
         int m_revision = 0;  // of a compound
         bool m_covered = false;
         btCcdShapeOutline m_outline;
+
+        [[nodiscard]] bool isOf(const btCollisionShape& shape) const;
     };
     /// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
     struct Course
@@ -170,17 +176,21 @@ private:
     double m_smallestOwnMargin = 0.0;
     double m_slowMotion = 0.0;  // the most that an object that is not fast moves [m]
     bool m_fewSlow = false;
+    bool m_quiet = false;  // nothing could cross in the last step
 
     [[nodiscard]] double remaining() const { return m_timeStep - m_time; }
     [[nodiscard]] Tracked* find(const btCollisionObject& object);
+    [[nodiscard]] bool staysQuiet();
     void lookAtShape(Tracked& tracked);
     void lookAt(Tracked& tracked, btCollisionObject& object);
     double track(Tracked& tracked);
+    [[nodiscard]] double beyondUnseen(const Tracked& tracked, double motion) const;
     [[nodiscard]] double reserveOf(const Tracked& tracked) const;
     [[nodiscard]] Course courseOf(const Tracked& tracked);
     void take(Tracked& tracked, const Course& course);
     KnownMultiBody& known(const btMultiBody& body);
     void markPressed();
+    [[nodiscard]] bool isPressed(const btPersistentManifold& manifold, Tracked*& a, Tracked*& b);
     [[nodiscard]] double wayApart(const Tracked& a, const Tracked& b) const;
     void sweep(Tracked& tracked);
     void findSlow();
