@@ -279,7 +279,7 @@ TEST(ShapeCache, SimpleOutlinesAreThoseOfTheModels)
     btBvhTriangleMeshShape mesh(&triangles, true);
     mesh.setMargin(btScalar(0.125));
     check(mesh, 1.5);
-    check(btScaledBvhTriangleMeshShape(&mesh, vec(2, 1, 1)), 1.5);
+    check(btScaledBvhTriangleMeshShape(&mesh, vec(2, 1, 1)), 1.6);
     check(btStaticPlaneShape(vec(0, 0, 1), btScalar(0.5)), 1.0);
     btSphereShape sphere(btScalar(0.25));
     btBoxShape box(vec(0.5, 0.25, 1));
