@@ -118,7 +118,11 @@ private:
 }  // namespace
 
 btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
-    : m_world(world), m_context(registeredContext(world)), m_stepper(world), m_solver(world)
+    : m_world(world),
+      m_multiBodyWorld(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
+      m_context(registeredContext(world)),
+      m_stepper(world),
+      m_solver(world)
 {
 }
 
@@ -285,10 +289,9 @@ void btCcdControl::beginStep(btScalar timeStep)
         }
         limitSpins({body, nullptr}, body, timeStep);
     }
-    auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&m_world);
-    for (int i = 0; world != nullptr && i < world->getNumMultibodies(); ++i)
+    for (int i = 0; m_multiBodyWorld != nullptr && i < m_multiBodyWorld->getNumMultibodies(); ++i)
     {
-        btMultiBody* body = world->getMultiBody(i);
+        btMultiBody* body = m_multiBodyWorld->getMultiBody(i);
         limitSpins({nullptr, body}, firstCollider(*body), timeStep);
     }
 }

@@ -15,6 +15,7 @@
 class btCcdContext;
 class btIDebugDraw;
 class btMultiBody;
+class btMultiBodyDynamicsWorld;
 class btRigidBody;
 
 /// What was done since the world or action was made or the counters were reset.
@@ -154,6 +155,7 @@ private:
     static constexpr int kBase = -1;
 
     btDiscreteDynamicsWorld& m_world;
+    btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
     btCcdContext& m_context;
     btCcdStepper m_stepper;
     btCcdImpactSolver m_solver;

@@ -18,6 +18,17 @@
 
 /// Part of the sum of margins that a pair with contacts of the library's own can lose.
 inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
+/// Half of what a mesh's margin is good for belongs to whatever it meets.
+inline constexpr double btCcdShareOfMargin = 0.5 * btCcdReserveOfMargin;
+/// Of a plane, which has no end [m].
+inline constexpr double btCcdPlaneReach = 1e6;
+
+/// How deep the core lies in a convex shape whose planes are `inner` from its middle: half of that,
+/// less than rounding can add.
+constexpr double btCcdCoreDepth(double inner)
+{
+    return 0.5 * inner * (1.0 - 1e-9);
+}
 
 /// How Bullet names a triangle of a mesh to callbacks.
 struct btCcdTriangleId

@@ -176,7 +176,17 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     part.m_radius = double(capsule.getRadius());
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
-    part.m_depth = 0.5 * part.m_radius * kRoundDown;
+    part.m_depth = btCcdCoreDepth(part.m_radius);
+    return part;
+}
+
+btCcdShapePart boxPart(const Eigen::Vector3d& half, btCcdTreeStore& trees)
+{
+    btCcdShapePart part;
+    part.m_tree = trees.tree(bullet_ccd::makeBox(half));
+    const double inner = half.minCoeff();
+    part.m_core = trees.tree(bullet_ccd::makeBox(half.array() - 0.5 * inner));
+    part.m_depth = btCcdCoreDepth(inner);
     return part;
 }
 
@@ -351,10 +361,8 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
     switch (shape.getShapeType())
     {
         case BOX_SHAPE_PROXYTYPE:
-            return convexPart(
-                bullet_ccd::makeBox(
-                    btCcdToEigen(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())),
-                0.0,
+            return boxPart(
+                btCcdToEigen(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin()),
                 trees);
         case SPHERE_SHAPE_PROXYTYPE:
             return spherePart(double(static_cast<const btSphereShape&>(shape).getRadius()), trees);
