@@ -186,14 +186,30 @@ btCcdControl::Body btCcdControl::bodyOf(btCollisionObject* object)
     return {btRigidBody::upcast(object), nullptr};
 }
 
+bool btCcdControl::beginStep(btScalar timeStep)
+{
+    m_lastImpacts.clear();
+    suspendStockClamping();
+    if (!m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome))
+    {
+        return false;
+    }
+    m_solver.beginStep();
+    limitSpins(timeStep);
+    // What turns no faster than Bullet turns it may meet less.
+    if (m_limitedSpins.empty() || m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome))
+    {
+        m_stepper.askAll();
+    }
+    return true;
+}
+
 void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrate& integrate)
 {
-    beginStep(timeStep);
-    const bool watch = m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome);
     btScalar elapsed = 0;
     while (elapsed < timeStep)
     {
-        const btCcdStepper::Event event = watch ? m_stepper.next() : btCcdStepper::Event{};
+        const btCcdStepper::Event event = m_stepper.next();
         const btScalar advance = (event.m_found ? event.m_time : timeStep) - elapsed;
         integrateInPieces(advance, integrate);
         if (!event.m_found)
@@ -205,8 +221,11 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
         respond(event, timeStep - elapsed);
         m_stepper.refresh();
     }
-    countQueries();
-    endStep();
+    releaseHeld();
+    m_events.clear();
+    m_pairEvents.clear();
+    m_spinning.clear();
+    restoreSpins();
 }
 
 /// An impact may leave a body spinning faster than Bullet's integrator turns it in one call.
@@ -235,6 +254,7 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
     m_lastImpacts.clear();
     if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
     {
+        m_stepper.askAll();
         for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
         {
             m_stepper.advance(event.m_time);
@@ -259,35 +279,41 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
             }
             m_stepper.refresh();
         }
+        m_events.clear();
     }
-    m_events.clear();
     countQueries();
 }
 
 void btCcdControl::countQueries()
 {
-    const btCcdStepper::Counts& counts = m_stepper.counts();
+    const btCcdStepper::Counts counts = m_stepper.counts();
     m_counters.m_queries += counts.m_queries;
     m_counters.m_overlaps += counts.m_overlaps;
     m_counters.m_unsupported = counts.m_unsupported;
     m_stepper.end();
 }
 
-void btCcdControl::beginStep(btScalar timeStep)
+/// It would stop bodies short of where the queries take them to be.
+void btCcdControl::suspendStockClamping()
 {
-    m_lastImpacts.clear();
-    m_solver.beginStep();
     const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
     for (int i = 0; i < bodies.size(); ++i)
     {
         btRigidBody* body = bodies[i];
         if (body->getCcdMotionThreshold() != btScalar(0) && isCcdEnabled(body))
         {
-            // Stock clamping would stop the body short of where the query took it to be.
             m_stockThresholds.emplace_back(body, body->getCcdMotionThreshold());
             body->setCcdMotionThreshold(btScalar(0));
         }
-        limitSpins({body, nullptr}, body, timeStep);
+    }
+}
+
+void btCcdControl::limitSpins(btScalar timeStep)
+{
+    const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
+    for (int i = 0; i < bodies.size(); ++i)
+    {
+        limitSpins({bodies[i], nullptr}, bodies[i], timeStep);
     }
     for (int i = 0; m_multiBodyWorld != nullptr && i < m_multiBodyWorld->getNumMultibodies(); ++i)
     {
@@ -349,6 +375,16 @@ void btCcdControl::limitSpins(const Body& body,
 
 void btCcdControl::endStep()
 {
+    countQueries();
+    for (const auto& [body, threshold] : m_stockThresholds)
+    {
+        body->setCcdMotionThreshold(threshold);
+    }
+    m_stockThresholds.clear();
+}
+
+void btCcdControl::releaseHeld()
+{
     for (const Held& held : m_held)
     {
         if (btRigidBody* body = held.m_body.m_rigidBody)
@@ -375,15 +411,6 @@ void btCcdControl::endStep()
         }
     }
     m_held.clear();
-    m_events.clear();
-    m_pairEvents.clear();
-    m_spinning.clear();
-    restoreSpins();
-    for (const auto& [body, threshold] : m_stockThresholds)
-    {
-        body->setCcdMotionThreshold(threshold);
-    }
-    m_stockThresholds.clear();
 }
 
 void btCcdControl::restoreSpins()

@@ -107,8 +107,12 @@ public:
 protected:
     using Integrate = std::function<void(btScalar)>;
 
-    /// A step of a world: `integrate` moves everything at its velocity for the given time.
+    /// The way of a world through the integration of a step: beginStep(); if something may meet,
+    /// integrateFromImpactToImpact(), else the integration of stock Bullet; endStep().
+    [[nodiscard]] bool beginStep(btScalar timeStep);
+    /// `integrate` moves everything at its velocity for the given time.
     void integrateFromImpactToImpact(btScalar timeStep, const Integrate& integrate);
+    void endStep();
     /// The step has been done: takes back what went too far.
     void rollBackToImpacts(btScalar timeStep);
     /// Hierarchies, boxes swept by fast objects, and impacts of the last step; nothing without a
@@ -174,14 +178,15 @@ private:
     std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
 
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
-    void beginStep(btScalar timeStep);
+    void suspendStockClamping();
+    void limitSpins(btScalar timeStep);
     void integrateInPieces(btScalar time, const Integrate& integrate);
     [[nodiscard]] static btVector3 spinOf(const Body& body, int link);
     static void setSpin(const Body& body, int link, const btVector3& spin);
     void limitSpins(const Body& body, const btCollisionObject* collider, btScalar timeStep);
     void restoreSpins();
     void spinFreely();
-    void endStep();
+    void releaseHeld();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
     void calmDown(btCollisionObject* object);

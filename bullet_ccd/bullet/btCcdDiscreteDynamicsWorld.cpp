@@ -12,8 +12,17 @@ btCcdDiscreteDynamicsWorld::btCcdDiscreteDynamicsWorld(
 
 void btCcdDiscreteDynamicsWorld::integrateTransforms(btScalar timeStep)
 {
-    integrateFromImpactToImpact(
-        timeStep, [this](btScalar part) { btDiscreteDynamicsWorld::integrateTransforms(part); });
+    if (beginStep(timeStep))
+    {
+        integrateFromImpactToImpact(timeStep,
+                                    [this](btScalar part)
+                                    { btDiscreteDynamicsWorld::integrateTransforms(part); });
+    }
+    else
+    {
+        btDiscreteDynamicsWorld::integrateTransforms(timeStep);
+    }
+    endStep();
 }
 
 void btCcdDiscreteDynamicsWorld::debugDrawWorld()

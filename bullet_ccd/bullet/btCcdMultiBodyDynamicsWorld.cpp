@@ -12,8 +12,17 @@ btCcdMultiBodyDynamicsWorld::btCcdMultiBodyDynamicsWorld(
 
 void btCcdMultiBodyDynamicsWorld::integrateTransforms(btScalar timeStep)
 {
-    integrateFromImpactToImpact(
-        timeStep, [this](btScalar part) { btMultiBodyDynamicsWorld::integrateTransforms(part); });
+    if (beginStep(timeStep))
+    {
+        integrateFromImpactToImpact(timeStep,
+                                    [this](btScalar part)
+                                    { btMultiBodyDynamicsWorld::integrateTransforms(part); });
+    }
+    else
+    {
+        btMultiBodyDynamicsWorld::integrateTransforms(timeStep);
+    }
+    endStep();
 }
 
 void btCcdMultiBodyDynamicsWorld::debugDrawWorld()

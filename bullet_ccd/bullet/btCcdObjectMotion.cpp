@@ -90,17 +90,19 @@ btCcdObjectMotion btCcdLinkMotion(const btMultiBodyLinkCollider& collider,
 
 void btCcdReadSpeeds(const btMultiBody& body, double timeStep, std::vector<double>& speeds)
 {
-    speeds.assign(2 * std::size_t(body.getNumLinks() + 1), 0.0);
+    speeds.resize(2 * std::size_t(body.getNumLinks() + 1));
     if (!btCcdIsStepped(body))
     {
+        std::fill(speeds.begin(), speeds.end(), 0.0);
         return;
     }
+    const btScalar* rates = body.getVelocityVector() + 6;
     speeds[0] = double(body.getBaseVel().length());
     speeds[1] = double(body.getBaseOmega().length());
     for (int i = 0; i < body.getNumLinks(); ++i)
     {
         const btMultibodyLink& link = body.getLink(i);
-        const btScalar* rate = const_cast<btMultiBody&>(body).getJointVelMultiDof(i);
+        const btScalar* rate = rates + link.m_dofOffset;
         const auto size = [&](int from, int to)
         {
             double sum = 0.0;

@@ -2,54 +2,32 @@
 
 #include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdTracker.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <LinearMath/btAabbUtil2.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace
 {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Pairs that come together within this part of the tolerance count as simultaneous.
 constexpr double kSimultaneous = 1.0 / 8.0;
-/// Of what a pair can lose before it crosses, slow motion may use up this part unseen.
-constexpr double kUnseen = 0.5;
-/// What a shape may use up of the margin of the mesh that it meets.
-constexpr double kPartnersShare = btCcdShareOfMargin;
+constexpr double kUnseen = btCcdTracker::kUnseen;
 /// Up to so many objects are quicker looked through than the broadphase is asked.
 constexpr std::size_t kFew = 8;
-
-int revisionOf(const btCollisionShape& shape)
-{
-    return shape.isCompound() ? static_cast<const btCompoundShape&>(shape).getUpdateRevision() : 0;
-}
-
-/// True if Bullet moves the object in a step.
-bool isMoved(const btCollisionObject& object)
-{
-    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
-           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
-}
 
 double norm(const btVector3& v)
 {
     return double(v.length());
 }
 
-bool meet(const btVector3& lowA,
-          const btVector3& highA,
-          const btVector3& lowB,
-          const btVector3& highB)
-{
-    return TestAabbAgainstAabb2(lowA, highA, lowB, highB);
-}
 }  // namespace
 
 /// What the broadphase finds in the box that an object sweeps.
@@ -61,11 +39,11 @@ public:
     bool process(const btBroadphaseProxy* proxy) override
     {
         const auto* object = static_cast<const btCollisionObject*>(proxy->m_clientObject);
-        Tracked* other = m_stepper.find(*object);
+        const btCcdTracked* other = m_stepper.m_tracker->find(*object);
         // Fast objects sweep boxes of their own.
         if (other != nullptr && !other->m_fast)
         {
-            m_stepper.addPair(m_index, int(other - m_stepper.m_objects.data()));
+            m_stepper.addPair(m_index, m_stepper.indexOf(*other));
         }
         return true;
     }
@@ -76,116 +54,42 @@ private:
 };
 
 btCcdStepper::btCcdStepper(btCollisionWorld& world)
-    : m_world(world), m_context(btCcdContext::of(*world.getDispatcher()))
+    : m_world(world),
+      m_context(btCcdContext::of(*world.getDispatcher())),
+      m_tracker(std::make_unique<btCcdTracker>(world))
 {
 }
 
+btCcdStepper::~btCcdStepper() = default;
+
 void btCcdStepper::setEnabled(const btCollisionObject* object, bool enabled)
 {
-    if (enabled)
-    {
-        m_disabled.erase(object);
-    }
-    else
-    {
-        m_disabled.insert(object);
-    }
+    m_tracker->setEnabled(object, enabled);
 }
 
 bool btCcdStepper::isEnabled(const btCollisionObject* object) const
 {
-    return m_disabled.empty() || m_disabled.count(object) == 0;
+    return m_tracker->isEnabled(object);
 }
 
-btCcdStepper::Tracked* btCcdStepper::find(const btCollisionObject& object)
+void btCcdStepper::forgetShapes()
 {
-    const auto index = std::size_t(object.getWorldArrayIndex());
-    return index < m_objects.size() && m_objects[index].m_object == &object ? &m_objects[index]
-                                                                            : nullptr;
+    m_tracker->forgetShapes();
 }
 
-bool btCcdStepper::Shape::isOf(const btCollisionShape& shape) const
+inline btCcdTracked& btCcdStepper::at(int index)
 {
-    return m_shape == &shape && m_scaling == shape.getLocalScaling() &&
-           m_margin == shape.getMargin() && m_revision == revisionOf(shape);
+    return m_tracker->objects()[std::size_t(index)];
 }
 
-void btCcdStepper::lookAtShape(Tracked& tracked)
+inline const btCcdTracked& btCcdStepper::at(int index) const
 {
-    const btCollisionShape& shape = *tracked.m_object->getCollisionShape();
-    Shape& known = tracked.m_shape;
-    if (known.isOf(shape))
-    {
-        return;
-    }
-    known = {&shape, shape.getLocalScaling(), shape.getMargin(), revisionOf(shape), false, {}};
-    if (const auto simple = btCcdSimpleOutline(shape))
-    {
-        known.m_covered = true;
-        known.m_outline = *simple;
-    }
-    else if (const btCcdShapeModel* model = m_context.model(&shape))
-    {
-        known.m_covered = true;
-        known.m_outline = btCcdOutlineOf(*model);
-    }
+    return std::as_const(*m_tracker).objects()[std::size_t(index)];
 }
 
-void btCcdStepper::lookAt(Tracked& tracked, btCollisionObject& object)
+inline int btCcdStepper::indexOf(const btCcdTracked& tracked) const
 {
-    tracked.m_object = &object;
-    tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
-    tracked.m_motion = tracked.m_since = tracked.m_turned = 0.0;
-    tracked.m_shift.setZero();
-    tracked.m_course = {};
-    lookAtShape(tracked);
-    tracked.m_tracked = tracked.m_shape.m_covered && isEnabled(&object);
-    m_counts.m_unsupported += tracked.m_shape.m_covered ? 0 : 1;
-    m_smallestOwnMargin = std::min(m_smallestOwnMargin, tracked.m_shape.m_outline.m_ownMargin);
-}
-
-/// The whole look for a step like the last one, in which nothing could cross: objects and shapes
-/// are the same, none is a link, nothing is pressed, and no two move enough. False if in doubt.
-bool btCcdStepper::staysQuiet()
-{
-    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
-    if (m_objects.size() != std::size_t(objects.size()))
-    {
-        return false;
-    }
-    double most = -kNever;
-    double second = -kNever;
-    for (int i = 0; i < objects.size(); ++i)
-    {
-        const Tracked& tracked = m_objects[std::size_t(i)];
-        const btCollisionObject& object = *objects[i];
-        const btRigidBody* body = btRigidBody::upcast(&object);
-        if (tracked.m_object != &object || body == nullptr ||
-            !tracked.m_shape.isOf(*object.getCollisionShape()))
-        {
-            return false;
-        }
-        if (!tracked.m_shape.m_covered || !isEnabled(&object))
-        {
-            continue;
-        }
-        const double motion = isMoved(object) ? m_timeStep * (norm(body->getLinearVelocity()) +
-                                                              norm(body->getAngularVelocity()) *
-                                                                  tracked.m_shape.m_outline.m_reach)
-                                              : 0.0;
-        const double beyond = beyondUnseen(tracked, motion);
-        second = std::max(second, std::min(most, beyond));
-        most = std::max(most, beyond);
-    }
-    const btDispatcher& dispatcher = *m_world.getDispatcher();
-    Tracked* a = nullptr;
-    Tracked* b = nullptr;
-    for (int i = 0; i < dispatcher.getNumManifolds() && !(most + second > 0.0); ++i)
-    {
-        const auto* manifold = const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
-        most = isPressed(*manifold, a, b) ? kNever : most;
-    }
-    return most + second <= 0.0;
+    return int(&tracked - m_tracker->objects().data());
 }
 
 bool btCcdStepper::begin(btScalar timeStep, Motion motion)
@@ -193,72 +97,104 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     m_motion = motion;
     m_timeStep = double(timeStep);
     m_time = 0.0;
-    ++m_epoch;
-    if (m_quiet && staysQuiet())
-    {
-        m_counts.m_queries = m_counts.m_overlaps = 0;
-        for (const int index : m_fast)
-        {
-            m_objects[std::size_t(index)].m_fast = false;
-        }
-        m_fast.clear();
-        return false;
-    }
     m_counts = {};
-    m_multiBodyCount = 0;
     m_pairs.clear();
     m_fast.clear();
-    m_pressedPairs.clear();
-    m_slowMotion = 0.0;
-    m_smallestOwnMargin = kNever;
-
-    btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
-    m_objects.resize(std::size_t(objects.size()));
-    for (int i = 0; i < objects.size(); ++i)
+    if (!m_tracker->look(m_timeStep))
     {
-        lookAt(m_objects[std::size_t(i)], *objects[i]);
+        return false;
     }
-    // What the two move most that move beyond what they may move unseen; the others less.
-    double most = -kNever;
-    double second = -kNever;
-    for (Tracked& tracked : m_objects)
+    for (const auto& [first, second] : m_tracker->findNeighbours())
     {
-        const double beyond = track(tracked);
-        second = std::max(second, std::min(most, beyond));
-        most = std::max(most, beyond);
-    }
-    markPressed();
-    for (const int index : m_fast)
-    {
-        sweep(m_objects[std::size_t(index)]);
-    }
-    m_quiet = !(most + second > 0.0) && m_pressedPairs.empty();
-    if (!m_quiet)
-    {
-        findPairs();
+        const btCcdTracked& a = at(first);
+        const btCcdTracked& b = at(second);
+        if ((a.m_beyond + b.m_beyond > 0.0 || (a.m_pressed && b.m_pressed)) && a.m_tracked &&
+            b.m_tracked && canCross(a, b) && m_tracker->placeOf(a).meets(m_tracker->placeOf(b)) &&
+            wanted(a, b) && !staysApart(a, b))
+        {
+            m_pairs.push_back({first, second, kNever, {}});
+        }
     }
     return !m_pairs.empty();
 }
 
-void btCcdStepper::findPairs()
+void btCcdStepper::askAll()
 {
-    findSlow();
+    ++m_epoch;
+    m_multiBodyCount = 0;
+    m_tracker->noteChanges();
+    m_poses.resize(m_tracker->objects().size());
+    findFast();
     for (const int index : m_fast)
     {
-        addCandidates(index, false);
+        sweep(at(index));
     }
+    findSlow();
     for (Pair& pair : m_pairs)
     {
         ask(pair);
     }
 }
 
+btCcdStepper::Counts btCcdStepper::counts() const
+{
+    Counts counts = m_counts;
+    counts.m_unsupported = m_tracker->unsupported();
+    return counts;
+}
+
+/// True if two are farther apart where they are seen than they move, in any order.
+bool btCcdStepper::staysApart(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    const auto poseOf = [](const btCcdTracked& tracked) -> std::optional<btTransform>
+    {
+        const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+        if (collider == nullptr)
+        {
+            return tracked.m_object->getWorldTransform();
+        }
+        if (!tracked.m_moves)
+        {
+            return std::nullopt;  // its collider may not be where its joints are
+        }
+        const btMultiBody& body = *collider->m_multiBody;
+        return collider->m_link < 0 ? body.getBaseWorldTransform()
+                                    : body.getLink(collider->m_link).m_cachedWorldTransform;
+    };
+    const auto poseA = poseOf(a);
+    const auto poseB = poseOf(b);
+    const double needed =
+        a.m_motion + b.m_motion + a.m_shape->m_shell + b.m_shape->m_shell + m_context.m_tolerance;
+    return poseA && poseB &&
+           btCcdGap(a.m_shape->m_extent, *poseA, b.m_shape->m_extent, *poseB) > needed;
+}
+
+void btCcdStepper::findFast()
+{
+    m_slowMotion = 0.0;
+    std::vector<btCcdTracked>& objects = m_tracker->objects();
+    for (btCcdTracked& tracked : objects)
+    {
+        tracked.m_fast = tracked.m_tracked && (tracked.m_motion > tracked.m_slow ||
+                                               (tracked.m_pressed && tracked.m_motion > 0.0));
+        if (tracked.m_fast)
+        {
+            m_fast.push_back(indexOf(tracked));
+        }
+        else if (tracked.m_tracked)
+        {
+            m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
+        }
+    }
+}
+
 void btCcdStepper::findSlow()
 {
     m_slow.clear();
-    for (std::size_t i = 0; i < m_objects.size() && m_slow.size() <= kFew; ++i)
+    const std::vector<btCcdTracked>& objects = m_tracker->objects();
+    for (std::size_t i = 0; i < objects.size() && m_slow.size() <= kFew; ++i)
     {
-        const Tracked& tracked = m_objects[i];
+        const btCcdTracked& tracked = objects[i];
         if (tracked.m_tracked && !tracked.m_fast &&
             tracked.m_object->getBroadphaseHandle() != nullptr)
         {
@@ -266,92 +202,6 @@ void btCcdStepper::findSlow()
         }
     }
     m_fewSlow = m_slow.size() <= kFew;
-}
-
-/// What an object can lose, whatever it meets.
-double btCcdStepper::reserveOf(const Tracked& tracked) const
-{
-    const btCcdShapeOutline& outline = tracked.m_shape.m_outline;
-    // Half of what a mesh can lose is its partner's.
-    return std::min(outline.m_reserve, kPartnersShare * m_smallestOwnMargin);
-}
-
-/// Returns how far the object moves beyond what it may move unseen. Two of which the sum is not
-/// positive cannot cross.
-double btCcdStepper::track(Tracked& tracked)
-{
-    if (!tracked.m_tracked)
-    {
-        return -kNever;
-    }
-    const double unseen = kUnseen * reserveOf(tracked);
-    if (isMoved(*tracked.m_object))
-    {
-        take(tracked, courseOf(tracked));
-        if (tracked.m_motion > unseen)
-        {
-            tracked.m_fast = true;
-            m_fast.push_back(int(&tracked - m_objects.data()));
-        }
-        else
-        {
-            m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
-        }
-    }
-    return beyondUnseen(tracked, tracked.m_motion);
-}
-
-double btCcdStepper::beyondUnseen(const Tracked& tracked, double motion) const
-{
-    const btCcdShapeOutline& outline = tracked.m_shape.m_outline;
-    // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
-    const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kNever;
-    return hasNothing ? motion : motion - kUnseen * reserveOf(tracked);
-}
-
-btCcdStepper::Course btCcdStepper::courseOf(const Tracked& tracked)
-{
-    Course course;
-    if (tracked.m_stopped)
-    {
-        return course;
-    }
-    const double reach = tracked.m_shape.m_outline.m_reach;
-    if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
-    {
-        course.m_velocity = body->getLinearVelocity();
-        course.m_spin = body->getAngularVelocity();
-        course.m_turning = norm(course.m_spin) * reach;
-        return course;
-    }
-    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
-    if (collider == nullptr)
-    {
-        return course;
-    }
-    const KnownMultiBody& owner = known(*collider->m_multiBody);
-    const std::size_t link = 2 * std::size_t(collider->m_link + 1);
-    if (owner.m_covered)
-    {
-        course.m_turning = owner.m_speeds[link] + owner.m_speeds[link + 1] * reach;
-        if (!owner.m_body->hasFixedBase() && owner.m_speeds[0] > 0.0)
-        {
-            // All links have the velocity of the base, and that of their joints besides.
-            course.m_velocity = owner.m_body->getBaseVel();
-            course.m_turning -= owner.m_speeds[0];
-        }
-    }
-    return course;
-}
-
-void btCcdStepper::take(Tracked& tracked, const Course& course)
-{
-    const double time = m_time - tracked.m_since;
-    tracked.m_shift += tracked.m_course.m_velocity * btScalar(time);
-    tracked.m_turned += tracked.m_course.m_turning * time;
-    tracked.m_since = m_time;
-    tracked.m_course = course;
-    tracked.m_motion = remaining() * (norm(course.m_velocity) + course.m_turning);
 }
 
 btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
@@ -372,101 +222,51 @@ btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
     owner.m_body = &body;
     owner.m_epoch = -1;
     owner.m_covered = btCcdIsCovered(body);
-    if (owner.m_covered)
-    {
-        btCcdReadSpeeds(body, m_timeStep, owner.m_speeds);
-    }
     return owner;
-}
-
-/// True if the solver has let the two sink in deeper than slow motion leaves room for.
-bool btCcdStepper::isPressed(const btPersistentManifold& manifold, Tracked*& a, Tracked*& b)
-{
-    btScalar deepest = 0;
-    for (int k = 0; k < manifold.getNumContacts(); ++k)
-    {
-        deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
-    }
-    if (!(deepest < btScalar(0)))
-    {
-        return false;
-    }
-    a = find(*manifold.getBody0());
-    b = find(*manifold.getBody1());
-    if (a == nullptr || b == nullptr)
-    {
-        return false;
-    }
-    const btCcdShapeOutline& outlineA = a->m_shape.m_outline;
-    const btCcdShapeOutline& outlineB = b->m_shape.m_outline;
-    const double reserve = std::min(outlineA.m_reserve + outlineB.m_reserve,
-                                    std::min(outlineA.m_ownMargin, outlineB.m_ownMargin));
-    return -double(deepest) > (1.0 - kUnseen) * reserve;
-}
-
-void btCcdStepper::markPressed()
-{
-    btDispatcher& dispatcher = *m_world.getDispatcher();
-    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
-    {
-        Tracked* a = nullptr;
-        Tracked* b = nullptr;
-        if (!isPressed(*manifolds[i], a, b))
-        {
-            continue;
-        }
-        m_pressedPairs.push_back(std::minmax(int(a - m_objects.data()), int(b - m_objects.data())));
-        for (Tracked* pressed : {a, b})
-        {
-            pressed->m_pressed = true;
-            if (pressed->m_motion > 0.0 && !pressed->m_fast)
-            {
-                pressed->m_fast = true;
-                m_fast.push_back(int(pressed - m_objects.data()));
-            }
-        }
-    }
 }
 
 const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
 {
-    Tracked* tracked = find(object);
+    const btCcdTracked* tracked = m_tracker->find(object);
     if (tracked == nullptr || !tracked->m_tracked)
     {
         return nullptr;
     }
-    if (tracked->m_epoch == m_epoch)
+    Pose& pose = m_poses[std::size_t(indexOf(*tracked))];
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider != nullptr && !known(*collider->m_multiBody).m_covered)
     {
-        return &tracked->m_pose;
+        return nullptr;
     }
-    tracked->m_epoch = m_epoch;
+    if (pose.m_epoch != m_epoch)
+    {
+        pose.m_epoch = m_epoch;
+        readPose(*tracked, pose.m_motion);
+    }
+    return &pose.m_motion;
+}
+
+void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose)
+{
     const double start = m_motion == Motion::Done ? -1.0 : 0.0;
-    if (const auto* collider = btMultiBodyLinkCollider::upcast(&object))
+    const double part = tracked.m_stopped ? 0.0 : remaining() / m_timeStep;
+    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+    if (collider == nullptr)
     {
-        KnownMultiBody& owner = known(*collider->m_multiBody);
-        if (!owner.m_covered)
-        {
-            return nullptr;
-        }
-        if (owner.m_epoch != m_epoch)
-        {
-            owner.m_epoch = m_epoch;
-            const double part = tracked->m_stopped ? 0.0 : remaining() / m_timeStep;
-            // Fast spins are integrated in pieces or limited before, see btCcdControl.
-            btCcdReadMotion(*collider->m_multiBody,
-                            btScalar(m_timeStep),
-                            owner.m_motion,
-                            {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
-        }
-        tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
+        pose = {btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start)};
+        return;
     }
-    else
+    KnownMultiBody& owner = known(*collider->m_multiBody);
+    if (owner.m_epoch != m_epoch)
     {
-        const double part = tracked->m_stopped ? 0.0 : remaining() / m_timeStep;
-        tracked->m_pose = {btCcdRigidMotion(object, m_timeStep, part, start)};
+        owner.m_epoch = m_epoch;
+        // Fast spins are integrated in pieces or limited before, see btCcdControl.
+        btCcdReadMotion(*collider->m_multiBody,
+                        btScalar(m_timeStep),
+                        owner.m_motion,
+                        {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
     }
-    return &tracked->m_pose;
+    pose = btCcdLinkMotion(*collider, owner.m_motion);
 }
 
 const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObject& object)
@@ -477,9 +277,9 @@ const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObj
                : nullptr;
 }
 
-void btCcdStepper::sweep(Tracked& tracked)
+void btCcdStepper::sweep(btCcdTracked& tracked)
 {
-    double reach = tracked.m_shape.m_outline.m_reach + m_context.m_tolerance + m_slowMotion;
+    double reach = tracked.outline().m_reach + m_context.m_tolerance + m_slowMotion;
     btVector3 from = tracked.m_object->getWorldTransform().getOrigin();
     btVector3 to = from;
     if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
@@ -505,27 +305,27 @@ void btCcdStepper::sweep(Tracked& tracked)
         return;
     }
     const btVector3 around = btVector3(1, 1, 1) * btScalar(reach);
-    tracked.m_low = tracked.m_high = from;
-    tracked.m_low.setMin(to);
-    tracked.m_high.setMax(to);
-    tracked.m_low -= around;
-    tracked.m_high += around;
+    btCcdBox& box = tracked.m_sweep;
+    box = {from, from};
+    box.m_low.setMin(to);
+    box.m_high.setMax(to);
+    box.m_low -= around;
+    box.m_high += around;
 }
 
 void btCcdStepper::addCandidates(int index, bool onlyChanged)
 {
-    const Tracked& tracked = m_objects[std::size_t(index)];
+    const btCcdTracked& tracked = at(index);
     if (!tracked.m_tracked)
     {
         return;
     }
     for (const int other : m_fast)
     {
-        const Tracked& b = m_objects[std::size_t(other)];
+        const btCcdTracked& b = at(other);
         // Of two objects that come this way, the pair comes once.
         const bool first = (tracked.m_fast && index < other) || (onlyChanged && !b.m_changed);
-        if (other != index && first && b.m_tracked &&
-            meet(tracked.m_low, tracked.m_high, b.m_low, b.m_high))
+        if (other != index && first && b.m_tracked && tracked.m_sweep.meets(b.m_sweep))
         {
             addPair(index, other);
         }
@@ -537,14 +337,15 @@ void btCcdStepper::addCandidates(int index, bool onlyChanged)
     if (!m_fewSlow)
     {
         Candidates candidates(*this, index);
-        m_world.getBroadphase()->aabbTest(tracked.m_low, tracked.m_high, candidates);
+        m_world.getBroadphase()->aabbTest(
+            tracked.m_sweep.m_low, tracked.m_sweep.m_high, candidates);
         return;
     }
     for (const int other : m_slow)
     {
-        const Tracked& b = m_objects[std::size_t(other)];
+        const btCcdTracked& b = at(other);
         const btBroadphaseProxy& proxy = *b.m_object->getBroadphaseHandle();
-        if (!b.m_fast && meet(tracked.m_low, tracked.m_high, proxy.m_aabbMin, proxy.m_aabbMax))
+        if (!b.m_fast && tracked.m_sweep.meets({proxy.m_aabbMin, proxy.m_aabbMax}))
         {
             addPair(index, other);
         }
@@ -553,17 +354,15 @@ void btCcdStepper::addCandidates(int index, bool onlyChanged)
 
 void btCcdStepper::addPair(int a, int b)
 {
+    // The order in which Bullet sees the pair: by the age of the objects.
     const auto [first, second] = std::minmax(a, b);
-    const Tracked& trackedA = m_objects[std::size_t(first)];
-    const Tracked& trackedB = m_objects[std::size_t(second)];
-    if (wanted(trackedA, trackedB) && canCross(trackedA, trackedB))
+    if (wanted(at(first), at(second)) && canCross(at(first), at(second)))
     {
-        // The order in which Bullet sees the pair: by the age of the objects.
         m_pairs.push_back({first, second, kNever, {}});
     }
 }
 
-bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
+bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
 {
     if (!a.m_tracked || !b.m_tracked || a.m_object == b.m_object ||
         (a.m_motion <= 0.0 && b.m_motion <= 0.0) || !b.m_object->hasContactResponse() ||
@@ -580,12 +379,12 @@ bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
 }
 
 /// Bound of what any point of one object moves in this step relative to the other.
-double btCcdStepper::wayApart(const Tracked& a, const Tracked& b) const
+double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& b) const
 {
     const double sinceA = m_time - a.m_since;
     const double sinceB = m_time - b.m_since;
-    const Course& courseA = a.m_course;
-    const Course& courseB = b.m_course;
+    const btCcdCourse& courseA = a.m_course;
+    const btCcdCourse& courseB = b.m_course;
     const btVector3 past = (a.m_shift + courseA.m_velocity * btScalar(sinceA)) -
                            (b.m_shift + courseB.m_velocity * btScalar(sinceB));
     const double turned =
@@ -596,18 +395,14 @@ double btCcdStepper::wayApart(const Tracked& a, const Tracked& b) const
 }
 
 /// False if the two move too little to cross each other, as begin() counts it.
-bool btCcdStepper::canCross(const Tracked& a, const Tracked& b)
+bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b)
 {
-    if (a.m_pressed && b.m_pressed &&
-        std::find(m_pressedPairs.begin(),
-                  m_pressedPairs.end(),
-                  std::pair(int(&a - m_objects.data()), int(&b - m_objects.data()))) !=
-            m_pressedPairs.end())
+    if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
     {
         return true;
     }
-    const btCcdShapeOutline& outlineA = a.m_shape.m_outline;
-    const btCcdShapeOutline& outlineB = b.m_shape.m_outline;
+    const btCcdShapeOutline& outlineA = a.outline();
+    const btCcdShapeOutline& outlineB = b.outline();
     const bool stock = outlineA.m_ownMargin == kNever && outlineB.m_ownMargin == kNever;
     if (stock && !(outlineA.m_hasMesh && outlineB.m_hasMesh))
     {
@@ -621,8 +416,8 @@ bool btCcdStepper::canCross(const Tracked& a, const Tracked& b)
 
 void btCcdStepper::ask(Pair& pair)
 {
-    btCollisionObject* a = m_objects[std::size_t(pair.m_a)].m_object;
-    btCollisionObject* b = m_objects[std::size_t(pair.m_b)].m_object;
+    btCollisionObject* a = at(pair.m_a).m_object;
+    btCollisionObject* b = at(pair.m_b).m_object;
     btDispatcher& dispatcher = *m_world.getDispatcher();
     btBroadphasePair* known =
         m_world.getPairCache()->findPair(a->getBroadphaseHandle(), b->getBroadphaseHandle());
@@ -669,9 +464,7 @@ btCcdStepper::Event btCcdStepper::next()
     event.m_time = std::clamp(btCcdRoundDown(earliest), btScalar(m_time), btScalar(m_timeStep));
     for (Pair& pair : m_pairs)
     {
-        const double speed = (m_objects[std::size_t(pair.m_a)].m_motion +
-                              m_objects[std::size_t(pair.m_b)].m_motion) /
-                             m_timeStep;
+        const double speed = (at(pair.m_a).m_motion + at(pair.m_b).m_motion) / m_timeStep;
         if (pair.m_time == earliest ||
             (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
         {
@@ -695,8 +488,8 @@ btCcdImpact btCcdStepper::impactOf(const Pair& pair, btScalar time) const
         const auto* collider = btMultiBodyLinkCollider::upcast(object);
         return collider != nullptr ? collider->m_link : btCcdImpact::kNoLink;
     };
-    btCollisionObject* a = m_objects[std::size_t(pair.m_a)].m_object;
-    btCollisionObject* b = m_objects[std::size_t(pair.m_b)].m_object;
+    btCollisionObject* a = at(pair.m_a).m_object;
+    btCollisionObject* b = at(pair.m_b).m_object;
     return {a,
             b,
             linkOf(a),
@@ -717,7 +510,7 @@ void btCcdStepper::changed(const btCollisionObject& object)
 {
     const auto mark = [this](const btCollisionObject* part)
     {
-        Tracked* tracked = part != nullptr ? find(*part) : nullptr;
+        btCcdTracked* tracked = part != nullptr ? m_tracker->find(*part) : nullptr;
         if (tracked != nullptr)
         {
             tracked->m_changed = true;
@@ -743,23 +536,23 @@ void btCcdStepper::changed(const btCollisionObject& object)
 }
 
 /// False if the object moves on as it did.
-bool btCcdStepper::takeNewCourse(Tracked& tracked)
+bool btCcdStepper::takeNewCourse(btCcdTracked& tracked)
 {
-    const Course course = courseOf(tracked);
+    const btCcdCourse course = m_tracker->courseOf(tracked);
     if (btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr &&
         course.m_velocity == tracked.m_course.m_velocity &&
         course.m_spin == tracked.m_course.m_spin)
     {
         return false;
     }
-    take(tracked, course);
+    tracked.take(course, m_time, remaining());
     const double way = norm(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
-    if (!tracked.m_fast && (way > kUnseen * reserveOf(tracked) || way > m_slowMotion ||
+    if (!tracked.m_fast && (way > tracked.m_slow || way > m_slowMotion ||
                             (tracked.m_pressed && tracked.m_motion > 0.0)))
     {
         // From now on it is not where the broadphase saw it.
         tracked.m_fast = true;
-        m_fast.push_back(int(&tracked - m_objects.data()));
+        m_fast.push_back(indexOf(tracked));
     }
     return true;
 }
@@ -768,22 +561,22 @@ void btCcdStepper::refresh()
 {
     ++m_epoch;
     m_multiBodyCount = 0;
+    m_tracker->forgetBodies();
     std::vector<int> changed;
-    for (Tracked& tracked : m_objects)
+    for (btCcdTracked& tracked : m_tracker->objects())
     {
         tracked.m_changed = tracked.m_changed && tracked.m_tracked && takeNewCourse(tracked);
         if (tracked.m_changed)
         {
-            changed.push_back(int(&tracked - m_objects.data()));
+            changed.push_back(indexOf(tracked));
             sweep(tracked);
         }
     }
-    const auto of = [this](int index) -> const Tracked& { return m_objects[std::size_t(index)]; };
     std::erase_if(m_pairs,
                   [&](const Pair& pair)
                   {
-                      const Tracked& a = of(pair.m_a);
-                      const Tracked& b = of(pair.m_b);
+                      const btCcdTracked& a = at(pair.m_a);
+                      const btCcdTracked& b = at(pair.m_b);
                       return a.m_changed || b.m_changed || (pair.m_met && !wanted(a, b));
                   });
     const std::size_t before = m_pairs.size();
@@ -801,7 +594,7 @@ void btCcdStepper::refresh()
     }
     for (const int index : changed)
     {
-        m_objects[std::size_t(index)].m_changed = false;
+        at(index).m_changed = false;
     }
 }
 
@@ -812,12 +605,19 @@ void btCcdStepper::end()
 
 bool btCcdStepper::sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high)
 {
-    const Tracked* tracked = find(object);
-    if (tracked == nullptr || !tracked->m_tracked || !tracked->m_fast)
+    btCcdTracked* tracked = m_tracker->find(object);
+    if (tracked == nullptr || !tracked->m_tracked ||
+        !(tracked->m_fast || tracked->m_motion > tracked->m_slow))
     {
         return false;
     }
-    low = tracked->m_low;
-    high = tracked->m_high;
+    if (!tracked->m_fast)
+    {
+        // Nothing was in its way, so nothing was asked. By now it is where the step ended.
+        m_motion = Motion::Done;
+        sweep(*tracked);
+    }
+    low = tracked->m_sweep.m_low;
+    high = tracked->m_sweep.m_high;
     return true;
 }

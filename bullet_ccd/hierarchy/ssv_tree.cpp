@@ -46,21 +46,30 @@ void fitNodes(std::span<const SsvBranch> branches,
               SsvKind kind,
               std::span<SsvNode> nodes)
 {
+    using Range = tbb::blocked_range<std::size_t>;
     constexpr std::size_t kGrain = 256;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, nodes.size(), kGrain),
-                      [&](const tbb::blocked_range<std::size_t>& range)
-                      {
-                          std::vector<Eigen::Vector3d> scratch;
-                          for (std::size_t i = range.begin(); i < range.end(); ++i)
-                          {
-                              const SsvBranch& branch = branches[i];
-                              const auto begin = static_cast<std::size_t>(branch.begin);
-                              const auto end = static_cast<std::size_t>(branch.end);
-                              nodes[i] = fitSsv(corners.subspan(begin, end - begin), kind, scratch);
-                              nodes[i].first = branch.first;
-                              nodes[i].count = branch.count;
-                          }
-                      });
+    const auto fit = [&](const Range& range)
+    {
+        std::vector<Eigen::Vector3d> scratch;
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+        {
+            const SsvBranch& branch = branches[i];
+            const auto begin = static_cast<std::size_t>(branch.begin);
+            const auto end = static_cast<std::size_t>(branch.end);
+            nodes[i] = fitSsv(corners.subspan(begin, end - begin), kind, scratch);
+            nodes[i].first = branch.first;
+            nodes[i].count = branch.count;
+        }
+    };
+    const Range all(0, nodes.size(), kGrain);
+    if (all.is_divisible())
+    {
+        tbb::parallel_for(all, fit);
+    }
+    else
+    {
+        fit(all);  // starting threads would cost more than the work
+    }
 }
 }  // namespace
 

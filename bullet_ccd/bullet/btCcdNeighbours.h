@@ -1,0 +1,51 @@
+/// Which objects are near enough to meet at all within the next few steps.
+#ifndef BT_CCD_NEIGHBOURS_H
+#define BT_CCD_NEIGHBOURS_H
+
+#include <LinearMath/btAabbUtil2.h>
+#include <LinearMath/btVector3.h>
+
+#include <utility>
+#include <vector>
+
+struct btCcdBox
+{
+    btVector3 m_low = btVector3(1, 1, 1);
+    btVector3 m_high = btVector3(-1, -1, -1);  ///< below m_low: nothing is in the box
+
+    /// NaN is in no box.
+    [[nodiscard]] bool contains(const btCcdBox& other) const
+    {
+        return m_low.x() <= other.m_low.x() && other.m_high.x() <= m_high.x() &&
+               m_low.y() <= other.m_low.y() && other.m_high.y() <= m_high.y() &&
+               m_low.z() <= other.m_low.z() && other.m_high.z() <= m_high.z();
+    }
+    [[nodiscard]] bool meets(const btCcdBox& other) const
+    {
+        return TestAabbAgainstAabb2(m_low, m_high, other.m_low, other.m_high);
+    }
+};
+
+/// A list of all pairs of boxes that meet. It stays good for as long as nothing leaves its box: the
+/// boxes are to be made larger than what is in them now.
+class btCcdNeighbours
+{
+public:
+    /// Nothing is in a box of the list any more.
+    void clear();
+    [[nodiscard]] bool contains(std::size_t index, const btCcdBox& box) const
+    {
+        return index < m_boxes.size() && m_boxes[index].contains(box);
+    }
+    /// Makes the list anew. Boxes that nothing is in meet nothing.
+    void list(const std::vector<btCcdBox>& boxes);
+    /// Smaller index first, in ascending order.
+    [[nodiscard]] const std::vector<std::pair<int, int>>& pairs() const { return m_pairs; }
+
+private:
+    std::vector<btCcdBox> m_boxes;
+    std::vector<int> m_order;  // by the lower end
+    std::vector<std::pair<int, int>> m_pairs;
+};
+
+#endif  // BT_CCD_NEIGHBOURS_H

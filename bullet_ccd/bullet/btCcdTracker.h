@@ -1,0 +1,159 @@
+/// What every object of a world is, and how far it moves in a step.
+#ifndef BT_CCD_TRACKER_H
+#define BT_CCD_TRACKER_H
+
+#include "bullet_ccd/bullet/btCcdGap.h"
+#include "bullet_ccd/bullet/btCcdNeighbours.h"
+#include "bullet_ccd/bullet/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/btCcdShapeOutline.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+class btCcdContext;
+
+/// What there is to know about a shape, while that stays the same.
+struct btCcdKnownShape
+{
+    const btCollisionShape* m_shape = nullptr;
+    int m_type = 0;
+    bool m_isSimple = false;  // a box, sphere or capsule: its dimensions say all
+    btVector3 m_dimensions = btVector3(0, 0, 0);
+    btVector3 m_scaling = btVector3(0, 0, 0);
+    btScalar m_margin = 0;
+    int m_revision = 0;  // of a compound
+    int m_epoch = -1;    // when it was found to be the same
+    bool m_covered = false;
+    btCcdShapeOutline m_outline;
+    btCcdExtent m_extent;
+    double m_shell = 0.0;  // kept free around it [m]
+
+    explicit btCcdKnownShape(const btCollisionShape& shape);
+    [[nodiscard]] bool isOf(const btCollisionShape& shape) const;
+};
+
+/// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
+struct btCcdCourse
+{
+    btVector3 m_velocity = btVector3(0, 0, 0);
+    btVector3 m_spin = btVector3(0, 0, 0);  // of what is no link
+    double m_turning = 0.0;
+};
+
+/// A collision object in a step.
+struct btCcdTracked
+{
+    btCollisionObject* m_object = nullptr;
+    const btCollisionShape* m_collisionShape = nullptr;
+    btCcdKnownShape* m_shape = nullptr;
+    bool m_usable = false;   // covered and not switched off
+    bool m_tracked = false;  // usable, and its numbers are finite
+    bool m_moves = false;    // in this step
+    bool m_fast = false;
+    bool m_changed = false;
+    bool m_pressed = false;  // some contact is deep
+    bool m_stopped = false;  // has been placed for the rest of a motion that is done
+    double m_slow = 0.0;     // what it may move and not be fast [m]
+    double m_unseen = 0.0;   // what it may move unseen, whatever it meets [m]
+    double m_motion = 0.0;   // bound of what any point of it moves in the rest of the step [m]
+    double m_beyond = 0.0;   // how far it moves beyond m_unseen
+    btCcdCourse m_course;    // since m_since
+    double m_since = 0.0;
+    btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
+    double m_turned = 0.0;
+    btVector3 m_listed = btVector3(0, 0, 0);  // origin when the neighbours were listed
+    double m_room = -1.0;  // how far from there it may pass through; negative: not listed [m]
+    btCcdBox m_sweep;      // what it passes through from its last impact on, if it is fast
+
+    [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
+    /// Reads the velocity anew, at this time of the step.
+    void take(const btCcdCourse& course, double time, double remaining);
+};
+
+/// Looks at all objects at the begin of a step, and costs next to nothing where nothing is fast:
+/// shapes are looked at again only if something about them has changed.
+class btCcdTracker
+{
+public:
+    /// Of what a pair can lose before it crosses, slow motion may use up this part unseen.
+    static constexpr double kUnseen = 0.5;
+
+    explicit btCcdTracker(btCollisionWorld& world);
+
+    void setEnabled(const btCollisionObject* object, bool enabled);
+    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const
+    {
+        return m_disabled.empty() || m_disabled.count(object) == 0;
+    }
+    /// Shapes have been changed in place.
+    void forgetShapes() { m_isStale = true; }
+
+    /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
+    [[nodiscard]] bool look(double timeStep);
+    /// All pairs, by index, that may meet in this step, and some more; after look().
+    const std::vector<std::pair<int, int>>& findNeighbours();
+    /// A box about all that the object passes through in the step.
+    [[nodiscard]] btCcdBox placeOf(const btCcdTracked& tracked) const;
+    /// Changes are about to be noted in the objects, for the rest of the step.
+    void noteChanges() { m_touched = true; }
+    /// How the object moves now. Velocities of multibodies are read once until forgetBodies().
+    [[nodiscard]] btCcdCourse courseOf(const btCcdTracked& tracked);
+    void forgetBodies()
+    {
+        m_bodyCount = 0;
+        m_lastBody = nullptr;
+    }
+
+    [[nodiscard]] std::vector<btCcdTracked>& objects() { return m_objects; }
+    [[nodiscard]] const std::vector<btCcdTracked>& objects() const { return m_objects; }
+    [[nodiscard]] btCcdTracked* find(const btCollisionObject& object);
+    [[nodiscard]] bool isPressed(int a, int b) const;
+    [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
+
+private:
+    struct Speeds
+    {
+        const btMultiBody* m_body = nullptr;
+        bool m_covered = false;
+        std::vector<double> m_links;  // as btCcdReadSpeeds() gives them
+    };
+
+    btCollisionWorld& m_world;
+    btCcdContext& m_context;
+    std::set<const btCollisionObject*> m_disabled;
+    std::vector<btCcdTracked> m_objects;  // by index in the world
+    std::unordered_map<const btCollisionShape*, std::unique_ptr<btCcdKnownShape>> m_shapes;
+    std::vector<std::unique_ptr<Speeds>> m_bodies;
+    std::size_t m_bodyCount = 0;
+    const Speeds* m_lastBody = nullptr;
+    std::vector<std::pair<int, int>> m_pressedPairs;
+    btCcdNeighbours m_neighbours;
+    std::vector<btCcdBox> m_boxes;
+    std::int64_t m_unsupported = 0;
+    double m_listedTolerance = -1.0;
+    double m_timeStep = 0.0;
+    double m_beyondTwo = 0.0;  // of the two that go farthest beyond what they may move unseen
+    int m_epoch = 0;
+    bool m_isStale = false;  // to be looked at anew
+    bool m_touched = false;  // see noteChanges()
+
+    void clearStep();
+    void lookAtAll();
+    void lookAt(btCcdTracked& tracked, btCollisionObject& object);
+    void lookAtShape(btCcdKnownShape& shape);
+    [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
+    [[nodiscard]] bool readMotions(bool check);
+    [[nodiscard]] double motionOf(const btCcdTracked& tracked);
+    [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body);
+    void findPressed();
+    [[nodiscard]] bool readCourses();
+    void listNeighbours();
+};
+
+#endif  // BT_CCD_TRACKER_H
