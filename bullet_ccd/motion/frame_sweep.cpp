@@ -116,36 +116,48 @@ void continueChain(const MovingFrame& frame,
     }
 }
 
-/// Bound of the size of a coordinate of a unit vector.
+/// Bound of the size of a coordinate of a vector that is a unit one to single precision.
 double unitMagnitude(const TaylorModel& p)
 {
-    return std::min(1.0, range(p).magnitude());
+    return std::min(1.0 + 1e-6, range(p).magnitude());
 }
 }  // namespace
 
 void FrameSweep::reset(const MovingFrames& frames, std::int32_t base, double begin, double end)
 {
-    const std::span<const MovingFrame> all = frames.frames();
+    m_frames = &frames;
     m_base = base;
-    m_models.resize(std::max(m_models.size(), all.size()));
-    // Parents come first; what is not below the base is filled in as well, from frames that are
-    // never asked for.
-    for (std::size_t k = static_cast<std::size_t>(base) + 1; k < all.size(); ++k)
+    m_begin = begin;
+    m_end = end;
+    ++m_sweep;
+    if (m_models.size() < frames.frames().size())
     {
-        const OwnMotion own = ownMotion(all[k], begin, end);
-        if (all[k].parent <= base)
-        {
-            startChain(all[k], own, m_models[k]);
-        }
-        else
-        {
-            continueChain(
-                all[k], own, m_models[static_cast<std::size_t>(all[k].parent)], m_models[k]);
-        }
+        m_models.resize(frames.frames().size());
+        m_sweepOf.resize(m_models.size(), 0);
     }
 }
 
-SweptBox FrameSweep::boxOver(std::int32_t frame, const OrientedBox& box) const
+const FrameModel& FrameSweep::model(std::int32_t frame)
+{
+    const auto index = static_cast<std::size_t>(frame);
+    if (m_sweepOf[index] != m_sweep)
+    {
+        const MovingFrame& here = m_frames->frames()[index];
+        const OwnMotion own = ownMotion(here, m_begin, m_end);
+        if (here.parent == m_base)
+        {
+            startChain(here, own, m_models[index]);
+        }
+        else
+        {
+            continueChain(here, own, model(here.parent), m_models[index]);
+        }
+        m_sweepOf[index] = m_sweep;
+    }
+    return m_models[index];
+}
+
+SweptBox FrameSweep::boxOver(std::int32_t frame, const OrientedBox& box)
 {
     if (frame == m_base)
     {
@@ -158,13 +170,13 @@ SweptBox FrameSweep::boxOver(std::int32_t frame, const OrientedBox& box) const
     const Vector3d arm = box.half[longest] * box.axes.col(longest);
     const Vector3d first = box.center - arm;
     const Vector3d last = box.center + arm;
-    const FrameModel& model = m_models[static_cast<std::size_t>(frame)];
+    const FrameModel& pose = model(frame);
     SweptBox result;
     for (std::size_t i = 0; i < 3; ++i)
     {
-        const Row& row = model.R[i];
-        const TaylorModel atFirst = model.origin[i] + along(row, first);
-        const TaylorModel atLast = model.origin[i] + along(row, last);
+        const Row& row = pose.R[i];
+        const TaylorModel atFirst = pose.origin[i] + along(row, first);
+        const TaylorModel atLast = pose.origin[i] + along(row, last);
         const Interval a = range(atFirst);
         const Interval b = range(atLast);
         double margin = box.radius;

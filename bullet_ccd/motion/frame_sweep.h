@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,7 @@ struct FrameModel
 struct OrientedBox
 {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns, unit
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns, unit to single precision
     Eigen::Vector3d half = Eigen::Vector3d::Zero();
     double radius = 0.0;
 };
@@ -41,22 +42,26 @@ struct SweptBox
 class FrameSweep
 {
 public:
-    /// Models of all frames that are below `base`, over [begin, end]. Allocates nothing once it has
-    /// seen as many frames.
+    /// Begins a sweep over [begin, end] as seen from the frame `base`. Models are computed when
+    /// they are asked for, and kept. Allocates nothing once it has seen as many frames.
+    /// @param frames must outlive the sweep
     void reset(const MovingFrames& frames, std::int32_t base, double begin, double end);
 
-    /// @pre the frame is below the base of the sweep, or the base
-    [[nodiscard]] const FrameModel& model(std::int32_t frame) const
-    {
-        return m_models[static_cast<std::size_t>(frame)];
-    }
+    /// @pre the frame is below the base of the sweep
+    [[nodiscard]] const FrameModel& model(std::int32_t frame);
 
     /// Encloses the box, fixed to the frame, at all times of the interval, rounded outwards.
-    [[nodiscard]] SweptBox boxOver(std::int32_t frame, const OrientedBox& box) const;
+    /// @pre the frame is below the base of the sweep, or the base
+    [[nodiscard]] SweptBox boxOver(std::int32_t frame, const OrientedBox& box);
 
 private:
+    const MovingFrames* m_frames = nullptr;
     std::vector<FrameModel> m_models;
+    std::vector<std::uint64_t> m_sweepOf;  ///< the sweep that a model was computed in
+    std::uint64_t m_sweep = 0;
     std::int32_t m_base = 0;
+    double m_begin = 0.0;
+    double m_end = 1.0;
 };
 
 /// Encloses a box at rest at pose X, rounded outwards.

@@ -54,49 +54,18 @@ void checkQuery(std::span<const MovingBody> bodies, const ToiOptions& options)
     }
 }
 
-void search(SearchState& state)
-{
-    switch (state.options.strategy)
-    {
-        case ToiStrategy::BestFirst:
-            searchBestFirst(state);
-            break;
-        case ToiStrategy::Interval:
-            searchIntervals(state);
-            break;
-        case ToiStrategy::C2A:
-            searchC2A(state);
-            break;
-    }
-}
-
-/// The earliest hit, in W.
+/// The earliest hit, in W, or what is known without one.
 FirstContactResult describe(SearchState& state)
 {
-    FirstContactResult result;
-    const EarliestHit& hit = state.hit;
-    if (!hit.found())
+    if (state.hit.found())
     {
-        result.gap = state.options.minimumSeparation + state.options.aim * state.options.tolerance;
-        for (std::int32_t i = 0; i < state.scene.size(); ++i)
-        {
-            result.gap = std::min(result.gap, state.scene.pair(i).limits.margin());
-        }
-        return result;
+        return describeHit(state);
     }
-    result.status = hit.atStart ? ToiStatus::Overlapping : ToiStatus::Hit;
-    result.time = hit.time;
-    result.gap = hit.distance.distance;
-    result.pair = hit.pair;
-    result.triangleA = hit.triangleA;
-    result.triangleB = hit.triangleB;
-    const Eigen::Isometry3d X_WB = state.scene.worldOfB(hit.pair, hit.time);
-    result.pointA = X_WB * hit.distance.pointA;
-    result.pointB = X_WB * hit.distance.pointB;
-    if (result.gap > 0.0)
+    FirstContactResult result;
+    result.gap = state.options.minimumSeparation + state.options.aim * state.options.tolerance;
+    for (std::int32_t i = 0; i < state.scene.size(); ++i)
     {
-        const Eigen::Vector3d across = hit.distance.pointB - hit.distance.pointA;
-        result.normal = X_WB.linear() * across.stableNormalized();
+        result.gap = std::min(result.gap, state.scene.pair(i).limits.margin());
     }
     return result;
 }
@@ -112,12 +81,14 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
     state.hit = {};
     state.start = {};
     state.counters = {};
+    state.begin = 0.0;
+    state.end = 1.0;
     state.options = options;
     state.scene.reset(bodies, pairs, options);
     FirstContactResult result;
     try
     {
-        search(state);
+        searchScene(state);
         result = describe(state);
     }
     catch (const IterationLimitReached& limit)
