@@ -35,7 +35,7 @@ struct OrientedBox
 /// motion [m].
 struct SweptBox
 {
-    Eigen::AlignedBox3d box;
+    Eigen::AlignedBox3d box{};
     double excess = 0.0;
 };
 

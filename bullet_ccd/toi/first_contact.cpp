@@ -2,17 +2,13 @@
 
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/toi/search.h"
+#include "bullet_ccd/toi/toi_scratch.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace bullet_ccd
 {
-struct ToiWorkspace::Scratch
-{
-    SearchState state;
-};
-
 ToiWorkspace::ToiWorkspace() : m_scratch(std::make_unique<Scratch>()) {}
 ToiWorkspace::~ToiWorkspace() = default;
 ToiWorkspace::ToiWorkspace(ToiWorkspace&&) noexcept = default;
@@ -41,19 +37,27 @@ bool isFinite(const MovingBody& body)
 
 void checkQuery(std::span<const MovingBody> bodies, const ToiOptions& options)
 {
-    require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
-            "time of impact: the tolerance must be positive and finite");
-    require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
-            "time of impact: the minimum separation must not be negative and must be finite");
-    require(options.aim > 0.0 && options.aim <= 0.5,
-            "time of impact: aim must be in (0, 1/2]; 1/4096 is usual");
+    checkOptions(options);
     for (const MovingBody& body : bodies)
     {
         require(isFinite(body),
                 "time of impact: a pose, velocity or joint position is NaN or infinite");
     }
 }
+}  // namespace
 
+void checkOptions(const ToiOptions& options)
+{
+    require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
+            "time of impact: the tolerance must be positive and finite");
+    require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
+            "time of impact: the minimum separation must not be negative and must be finite");
+    require(options.aim > 0.0 && options.aim <= 0.5,
+            "time of impact: aim must be in (0, 1/2]; 1/4096 is usual");
+}
+
+namespace
+{
 /// The earliest hit, in W, or what is known without one.
 FirstContactResult describe(SearchState& state)
 {

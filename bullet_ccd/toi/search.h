@@ -81,6 +81,9 @@ struct Opening
 /// Throws IterationLimitReached if the limit is passed.
 void checkLimit(const SearchState& state, const NodePair& earliest);
 
+/// Throws std::invalid_argument for options that make no sense.
+void checkOptions(const ToiOptions& options);
+
 /// The strategy of state.options over the pairs of the scene.
 void searchScene(SearchState& state);
 
