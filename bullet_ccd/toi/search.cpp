@@ -87,9 +87,10 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const double distance = step.distance.distance;
     if (p.time == 0.0 && distance <= pair.limits.threshold)
     {
-        // Of masked meshes others may be closer that do not count; each is then met on its own.
-        const EarliestHit closest =
-            pair.mask != nullptr ? found : closestTriangles(pair, pose, found);
+        // Nothing is closer than triangles that cross. Of masked meshes others may be closer that
+        // do not count; each is then met on its own.
+        const bool mayBeCloser = distance > 0.0 && pair.mask == nullptr;
+        const EarliestHit closest = mayBeCloser ? closestTriangles(pair, pose, found) : found;
         if (!relaxThreshold(pair, pose, closest.distance.distance))
         {
             state.hit = closest;
