@@ -38,6 +38,14 @@ struct SpeedBound
     double perRadius = 0.0;
 };
 
+/// How the motion of a link over the time ahead is bounded; all bounds are safe.
+enum class MotionBound : std::uint8_t
+{
+    SecondOrder,  ///< velocity now, and the acceleration (accelerationBound)
+    Directional,  ///< speed of every joint along the direction in question (directionalSpeed)
+    Sum,          ///< speeds of all joints, in whatever direction (speedBound)
+};
+
 class MovingFrames
 {
 public:
@@ -72,6 +80,19 @@ public:
     /// Bound of the speed of points of the frame relative to `base`: the sum of what every joint
     /// can contribute, in whatever direction.
     [[nodiscard]] SpeedBound speedBound(std::int32_t base, std::int32_t frame) const;
+
+    /// Bound of the speed along the unit vector n, in the axes of `base`, of points within `radius`
+    /// of the frame's origin, at all times of [t, t + ahead].
+    ///
+    /// A joint k turns points at its reach by at most |q'_k| |n x z_k| reach; until then its axis
+    /// has turned by at most the sum of the turns of the joints above it, so the angle between n
+    /// and z_k is not nearer to a right angle than that allows.
+    [[nodiscard]] double directionalSpeed(std::int32_t base,
+                                          std::int32_t frame,
+                                          const Eigen::Vector3d& n,
+                                          double t,
+                                          double ahead,
+                                          double radius);
 
 private:
     struct Memory

@@ -8,6 +8,10 @@
 
 namespace bullet_ccd
 {
+/// Throws std::invalid_argument where sizes do not agree, a pair names no links with geometry, or
+/// the motion is not finite.
+void checkBody(const ArticulatedBody& body);
+
 /// A link with geometry, and its box over the interval in hand.
 struct SweptLink
 {

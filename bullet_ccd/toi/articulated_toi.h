@@ -90,6 +90,8 @@ struct ArticulatedToiOptions
     bool cullBySpace = true;  ///< boxes of the moving links, and trees over links and obstacles
     bool cullByTime = true;   ///< one queue for all pairs; else each pair is searched on its own
     bool subdivide = true;    ///< halve intervals over which links sweep wide boxes
+    /// The others need obstacles that rest or move as RigidMotion, with the best-first strategy.
+    MotionBound bound = MotionBound::SecondOrder;
 };
 
 /// First time in [0, 1] at which a link comes within `options.toi.tolerance` of an obstacle or of a

@@ -115,6 +115,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_batchPair = kNone;
     m_mayStartTouching = false;
     m_treesUsed = 0;
+    m_bound = MotionBound::SecondOrder;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
@@ -221,6 +222,7 @@ void PairScene::computeState(std::int32_t index, double t)
     const TreeState a = treeStateAt(pair.sideA, pair.base, t);
     const TreeState b = treeStateAt(pair.sideB, pair.base, t);
     const Matrix3d toB = b.X.linear().transpose();
+    m_axesOfB = b.X.linear();
     const Matrix3d R = toB * a.X.linear();
     for (int i = 0; i < 9; ++i)
     {
@@ -340,6 +342,16 @@ void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
 void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
 {
     counters.nodePairs += static_cast<std::int64_t>(nodePairs.size());
+    if (m_bound != MotionBound::SecondOrder)
+    {
+        for (std::size_t i = 0; i < nodePairs.size(); ++i)
+        {
+            // Rounded towards zero.
+            out[i] = static_cast<float>(firstOrderTime(nodePairs[i], counters)) * (1.0F - 2e-7F);
+            m_mayStartTouching = m_mayStartTouching || nodePairs[i].time == 0.0;
+        }
+        return;
+    }
     const ScenePair& pair = m_pairs[static_cast<std::size_t>(nodePairs[0].pair)];
     double times[NodeBatch::kLanes];
     for (std::size_t i = 0; i < NodeBatch::kLanes; ++i)
