@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 
 namespace bullet_ccd
@@ -31,25 +32,32 @@ void checkBody(const ArticulatedBody& body)
         std::any_of(body.tree->links.begin(),
                     body.tree->links.end(),
                     [](const Link& link) { return link.joint.type == JointType::Spherical; });
-    require(body.linkTrees.size() == links && body.motion->positions.size() == links &&
-                body.motion->rates.size() == links &&
-                (!hasBalls || body.motion->balls.size() == links),
-            "articulatedToi: " + std::to_string(links) + " links, but " +
-                std::to_string(body.linkTrees.size()) + " hierarchies, " +
-                std::to_string(body.motion->positions.size()) + " positions, " +
-                std::to_string(body.motion->rates.size()) + " rates and " +
-                std::to_string(body.motion->balls.size()) +
-                " motions of spherical joints: give one of each a link");
+    // Messages are built only where they are needed: a query is to allocate nothing.
+    if (body.linkTrees.size() != links || body.motion->positions.size() != links ||
+        body.motion->rates.size() != links || (hasBalls && body.motion->balls.size() != links))
+    {
+        throw std::invalid_argument("articulatedToi: " + std::to_string(links) + " links, but " +
+                                    std::to_string(body.linkTrees.size()) + " hierarchies, " +
+                                    std::to_string(body.motion->positions.size()) + " positions, " +
+                                    std::to_string(body.motion->rates.size()) + " rates and " +
+                                    std::to_string(body.motion->balls.size()) +
+                                    " motions of spherical joints: give one of each a link");
+    }
     require(isFinite(*body.motion),
             "time of impact: a pose, velocity or joint position is NaN or infinite");
     const auto count = static_cast<std::int32_t>(links);
     for (const auto& [linkA, linkB] : body.selfPairs)
     {
-        require(linkA >= 0 && linkB >= 0 && linkA < count && linkB < count && linkA != linkB &&
-                    body.linkTrees[static_cast<std::size_t>(linkA)] != nullptr &&
-                    body.linkTrees[static_cast<std::size_t>(linkB)] != nullptr,
-                "articulatedToi: the pair of links (" + std::to_string(linkA) + ", " +
-                    std::to_string(linkB) + ") does not name two links with geometry");
+        const bool isGood = linkA >= 0 && linkB >= 0 && linkA < count && linkB < count &&
+                            linkA != linkB &&
+                            body.linkTrees[static_cast<std::size_t>(linkA)] != nullptr &&
+                            body.linkTrees[static_cast<std::size_t>(linkB)] != nullptr;
+        if (!isGood)
+        {
+            throw std::invalid_argument("articulatedToi: the pair of links (" +
+                                        std::to_string(linkA) + ", " + std::to_string(linkB) +
+                                        ") does not name two links with geometry");
+        }
     }
 }
 
