@@ -293,10 +293,13 @@ void run(const fs::path& data, const std::string& name, double aside)
         const char* name;
         ArticulatedToiOptions options;
     };
-    const std::array<Stage, 4> stages{{{"articulatedToi", {}},
-                                       {"without subdivision", {.toi = {}, .subdivide = false}},
-                                       {"without space", {.toi = {}, .cullBySpace = false}},
-                                       {"without time", {.toi = {}, .cullByTime = false}}}};
+    const std::array<Stage, 6> stages{
+        {{"articulatedToi", {}},
+         {"without subdivision", {.toi = {}, .subdivide = false}},
+         {"without space", {.toi = {}, .cullBySpace = false}},
+         {"without time", {.toi = {}, .cullByTime = false}},
+         {"directional bound", {.toi = {}, .bound = MotionBound::Directional}},
+         {"sum bound", {.toi = {}, .bound = MotionBound::Sum}}}};
     for (const Stage& stage : stages)
     {
         Totals totals;
