@@ -181,13 +181,13 @@ TEST(ArticulatedClosedForm, ALongChainCurlsIntoAWall)
         speed += kLength * k * kRate * std::cos(k * kRate * time);
     }
     const std::vector<double> lengths(kLinks, kLength);
-    ArticulatedCase tested{.id = "long",
-                           .tree = planarChain(lengths),
-                           .linkMeshes = std::vector<TriangleMesh>(1),
-                           .motion = {},
-                           .obstacles = {wallAtY(height, 10.0)},
-                           .answer = {.time = time, .closingSpeed = speed},
-                           .links = {kLinks}};
+    ArticulatedCase tested = caseById("G01");
+    tested.tree = planarChain(lengths);
+    tested.obstacles = {wallAtY(height, 10.0)};
+    tested.answer.time = time;
+    tested.answer.closingSpeed = speed;
+    tested.links = {kLinks};
+    tested.linkMeshes.resize(1);
     tested.motion.positions.assign(kLinks + 1, 0.0);
     tested.motion.rates.assign(kLinks + 1, kRate);
     tested.linkMeshes.resize(kLinks + 1, segment({0, 0, 0}, {kLength, 0, 0}));
@@ -200,13 +200,13 @@ TEST(ArticulatedClosedForm, ALongChainCurlsIntoAWall)
 TEST(ArticulatedClosedForm, TinyStepsKeepAllDigits)
 {
     // B05 as a joint: a millionth of a radian.
-    ArticulatedCase tested{.id = "tiny",
-                           .tree = planarChain({1.0}),
-                           .linkMeshes = {{}, segment({0, 0, 0}, {1, 0, 0})},
-                           .motion = {.root = {}, .positions = {0, 0}, .rates = {0, 1e-6}},
-                           .obstacles = {wallAtY(5e-7, 4.0)},
-                           .answer = {.time = std::asin(5e-7) / 1e-6, .closingSpeed = 1e-6},
-                           .links = {1}};
+    ArticulatedCase tested = caseById("G01");
+    tested.tree = planarChain({1.0});
+    tested.linkMeshes[1] = segment({0, 0, 0}, {1, 0, 0});
+    tested.motion.rates[1] = 1e-6;
+    tested.obstacles = {wallAtY(5e-7, 4.0)};
+    tested.answer.time = std::asin(5e-7) / 1e-6;
+    tested.answer.closingSpeed = 1e-6;
     expectAnswer(tested, 1e-9);
     expectAnswer(tested, 1e-11);
 }
@@ -221,7 +221,8 @@ TEST(ArticulatedClosedForm, ManyTurnsOfAJointDoNotAlias)
     tested.answer.closingSpeed *= factor;
     expectAnswer(tested, 1e-6);
     tested.obstacles[0] = shifted(tested.obstacles[0], {3.0, 0, 0});
-    tested.answer = {.clearance = 1.0};
+    tested.answer.time.reset();
+    tested.answer.clearance = 1.0;
     expectAnswer(tested, 1e-6);
 }
 
