@@ -13,7 +13,6 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -112,7 +111,7 @@ KinematicTree makeTree(const Recording& frames)
     return tree;
 }
 
-/// From frame f to the next, at `place`.
+/// From frame f to the next.
 JointMotion motionOf(const KinematicTree& tree, const Recording& frames, std::size_t f)
 {
     JointMotion motion;
@@ -261,23 +260,104 @@ struct Totals
     double latest = 0.0;  ///< difference from the naive answer
 };
 
+struct Stage
+{
+    const char* name;
+    ArticulatedToiOptions options;
+};
+
+void add(ArticulatedCounters& sum, const ArticulatedCounters& more)
+{
+    sum.pairs += more.pairs;
+    sum.culledBySpace += more.culledBySpace;
+    sum.culledByTime += more.culledByTime;
+    sum.nodePairs += more.nodePairs;
+    sum.trianglePairs += more.trianglePairs;
+    sum.states += more.states;
+    sum.subdivisions += more.subdivisions;
+}
+
+/// All queries, once to count and a few times to measure.
+Totals measure(const Stage& stage,
+               const KinematicTree& tree,
+               const Scene& scene,
+               const std::vector<JointMotion>& motions,
+               const std::vector<double>& naive)
+{
+    constexpr int kRepeats = 5;
+    const Environment environment(scene.obstacles);
+    ToiWorkspace work;
+    Totals totals;
+    for (int repeat = 0; repeat <= kRepeats; ++repeat)
+    {
+        for (std::size_t i = 0; i < motions.size(); ++i)
+        {
+            const ArticulatedBody body{.tree = &tree,
+                                       .linkTrees = scene.linkTrees,
+                                       .motion = &motions[i],
+                                       .selfPairs = {}};
+            ArticulatedToiResult result;
+            const double time = microsecondsOf(
+                [&] { result = articulatedToi(body, environment, stage.options, work); });
+            if (repeat > 0)
+            {
+                totals.microseconds += time / kRepeats;
+                continue;
+            }
+            const bool isFree = result.status == ToiStatus::Separated;
+            const ArticulatedCounters& c = result.counters;
+            totals.hits += result.status == ToiStatus::Hit ? 1 : 0;
+            totals.overlaps += result.status == ToiStatus::Overlapping ? 1 : 0;
+            totals.busy += isFree && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
+            totals.latest = std::max(totals.latest, (isFree ? 2.0 : result.time) - naive[i]);
+            add(totals.counters, c);
+        }
+    }
+    return totals;
+}
+
+void print(const Stage& stage, const Totals& totals, double naiveMicroseconds, double count)
+{
+    const ArticulatedCounters& c = totals.counters;
+    const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / count; };
+    const auto share = [&](std::int64_t part)
+    { return 100.0 * static_cast<double>(part) / static_cast<double>(c.pairs); };
+    std::printf(
+        "  %-22s %9.2f us  x%.1f  hits %d, overlaps %d, free with 3 pairs %d; pairs %.0f, by space "
+        "%.1f %%, by time %.2f %%; nodes %.0f, triangles %.1f, states %.0f, halved %.2f; later "
+        "than naive by %.1e\n",
+        stage.name,
+        totals.microseconds / count,
+        naiveMicroseconds / totals.microseconds,
+        totals.hits,
+        totals.overlaps,
+        totals.busy,
+        mean(c.pairs),
+        share(c.culledBySpace),
+        share(c.culledByTime),
+        mean(c.nodePairs),
+        mean(c.trianglePairs),
+        mean(c.states),
+        mean(c.subdivisions),
+        totals.latest);
+}
+
 void run(const fs::path& data, const std::string& name, double aside)
 {
     const Recording frames = readRecording(data / "motions/humanoid" / (name + "_poses.csv"));
     const KinematicTree tree = makeTree(frames);
     const Scene scene = makeScene(data, frames, aside);
-    const Environment environment(scene.obstacles);
     std::vector<JointMotion> motions;
     for (std::size_t f = 0; f + 1 < frames.size(); ++f)
     {
         motions.push_back(motionOf(tree, frames, f));
     }
-    ToiWorkspace work;
     std::printf("%s: %zu queries, 15 links, %zu obstacles of %zu triangles\n",
                 name.c_str(),
                 motions.size(),
                 scene.obstacles.size(),
                 scene.triangles);
+    ToiWorkspace work;
     std::vector<double> naive;
     double naiveMicroseconds = 0.0;
     for (const JointMotion& motion : motions)
@@ -288,11 +368,6 @@ void run(const fs::path& data, const std::string& name, double aside)
     }
     const auto count = static_cast<double>(motions.size());
     std::printf("  %-22s %9.2f us\n", "rigidToi per pair", naiveMicroseconds / count);
-    struct Stage
-    {
-        const char* name;
-        ArticulatedToiOptions options;
-    };
     const std::array<Stage, 6> stages{
         {{"articulatedToi", {}},
          {"without subdivision", {.toi = {}, .subdivide = false}},
@@ -302,59 +377,7 @@ void run(const fs::path& data, const std::string& name, double aside)
          {"sum bound", {.toi = {}, .bound = MotionBound::Sum}}}};
     for (const Stage& stage : stages)
     {
-        Totals totals;
-        constexpr int kRepeats = 5;
-        for (int repeat = 0; repeat <= kRepeats; ++repeat)
-        {
-            for (std::size_t i = 0; i < motions.size(); ++i)
-            {
-                const ArticulatedBody body{.tree = &tree,
-                                           .linkTrees = scene.linkTrees,
-                                           .motion = &motions[i],
-                                           .selfPairs = {}};
-                ArticulatedToiResult result;
-                const double time = microsecondsOf(
-                    [&] { result = articulatedToi(body, environment, stage.options, work); });
-                if (repeat > 0)
-                {
-                    totals.microseconds += time / kRepeats;
-                    continue;
-                }
-                totals.hits += result.status == ToiStatus::Hit ? 1 : 0;
-                totals.overlaps += result.status == ToiStatus::Overlapping ? 1 : 0;
-                const double answer = result.status == ToiStatus::Separated ? 2.0 : result.time;
-                totals.latest = std::max(totals.latest, answer - naive[i]);
-                const ArticulatedCounters& c = result.counters;
-                totals.busy +=
-                    result.status == ToiStatus::Separated && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
-                totals.counters.pairs += c.pairs;
-                totals.counters.culledBySpace += c.culledBySpace;
-                totals.counters.culledByTime += c.culledByTime;
-                totals.counters.nodePairs += c.nodePairs;
-                totals.counters.trianglePairs += c.trianglePairs;
-                totals.counters.states += c.states;
-                totals.counters.subdivisions += c.subdivisions;
-            }
-        }
-        const ArticulatedCounters& c = totals.counters;
-        std::printf(
-            "  %-22s %9.2f us  x%.1f  hits %d, overlaps %d, free with 3 pairs %d; pairs %.0f, by "
-            "space %.1f %%, by time %.2f %%; nodes %.0f, triangles %.1f, states %.0f, halved %.2f; "
-            "later than naive by %.1e\n",
-            stage.name,
-            totals.microseconds / count,
-            naiveMicroseconds / totals.microseconds,
-            totals.hits,
-            totals.overlaps,
-            totals.busy,
-            static_cast<double>(c.pairs) / count,
-            100.0 * static_cast<double>(c.culledBySpace) / static_cast<double>(c.pairs),
-            100.0 * static_cast<double>(c.culledByTime) / static_cast<double>(c.pairs),
-            static_cast<double>(c.nodePairs) / count,
-            static_cast<double>(c.trianglePairs) / count,
-            static_cast<double>(c.states) / count,
-            static_cast<double>(c.subdivisions) / count,
-            totals.latest);
+        print(stage, measure(stage, tree, scene, motions, naive), naiveMicroseconds, count);
     }
 }
 }  // namespace
