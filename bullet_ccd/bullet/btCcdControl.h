@@ -79,8 +79,8 @@ public:
     /// largest coordinate. (Meshes are stopped by their margins.)
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
-    /// Impacts of one body in one step; then it is settled (it loses its spin and its approach), and
-    /// held for the rest of the step if that is in vain.
+    /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
+    /// and held for the rest of the step if that is in vain.
     void setCcdMaxEvents(int maxEvents) { m_maxEvents = maxEvents; }
     /// All objects are covered unless excluded here. Excluded ones keep all of stock Bullet,
     /// including its own motion clamping. Take an object back before it is destroyed.

@@ -13,17 +13,14 @@ function(bullet_ccd_target_options target)
         target_compile_definitions(${target} PRIVATE BULLET_CCD_ASSERTIONS)
         target_compile_options(${target} PRIVATE -UNDEBUG)
     endif()
-    bullet_ccd_precompile(${target} <Eigen/Geometry> <algorithm> <functional> <map> <memory>
-                          <string> <vector>)
 endfunction()
 
-# More headers of a target to parse only once; nothing where precompiled headers are off. Targets of
-# one or two files are not worth it.
+# For targets with many files: parses Eigen and the given headers once; nothing where precompiled
+# headers are off.
 function(bullet_ccd_precompile target)
-    get_target_property(_sources ${target} SOURCES)
-    list(LENGTH _sources _count)
-    if(BULLET_CCD_PRECOMPILED_HEADERS AND _count GREATER 2)
-        target_precompile_headers(${target} PRIVATE ${ARGN})
+    if(BULLET_CCD_PRECOMPILED_HEADERS)
+        target_precompile_headers(${target} PRIVATE <Eigen/Geometry> <algorithm> <functional> <map>
+                                  <memory> <string> <vector> ${ARGN})
         if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
             target_compile_options(${target} PRIVATE -fpch-preprocess)  # for ccache
         endif()
@@ -51,6 +48,5 @@ function(bullet_ccd_test name)
     add_executable(${name} ${arg_SOURCES})
     target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gmock GTest::gtest_main)
     bullet_ccd_target_options(${name})
-    bullet_ccd_precompile(${name} <gtest/gtest.h>)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 900)
 endfunction()
