@@ -25,6 +25,8 @@ constexpr int kMostPieces = 100;
 /// A body chatters after this part of its impacts of a step; what is left of its spin then.
 constexpr int kChatter = 3;
 constexpr btScalar kCalm = btScalar(0.5);
+/// How often a body is settled beyond its limit of impacts before it is held.
+constexpr int kSettlings = 4;
 
 bool isStill(const btMultiBody& body)
 {
@@ -506,13 +508,53 @@ bool btCcdControl::isDone(const btCcdImpact& impact, btScalar remaining)
         m_listener != nullptr ? m_listener->onImpact(impact) : btCcdAfterImpact::Solve;
     const bool stoppedA = stopWatchedLink(impact.m_objectA, impact.m_linkA);
     const bool stoppedB = stopWatchedLink(impact.m_objectB, impact.m_linkB);
-    if (meetsLimit(impact) || answer == btCcdAfterImpact::Hold)
+    const bool limit = meetsLimit(impact);
+    if (limit && answer != btCcdAfterImpact::Hold && settle(impact))
+    {
+        return true;
+    }
+    if (limit || answer == btCcdAfterImpact::Hold)
     {
         hold(impact.m_objectA, remaining);
         hold(impact.m_objectB, remaining);
         return true;
     }
     return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
+}
+
+/// What the solver could not part in so many impacts goes on without spin and without approach: for
+/// convex bodies that ends it, and costs no time. False if the two cannot be settled, or were in
+/// vain.
+bool btCcdControl::settle(const btCcdImpact& impact)
+{
+    btScalar approach = 0;
+    btScalar mobility = 0;
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const Body body = bodyOf(object);
+        if (body.m_multiBody != nullptr || m_events[body] > m_maxEvents + kSettlings)
+        {
+            return false;
+        }
+        if (body.m_rigidBody != nullptr)
+        {
+            const btScalar side = object == impact.m_objectA ? btScalar(1) : btScalar(-1);
+            approach += side * body.m_rigidBody->getLinearVelocity().dot(impact.m_normal);
+            mobility += body.m_rigidBody->getInvMass();
+        }
+    }
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        btRigidBody* body = bodyOf(object).m_rigidBody;
+        if (body != nullptr && !body->isStaticOrKinematicObject())
+        {
+            const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
+            const btScalar impulse = std::max(approach, btScalar(0)) / mobility;
+            body->applyCentralImpulse(side * impulse * impact.m_normal);
+            body->setAngularVelocity(btVector3(0, 0, 0));
+        }
+    }
+    return true;
 }
 
 bool btCcdControl::meetsLimit(const btCcdImpact& impact)

@@ -79,7 +79,8 @@ public:
     /// largest coordinate. (Meshes are stopped by their margins.)
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
-    /// Impacts of one body in one step; then it is held for the rest of it.
+    /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
+    /// and held for the rest of the step if that is in vain.
     void setCcdMaxEvents(int maxEvents) { m_maxEvents = maxEvents; }
     /// All objects are covered unless excluded here. Excluded ones keep all of stock Bullet,
     /// including its own motion clamping. Take an object back before it is destroyed.
@@ -191,6 +192,7 @@ private:
     void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
+    bool settle(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void hold(btCollisionObject* object, btScalar remaining);

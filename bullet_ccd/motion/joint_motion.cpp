@@ -12,12 +12,65 @@ const Link& linkOf(const KinematicTree& tree, std::int32_t index)
     return tree.links[static_cast<std::size_t>(index)];
 }
 
+/// Speed of the joint above the link: of a spherical one its angular speed.
 double rateOf(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
 {
-    return linkOf(tree, link).joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)]
-                                                : 0.0;
+    const Joint& joint = linkOf(tree, link).joint;
+    if (joint.type == JointType::Spherical)
+    {
+        return motion.ball(link).rate.norm();
+    }
+    return joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)] : 0.0;
+}
+
+bool turns(const Link& link)
+{
+    return link.joint.type == JointType::Revolute || link.joint.type == JointType::Spherical;
+}
+
+/// State of a link below a spherical joint, from its parent's.
+MotionState ballStateAt(const Link& link,
+                        const BallMotion& ball,
+                        const MotionState& parent,
+                        double t)
+{
+    const Eigen::Isometry3d X_WJ = parent.X_W * link.X_PL0;
+    const RigidMotion turn{.v_W = Eigen::Vector3d::Zero(), .w_W = ball.rate};
+    MotionState state;
+    state.X_W = X_WJ * turn.at(t).X_W;
+    state.X_W.linear() *= ball.start;
+    state.w_W = parent.w_W + X_WJ.linear() * ball.rate;
+    state.v_W = parent.v_W + parent.w_W.cross(state.X_W.translation() - parent.X_W.translation());
+    return state;
 }
 }  // namespace
+
+BallMotion ballBetween(const Eigen::Matrix3d& start, const Eigen::Matrix3d& end)
+{
+    Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
+    Eigen::Isometry3d last = Eigen::Isometry3d::Identity();
+    first.linear() = start;
+    last.linear() = end;
+    return {.start = start, .rate = motionBetween(first, last).w_W};
+}
+
+JointMotion partOf(const JointMotion& motion, double begin, double end)
+{
+    JointMotion part = motion;
+    part.root = partOf(motion.root, begin, end);
+    for (std::size_t i = 0; i < part.positions.size(); ++i)
+    {
+        part.positions[i] += begin * part.rates[i];
+        part.rates[i] *= end - begin;
+    }
+    for (BallMotion& ball : part.balls)
+    {
+        const RigidMotion turn{.v_W = Eigen::Vector3d::Zero(), .w_W = ball.rate};
+        ball.start = turn.at(begin).X_W.linear() * ball.start;
+        ball.rate *= end - begin;
+    }
+    return part;
+}
 
 MotionState linkStateAt(const KinematicTree& tree,
                         const JointMotion& motion,
@@ -35,6 +88,10 @@ MotionState linkStateAt(const KinematicTree& tree,
         return motion.root.at(t);
     }
     const MotionState parent = linkStateAt(tree, motion, base, here.parent, t);
+    if (here.joint.type == JointType::Spherical)
+    {
+        return ballStateAt(here, motion.ball(link), parent, t);
+    }
     const double rate = rateOf(tree, motion, link);
     const double q = motion.positions[static_cast<std::size_t>(link)] + t * rate;
 
@@ -66,7 +123,7 @@ AccelerationBound linkAccelerationBound(const KinematicTree& tree,
         {
             total += motion.root.w_W.norm();
         }
-        else if (here.joint.type == JointType::Revolute)
+        else if (turns(here))
         {
             total += std::abs(rateOf(tree, motion, k));
         }
@@ -86,7 +143,7 @@ AccelerationBound linkAccelerationBound(const KinematicTree& tree,
             break;
         }
         double travel = 0.0;
-        if (here.joint.type == JointType::Revolute)
+        if (turns(here))
         {
             above -= rate;
             bound.constant += rate * reach * (rate + 2.0 * std::max(above, 0.0));

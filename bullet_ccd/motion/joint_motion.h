@@ -10,12 +10,34 @@
 
 namespace bullet_ccd
 {
+/// A spherical joint over the step: X_PL(t) = X_PL0 exp(t [rate]) start. One turn about an axis at
+/// rest in the parent, at constant speed, by any number of revolutions.
+struct BallMotion
+{
+    Eigen::Matrix3d start = Eigen::Matrix3d::Identity();  ///< rotation at t = 0
+    Eigen::Vector3d rate = Eigen::Vector3d::Zero();       ///< [rad per step], axes of X_PL0
+};
+
+/// The turn by the shortest arc from one rotation to another; half turns as in motionBetween().
+[[nodiscard]] BallMotion ballBetween(const Eigen::Matrix3d& start, const Eigen::Matrix3d& end);
+
 struct JointMotion
 {
     RigidMotion root;               ///< of link 0
     std::vector<double> positions;  ///< at t = 0, one entry a link
     std::vector<double> rates;      ///< change over the step, one entry a link (mimic joints too)
+    /// One entry a link, used for spherical joints; may be empty if there are none.
+    std::vector<BallMotion> balls{};
+
+    /// @pre the joint above `link` is spherical
+    [[nodiscard]] const BallMotion& ball(std::int32_t link) const
+    {
+        return balls[static_cast<std::size_t>(link)];
+    }
 };
+
+/// The part of the motion from `begin` to `end` as a motion over [0, 1].
+[[nodiscard]] JointMotion partOf(const JointMotion& motion, double begin, double end);
 
 /// The link at time t as seen from `base`: the frame of the query is that link's frame, or W if
 /// `base` is kNone.

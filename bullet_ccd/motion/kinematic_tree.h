@@ -2,8 +2,8 @@
 /// of the joint above it, moved by that joint.
 ///
 /// Links are stored parents first; link 0 is the root. Joints have no index of their own: joint i
-/// is the one above link i, and joint positions are vectors with one entry a link (the root's and
-/// fixed joints' entries are ignored).
+/// is the one above link i, and joint positions are vectors with one entry a link (the entries of
+/// the root, of fixed and of spherical joints are ignored).
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -23,6 +23,7 @@ enum class JointType : std::uint8_t
     Fixed,
     Revolute,  ///< also URDF's continuous: then without limits
     Prismatic,
+    Spherical,  ///< any rotation: its motion is a BallMotion, not a position
 };
 
 /// The joint above a link. Position [rad] or [m].
@@ -67,7 +68,7 @@ struct KinematicTree
     [[nodiscard]] std::int32_t findJoint(const std::string& name) const;
 };
 
-/// Pose of the link in its parent at joint position `q`.
+/// Pose of the link in its parent at joint position `q`; for a spherical joint its pose unturned.
 [[nodiscard]] Eigen::Isometry3d linkInParent(const Link& link, double q);
 
 /// Poses of all links in the frame that `X_WR` places the root in.

@@ -39,6 +39,15 @@ RigidMotion restAt(const Eigen::Isometry3d& X_W)
     return {.X_W0 = X_W};
 }
 
+RigidMotion partOf(const RigidMotion& motion, double begin, double end)
+{
+    RigidMotion part = motion;
+    part.X_W0 = motion.at(begin).X_W;
+    part.v_W = (end - begin) * motion.v_W;
+    part.w_W = (end - begin) * motion.w_W;
+    return part;
+}
+
 namespace
 {
 /// Flips the axis of a half turn, whose sign the poses leave open, to a fixed choice.

@@ -47,6 +47,9 @@ public:
 /// A body at rest.
 [[nodiscard]] RigidMotion restAt(const Eigen::Isometry3d& X_W);
 
+/// The part of the motion from `begin` to `end` as a motion over [0, 1].
+[[nodiscard]] RigidMotion partOf(const RigidMotion& motion, double begin, double end);
+
 /// Motion from one pose to another along the shortest arc. At a half turn the sense of rotation is
 /// not determined by the poses: the axis with its first non-zero component positive is taken.
 [[nodiscard]] RigidMotion motionBetween(const Eigen::Isometry3d& X_W0,

@@ -2,171 +2,418 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/toi/toi_scratch.h"
 
 #include <algorithm>
-#include <string>
 #include <tuple>
 
 namespace bullet_ccd
 {
 namespace
 {
-/// The query as bodies and pairs: links first, then obstacles.
-struct Query
-{
-    std::vector<MovingBody> bodies;
-    std::vector<BodyPair> pairs;
-};
+using Eigen::Isometry3d;
 
-bool isAtRest(const RigidBody& body)
+/// Intervals are not halved more often than this.
+constexpr int kDeepest = 6;
+
+bool hasUserMotion(const Environment& environment)
 {
-    return body.userMotion == nullptr && body.motion.v_W.isZero(0.0) && body.motion.w_W.isZero(0.0);
+    const std::span<const RigidBody> bodies = environment.bodies();
+    return std::any_of(bodies.begin(),
+                       bodies.end(),
+                       [](const RigidBody& body) { return body.userMotion != nullptr; });
 }
 
-Query makeQuery(const ArticulatedBody& body, std::span<const RigidBody> obstacles)
+/// One query. Every link is two bodies of the search: 2 slot for pairs with obstacles, as a rigid
+/// body where its motion is that of one, and 2 slot + 1 for pairs with other links. Obstacles are
+/// added when they are needed.
+class ArticulatedQuery
 {
-    const std::size_t links = body.tree->size();
-    Query query;
-    query.bodies.reserve(links + obstacles.size());
-    for (std::size_t i = 0; i < links; ++i)
+public:
+    ArticulatedQuery(const ArticulatedBody& body,
+                     const Environment& environment,
+                     const ArticulatedToiOptions& options,
+                     ToiWorkspace::Scratch& scratch)
+        : m_body(body),
+          m_environment(environment),
+          m_options(options),
+          m_state(scratch.state),
+          m_scratch(scratch.articulated),
+          m_culling(scratch.articulated.culling)
     {
-        query.bodies.push_back(
-            {.tree = body.linkTrees[i],
-             .motion = LinkMotion{
-                 .tree = body.tree, .motion = body.motion, .link = static_cast<std::int32_t>(i)}});
     }
-    for (const RigidBody& obstacle : obstacles)
+
+    ArticulatedToiResult run()
     {
-        query.bodies.push_back(movingBody(obstacle));
-    }
-    for (std::size_t i = 0; i < links; ++i)
-    {
-        if (body.linkTrees[i] == nullptr)
+        start();
+        const std::size_t count = m_scratch.candidates.size();
+        try
         {
-            continue;
+            process(0.0, 1.0, 0, count, 0);
         }
-        const auto link = static_cast<std::int32_t>(i);
-        const bool linkMoves = moves(*body.tree, *body.motion, kNone, link);
-        for (std::size_t k = 0; k < obstacles.size(); ++k)
+        catch (const IterationLimitReached& limit)
         {
-            if (linkMoves || !isAtRest(obstacles[k]))
+            m_result.status = ToiStatus::IterationLimit;
+            m_result.time = limit.time;
+            m_result.contacts.clear();
+        }
+        countPairs(count);
+        return std::move(m_result);
+    }
+
+private:
+    void start()
+    {
+        const ToiOptions& toi = m_options.toi;
+        m_culling.reset(m_body, m_environment, toi.minimumSeparation + toi.tolerance);
+        m_state.hit = {};
+        m_state.start = {};
+        m_state.counters = {};
+        m_state.options = toi;
+        m_scratch.candidates.clear();
+        m_scratch.relaxed.clear();
+        m_scratch.bodies.clear();
+        m_scratch.bodyOfObstacle.assign(m_environment.bodies().size(), kNone);
+        if (m_options.cullBySpace)
+        {
+            m_culling.pairsOfStep(m_scratch.candidates);
+        }
+        else
+        {
+            m_culling.allPairs(m_scratch.candidates);
+        }
+        m_scratch.fates.assign(m_scratch.candidates.size(), {});
+        for (std::size_t i = 0; i < m_scratch.candidates.size(); ++i)
+        {
+            m_scratch.candidates[i].root = static_cast<std::int32_t>(i);
+        }
+        for (const SweptLink& link : m_culling.links())
+        {
+            addLink(link);
+        }
+    }
+
+    void addLink(const SweptLink& link)
+    {
+        MovingFrames& frames = m_culling.frames();
+        const MovingBody asLink{.tree = m_body.linkTrees[static_cast<std::size_t>(link.link)],
+                                .motion = LinkMotion{.tree = m_body.tree,
+                                                     .motion = m_body.motion,
+                                                     .link = link.link,
+                                                     .frames = &frames}};
+        RigidMotion rigid;
+        if (m_options.bound == MotionBound::SecondOrder && asRigidMotion(frames, link.frame, rigid))
+        {
+            m_scratch.bodies.push_back(
+                {.tree = asLink.tree, .motion = rigid, .X_BG = frames.place(link.link).X_FL});
+        }
+        else
+        {
+            m_scratch.bodies.push_back(asLink);
+        }
+        m_scratch.bodies.push_back(asLink);
+    }
+
+    [[nodiscard]] bool maySubdivide(int depth) const
+    {
+        return m_options.subdivide && m_options.cullBySpace && m_options.cullByTime &&
+               m_options.toi.strategy == ToiStrategy::BestFirst && depth < kDeepest;
+    }
+
+    /// Candidates [begin, end) are those whose boxes over [from, to] meet. The earlier half comes
+    /// first, and the later one only if there was no contact: nothing that happens after the answer
+    /// is looked at.
+    void process(double from, double to, std::size_t begin, std::size_t end, int depth)
+    {
+        if (begin == end)
+        {
+            return;
+        }
+        if (!maySubdivide(depth) || !m_culling.isWide(m_scratch.candidates, begin, end))
+        {
+            search(from, to, begin, end);
+            return;
+        }
+        ++m_result.counters.subdivisions;
+        const double middle = 0.5 * (from + to);
+        for (const auto& [first, last] : {std::pair{from, middle}, std::pair{middle, to}})
+        {
+            m_culling.pairsOfInterval(m_scratch.candidates, begin, end, first, last);
+            process(first, last, end, m_scratch.candidates.size(), depth + 1);
+            m_scratch.candidates.resize(end);
+            if (m_state.hit.found())
             {
-                query.pairs.push_back(
-                    {.bodyA = link, .bodyB = static_cast<std::int32_t>(links + k)});
+                return;
             }
         }
     }
-    for (const auto& [linkA, linkB] : body.selfPairs)
+
+    std::int32_t bodyOf(std::int32_t obstacle)
     {
-        const std::int32_t base = commonAncestor(*body.tree, linkA, linkB);
-        if (moves(*body.tree, *body.motion, base, linkA) ||
-            moves(*body.tree, *body.motion, base, linkB))
+        std::int32_t& index = m_scratch.bodyOfObstacle[static_cast<std::size_t>(obstacle)];
+        if (index == kNone)
         {
-            query.pairs.push_back({.bodyA = linkA, .bodyB = linkB});
+            index = static_cast<std::int32_t>(m_scratch.bodies.size());
+            m_scratch.bodies.push_back(
+                movingBody(m_environment.bodies()[static_cast<std::size_t>(obstacle)]));
+        }
+        return index;
+    }
+
+    void search(double from, double to, std::size_t begin, std::size_t end)
+    {
+        m_scratch.pairs.clear();
+        for (std::size_t i = begin; i < end; ++i)
+        {
+            const Candidate& candidate = m_scratch.candidates[i];
+            const bool isSelf = candidate.slotB != kNone;
+            m_scratch.pairs.push_back(
+                {.bodyA = 2 * candidate.slotA + (isSelf ? 1 : 0),
+                 .bodyB = isSelf ? 2 * candidate.slotB + 1 : bodyOf(candidate.obstacle),
+                 .mask = candidate.mask});
+        }
+        m_state.begin = from;
+        m_state.end = to;
+        if (m_options.cullByTime)
+        {
+            searchPairs(begin, m_scratch.pairs);
+        }
+        else
+        {
+            searchOneByOne(begin);
+        }
+        if (m_state.hit.found())
+        {
+            describe();
         }
     }
-    return query;
-}
 
-/// Names the two sides of a pair.
-LinkContact nameContact(const BodyPair& pair, std::int32_t links)
-{
-    LinkContact contact{.link = pair.bodyA};
-    (pair.bodyB < links ? contact.otherLink : contact.obstacle) =
-        pair.bodyB < links ? pair.bodyB : pair.bodyB - links;
-    return contact;
-}
-
-/// Distance of a pair at time t if it is at most `threshold`, as a contact in W.
-bool findContact(
-    const Query& query, const BodyPair& pair, double t, double threshold, LinkContact& contact)
-{
-    const MovingBody& a = query.bodies[static_cast<std::size_t>(pair.bodyA)];
-    const MovingBody& b = query.bodies[static_cast<std::size_t>(pair.bodyB)];
-    const Eigen::Isometry3d X_WB = geometryPoseAt(b, t);
-    const Eigen::Isometry3d X_BA = X_WB.inverse() * geometryPoseAt(a, t);
-    const TrianglePair closest = treeDistance(*a.tree, *b.tree, X_BA, threshold);
-    if (closest.triangleA == kNone || closest.distance <= 0.0)
+    void searchPairs(std::size_t begin, std::span<const BodyPair> pairs)
     {
-        return false;
+        m_state.scene.reset(m_scratch.bodies, pairs, m_options.toi);
+        m_state.scene.setBound(m_options.bound);
+        const auto count = static_cast<std::int32_t>(pairs.size());
+        for (const ArticulatedScratch::Relaxed& relaxed : m_scratch.relaxed)
+        {
+            for (std::int32_t i = 0; i < count; ++i)
+            {
+                const BodyPair& pair = pairs[static_cast<std::size_t>(i)];
+                if (pair.bodyA == relaxed.bodyA && pair.bodyB == relaxed.bodyB)
+                {
+                    m_state.scene.pair(i).limits.threshold = relaxed.threshold;
+                }
+            }
+        }
+        searchScene(m_state);
+        const double usual = m_options.toi.minimumSeparation + m_options.toi.tolerance;
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            const ScenePair& pair = m_state.scene.pair(i);
+            const Candidate& candidate = m_scratch.candidates[begin + static_cast<std::size_t>(i)];
+            ArticulatedScratch::Fate& fate =
+                m_scratch.fates[static_cast<std::size_t>(candidate.root)];
+            fate.isSearched = true;
+            fate.sawTriangles = fate.sawTriangles || pair.sawTriangles;
+            if (m_state.begin == 0.0 && pair.limits.threshold < usual)
+            {
+                m_scratch.relaxed.push_back({pairs[static_cast<std::size_t>(i)].bodyA,
+                                             pairs[static_cast<std::size_t>(i)].bodyB,
+                                             pair.limits.threshold});
+            }
+        }
     }
-    contact.gap = closest.distance;
-    contact.pointLink = X_WB * closest.pointA;
-    contact.pointOther = X_WB * closest.pointB;
-    // Not divided by the distance: the witnesses are rounded where the tree's origin is added.
-    contact.normal = X_WB.linear() * (closest.pointB - closest.pointA).normalized();
-    return true;
-}
 
-void checkSizes(const ArticulatedBody& body)
-{
-    const std::size_t links = body.tree->size();
-    require(body.linkTrees.size() == links && body.motion->positions.size() == links &&
-                body.motion->rates.size() == links,
-            "articulatedToi: " + std::to_string(links) + " links, but " +
-                std::to_string(body.linkTrees.size()) + " hierarchies, " +
-                std::to_string(body.motion->positions.size()) + " positions and " +
-                std::to_string(body.motion->rates.size()) + " rates: give one of each a link");
-    const auto count = static_cast<std::int32_t>(links);
-    for (const auto& [linkA, linkB] : body.selfPairs)
+    /// Without temporal culling: no pair knows of the answers of others.
+    void searchOneByOne(std::size_t begin)
     {
-        require(linkA >= 0 && linkB >= 0 && linkA < count && linkB < count && linkA != linkB &&
-                    body.linkTrees[static_cast<std::size_t>(linkA)] != nullptr &&
-                    body.linkTrees[static_cast<std::size_t>(linkB)] != nullptr,
-                "articulatedToi: the pair of links (" + std::to_string(linkA) + ", " +
-                    std::to_string(linkB) + ") does not name two links with geometry");
+        std::int32_t first = kNone;
+        EarliestHit earliest;
+        const std::span<const BodyPair> pairs = m_scratch.pairs;
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+        {
+            m_state.hit = {};
+            searchPairs(begin + i, pairs.subspan(i, 1));
+            if (m_state.hit.found() && m_state.hit.time < earliest.time)
+            {
+                earliest = m_state.hit;
+                first = static_cast<std::int32_t>(i);
+            }
+        }
+        m_state.hit = earliest;
+        m_state.hit.pair = first;
+        m_state.scene.reset(m_scratch.bodies, pairs, m_options.toi);
     }
-}
+
+    /// Names the two sides of a pair of the scene in hand.
+    [[nodiscard]] LinkContact contactOf(const BodyPair& pair, double time) const
+    {
+        const std::vector<SweptLink>& links = m_culling.links();
+        const auto slots = static_cast<std::int32_t>(links.size());
+        const SweptLink& link = links[static_cast<std::size_t>(pair.bodyA / 2)];
+        LinkContact contact{.link = link.link, .time = time};
+        std::int32_t mover = link.frame;
+        if (pair.bodyB < 2 * slots)
+        {
+            const SweptLink& other = links[static_cast<std::size_t>(pair.bodyB / 2)];
+            contact.otherLink = other.link;
+            const MovingFrames& frames = m_culling.frames();
+            const std::int32_t common = frames.commonFrame(link.frame, other.frame);
+            mover = link.frame != common ? link.frame : other.frame;
+        }
+        else
+        {
+            const auto& known = m_scratch.bodyOfObstacle;
+            contact.obstacle = static_cast<std::int32_t>(
+                std::find(known.begin(), known.end(), pair.bodyB) - known.begin());
+        }
+        contact.stopJoint = m_culling.frames().frames()[static_cast<std::size_t>(mover)].link;
+        return contact;
+    }
+
+    [[nodiscard]] Isometry3d poseAt(std::int32_t body, double t)
+    {
+        const MovingBody& moving = m_scratch.bodies[static_cast<std::size_t>(body)];
+        if (const auto* link = std::get_if<LinkMotion>(&moving.motion))
+        {
+            const LinkPlace& place = link->frames->place(link->link);
+            return link->frames->stateAt(0, place.frame, t).X_W * place.X_FL;
+        }
+        return geometryPoseAt(moving, t);
+    }
+
+    /// Closest pair of triangles that count, if it is within `threshold`.
+    [[nodiscard]] TrianglePair closest(const BodyPair& pair,
+                                       const Isometry3d& X_BA,
+                                       double threshold) const
+    {
+        const SsvTree& treeA = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyA)].tree;
+        const SsvTree& treeB = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyB)].tree;
+        if (pair.mask == nullptr)
+        {
+            return treeDistance(treeA, treeB, X_BA, threshold);
+        }
+        std::vector<TrianglePair> near;
+        trianglePairsWithin(treeA, treeB, X_BA, threshold, near);
+        TrianglePair best{.distance = threshold};
+        for (const TrianglePair& found : near)
+        {
+            const bool isExempt = pair.mask->exemptsTriangles(found.triangleA, found.triangleB);
+            if (!isExempt && (best.triangleA == kNone || found.distance < best.distance))
+            {
+                best = found;
+            }
+        }
+        return best;
+    }
+
+    /// Distance of a pair at time t if it is at most `threshold`, as a contact in W.
+    bool findContact(const BodyPair& pair, double t, double threshold, LinkContact& contact)
+    {
+        const Isometry3d X_WB = poseAt(pair.bodyB, t);
+        const TrianglePair found = closest(pair, X_WB.inverse() * poseAt(pair.bodyA, t), threshold);
+        if (found.triangleA == kNone || found.distance <= 0.0)
+        {
+            return false;
+        }
+        contact.gap = found.distance;
+        contact.pointLink = X_WB * found.pointA;
+        contact.pointOther = X_WB * found.pointB;
+        contact.triangleLink = found.triangleA;
+        contact.triangleOther = found.triangleB;
+        // Not divided by the distance: the witnesses are rounded where the tree's origin is added.
+        contact.normal = X_WB.linear() * (found.pointB - found.pointA).normalized();
+        return true;
+    }
+
+    /// The hit of the state, and what else is in contact then.
+    void describe()
+    {
+        const FirstContactResult first = describeHit(m_state);
+        m_result.status = first.status;
+        m_result.time = first.time;
+        const std::vector<BodyPair>& pairs = m_scratch.pairs;
+        LinkContact contact = contactOf(pairs[static_cast<std::size_t>(first.pair)], first.time);
+        contact.gap = first.gap;
+        contact.pointLink = first.pointA;
+        contact.pointOther = first.pointB;
+        contact.normal = first.normal;
+        contact.triangleLink = first.triangleA;
+        contact.triangleOther = first.triangleB;
+        m_result.contacts.push_back(contact);
+        if (first.status != ToiStatus::Hit)
+        {
+            return;
+        }
+        const double reach = m_options.toi.tolerance + m_options.toi.minimumSeparation;
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+        {
+            // A pair that was within the tolerance at the start counts only if it closed in
+            // further: the same rule as in the search.
+            LinkContact begin;
+            LinkContact other = contactOf(pairs[i], first.time);
+            if (static_cast<std::int32_t>(i) != first.pair &&
+                findContact(pairs[i], first.time, reach, other) &&
+                (!findContact(pairs[i], 0.0, reach, begin) || other.gap <= 0.75 * begin.gap))
+            {
+                m_result.contacts.push_back(other);
+            }
+        }
+        std::sort(m_result.contacts.begin() + 1,
+                  m_result.contacts.end(),
+                  [](const LinkContact& a, const LinkContact& b) {
+                      return std::tie(a.link, a.obstacle, a.otherLink) <
+                             std::tie(b.link, b.obstacle, b.otherLink);
+                  });
+    }
+
+    void countPairs(std::size_t candidates)
+    {
+        ArticulatedCounters& counters = m_result.counters;
+        static_cast<ToiCounters&>(counters) = m_state.counters;
+        counters.pairs = m_culling.pairCount();
+        const bool isDone = !m_state.hit.found() && m_result.status == ToiStatus::Separated;
+        counters.culledBySpace = counters.pairs - static_cast<std::int64_t>(candidates);
+        for (std::size_t i = 0; i < candidates; ++i)
+        {
+            const ArticulatedScratch::Fate& fate = m_scratch.fates[i];
+            if (!fate.sawTriangles)
+            {
+                // What was never searched had its boxes apart all the way, or comes later.
+                ++(isDone && !fate.isSearched ? counters.culledBySpace : counters.culledByTime);
+            }
+        }
+    }
+
+    const ArticulatedBody& m_body;
+    const Environment& m_environment;
+    const ArticulatedToiOptions& m_options;
+    SearchState& m_state;
+    ArticulatedScratch& m_scratch;
+    LinkCulling& m_culling;
+    ArticulatedToiResult m_result;
+};
 }  // namespace
+
+ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
+                                    const Environment& environment,
+                                    const ArticulatedToiOptions& options,
+                                    ToiWorkspace& work)
+{
+    checkOptions(options.toi);
+    checkBody(body);
+    require(options.bound == MotionBound::SecondOrder || !hasUserMotion(environment),
+            "articulatedToi: obstacles with motions supplied by the user need the bound of second "
+            "order");
+    return ArticulatedQuery(body, environment, options, work.scratch()).run();
+}
 
 ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
                                     std::span<const RigidBody> obstacles,
                                     const ToiOptions& options,
                                     ToiWorkspace& work)
 {
-    checkSizes(body);
-    const auto links = static_cast<std::int32_t>(body.tree->size());
-    const Query query = makeQuery(body, obstacles);
-    const FirstContactResult first = firstContact(query.bodies, query.pairs, options, work);
-
-    ArticulatedToiResult result{
-        .status = first.status, .time = first.time, .contacts = {}, .counters = first.counters};
-    if (first.pair == kNone || first.status == ToiStatus::IterationLimit)
-    {
-        return result;
-    }
-    LinkContact contact = nameContact(query.pairs[static_cast<std::size_t>(first.pair)], links);
-    contact.gap = first.gap;
-    contact.pointLink = first.pointA;
-    contact.pointOther = first.pointB;
-    contact.normal = first.normal;
-    result.contacts.push_back(contact);
-    if (first.status != ToiStatus::Hit)
-    {
-        return result;
-    }
-
-    for (std::size_t i = 0; i < query.pairs.size(); ++i)
-    {
-        // A pair that was within the tolerance at the start counts only if it closed in further:
-        // the same rule as in firstContact.
-        const BodyPair& pair = query.pairs[i];
-        LinkContact start;
-        LinkContact other = nameContact(pair, links);
-        if (static_cast<std::int32_t>(i) != first.pair &&
-            findContact(query, pair, first.time, options.tolerance, other) &&
-            (!findContact(query, pair, 0.0, options.tolerance, start) ||
-             other.gap <= 0.75 * start.gap))
-        {
-            result.contacts.push_back(other);
-        }
-    }
-    std::sort(result.contacts.begin() + 1,
-              result.contacts.end(),
-              [](const LinkContact& a, const LinkContact& b) {
-                  return std::tie(a.link, a.obstacle, a.otherLink) <
-                         std::tie(b.link, b.obstacle, b.otherLink);
-              });
-    return result;
+    Environment& environment = work.scratch().articulated.environment;
+    environment.reset(obstacles);
+    return articulatedToi(body, environment, {.toi = options}, work);
 }
 }  // namespace bullet_ccd

@@ -2,17 +2,13 @@
 
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/toi/search.h"
+#include "bullet_ccd/toi/toi_scratch.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace bullet_ccd
 {
-struct ToiWorkspace::Scratch
-{
-    SearchState state;
-};
-
 ToiWorkspace::ToiWorkspace() : m_scratch(std::make_unique<Scratch>()) {}
 ToiWorkspace::~ToiWorkspace() = default;
 ToiWorkspace::ToiWorkspace(ToiWorkspace&&) noexcept = default;
@@ -41,62 +37,39 @@ bool isFinite(const MovingBody& body)
 
 void checkQuery(std::span<const MovingBody> bodies, const ToiOptions& options)
 {
-    require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
-            "time of impact: the tolerance must be positive and finite");
-    require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
-            "time of impact: the minimum separation must not be negative and must be finite");
-    require(options.aim > 0.0 && options.aim <= 0.5,
-            "time of impact: aim must be in (0, 1/2]; 1/4096 is usual");
+    checkOptions(options);
     for (const MovingBody& body : bodies)
     {
         require(isFinite(body),
                 "time of impact: a pose, velocity or joint position is NaN or infinite");
     }
 }
+}  // namespace
 
-void search(SearchState& state)
+void checkOptions(const ToiOptions& options)
 {
-    switch (state.options.strategy)
-    {
-        case ToiStrategy::BestFirst:
-            searchBestFirst(state);
-            break;
-        case ToiStrategy::Interval:
-            searchIntervals(state);
-            break;
-        case ToiStrategy::C2A:
-            searchC2A(state);
-            break;
-    }
+    require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
+            "time of impact: the tolerance must be positive and finite");
+    require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
+            "time of impact: the minimum separation must not be negative and must be finite");
+    require(options.aim > 0.0 && options.aim <= 0.5,
+            "time of impact: aim must be in (0, 1/2]; 1/4096 is usual");
 }
 
-/// The earliest hit, in W.
+namespace
+{
+/// The earliest hit, in W, or what is known without one.
 FirstContactResult describe(SearchState& state)
 {
-    FirstContactResult result;
-    const EarliestHit& hit = state.hit;
-    if (!hit.found())
+    if (state.hit.found())
     {
-        result.gap = state.options.minimumSeparation + state.options.aim * state.options.tolerance;
-        for (std::int32_t i = 0; i < state.scene.size(); ++i)
-        {
-            result.gap = std::min(result.gap, state.scene.pair(i).limits.margin());
-        }
-        return result;
+        return describeHit(state);
     }
-    result.status = hit.atStart ? ToiStatus::Overlapping : ToiStatus::Hit;
-    result.time = hit.time;
-    result.gap = hit.distance.distance;
-    result.pair = hit.pair;
-    result.triangleA = hit.triangleA;
-    result.triangleB = hit.triangleB;
-    const Eigen::Isometry3d X_WB = state.scene.worldOfB(hit.pair, hit.time);
-    result.pointA = X_WB * hit.distance.pointA;
-    result.pointB = X_WB * hit.distance.pointB;
-    if (result.gap > 0.0)
+    FirstContactResult result;
+    result.gap = state.options.minimumSeparation + state.options.aim * state.options.tolerance;
+    for (std::int32_t i = 0; i < state.scene.size(); ++i)
     {
-        const Eigen::Vector3d across = hit.distance.pointB - hit.distance.pointA;
-        result.normal = X_WB.linear() * across.stableNormalized();
+        result.gap = std::min(result.gap, state.scene.pair(i).limits.margin());
     }
     return result;
 }
@@ -112,12 +85,14 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
     state.hit = {};
     state.start = {};
     state.counters = {};
+    state.begin = 0.0;
+    state.end = 1.0;
     state.options = options;
     state.scene.reset(bodies, pairs, options);
     FirstContactResult result;
     try
     {
-        search(state);
+        searchScene(state);
         result = describe(state);
     }
     catch (const IterationLimitReached& limit)

@@ -9,6 +9,7 @@
 
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/moving_frames.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/toi.h"
 
@@ -24,6 +25,8 @@ struct LinkMotion
     const KinematicTree* tree = nullptr;
     const JointMotion* motion = nullptr;
     std::int32_t link = kNone;
+    /// Of the tree and the motion, if the caller has them; else they are made.
+    MovingFrames* frames = nullptr;
 };
 
 /// A hierarchy and how it moves.
@@ -36,11 +39,14 @@ struct MovingBody
     Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();
 };
 
+class PairMask;
+
 /// Indices into the bodies of a query.
 struct BodyPair
 {
     std::int32_t bodyA = kNone;
     std::int32_t bodyB = kNone;
+    const PairMask* mask = nullptr;  ///< triangles that are not tested against each other, or null
 };
 
 /// Scratch memory of a query; reusable, one per thread.

@@ -40,12 +40,9 @@ struct TreeState
     Vector3d w;
 };
 
-MotionState bodyStateAt(const MovingBody& body, std::int32_t base, double t)
+/// Of a body that is not a link.
+MotionState bodyStateAt(const MovingBody& body, double t)
 {
-    if (const auto* link = std::get_if<LinkMotion>(&body.motion))
-    {
-        return linkStateAt(*link->tree, *link->motion, base, link->link, t);
-    }
     if (const auto* user = std::get_if<const UserMotion*>(&body.motion))
     {
         return (*user)->at(t);
@@ -53,33 +50,34 @@ MotionState bodyStateAt(const MovingBody& body, std::int32_t base, double t)
     return std::get<RigidMotion>(body.motion).at(t);
 }
 
-TreeState treeStateAt(const MovingBody& body, std::int32_t base, double t)
+TreeState treeStateOf(const MotionState& s, const Isometry3d& X_ofTree)
 {
-    const MotionState s = bodyStateAt(body, base, t);
-    const Isometry3d X = s.X_W * treeInBody(body);
+    const Isometry3d X = s.X_W * X_ofTree;
     return {.X = X, .v = s.v_W + s.w_W.cross(X.translation() - s.X_W.translation()), .w = s.w_W};
 }
 
-AccelerationBound accelerationOf(const MovingBody& body, std::int32_t base)
+TreeState treeStateAt(const PairSide& side, std::int32_t base, double t)
 {
-    if (const auto* link = std::get_if<LinkMotion>(&body.motion))
-    {
-        return linkAccelerationBound(*link->tree, *link->motion, base, link->link);
-    }
-    if (const auto* user = std::get_if<const UserMotion*>(&body.motion))
-    {
-        return (*user)->accelerationBound();
-    }
-    return std::get<RigidMotion>(body.motion).accelerationBound();
+    return treeStateOf(side.frames != nullptr ? side.frames->stateAt(base, side.frame, t)
+                                              : bodyStateAt(*side.body, t),
+                       side.X);
 }
 
-/// Links of one tree are compared in the frame of their common ancestor, all else in W.
-std::int32_t frameOf(const MovingBody& a, const MovingBody& b)
+void setAcceleration(PairSide& side, std::int32_t base)
 {
-    const auto* linkA = std::get_if<LinkMotion>(&a.motion);
-    const auto* linkB = std::get_if<LinkMotion>(&b.motion);
-    const bool oneTree = linkA != nullptr && linkB != nullptr && linkA->motion == linkB->motion;
-    return oneTree ? commonAncestor(*linkA->tree, linkA->link, linkB->link) : kNone;
+    if (side.frames != nullptr)
+    {
+        side.acceleration = side.frames->accelerationBound(base, side.frame);
+    }
+    else if (const auto* user = std::get_if<const UserMotion*>(&side.body->motion))
+    {
+        side.acceleration = (*user)->accelerationBound();
+    }
+    else
+    {
+        side.acceleration = std::get<RigidMotion>(side.body->motion).accelerationBound();
+    }
+    side.offset = side.X.linear().transpose() * side.X.translation();
 }
 
 void copy(const Vector3d& from, double (&to)[3])
@@ -116,6 +114,8 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_state.pair = kNone;
     m_batchPair = kNone;
     m_mayStartTouching = false;
+    m_treesUsed = 0;
+    m_bound = MotionBound::SecondOrder;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
@@ -123,6 +123,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
         const MovingBody& b = bodies[static_cast<std::size_t>(pairs[i].bodyB)];
         m_pairs[i] = {.treeA = a.tree,
                       .treeB = b.tree,
+                      .mask = pairs[i].mask,
                       .limits = {.floor = options.minimumSeparation,
                                  .threshold = options.minimumSeparation + options.tolerance,
                                  .aim = options.aim}};
@@ -143,12 +144,56 @@ void PairScene::reset(std::span<const MovingBody> bodies,
             pair.poses = toRigidPoses(pair.rigid);
             continue;
         }
-        pair.base = frameOf(a, b);
-        pair.accelerationA = accelerationOf(a, pair.base);
-        pair.accelerationB = accelerationOf(b, pair.base);
-        pair.offsetA = a.X_BG.linear().transpose() * treeInBody(a).translation();
-        pair.offsetB = b.X_BG.linear().transpose() * treeInBody(b).translation();
+        setSides(pair, a, b);
     }
+}
+
+MovingFrames& PairScene::framesOf(const LinkMotion& link)
+{
+    if (link.frames != nullptr)
+    {
+        return *link.frames;
+    }
+    // Links of one tree mostly follow each other.
+    for (std::size_t i = m_treesUsed; i-- > 0;)
+    {
+        if (m_trees[i].motion == link.motion)
+        {
+            return *m_trees[i].frames;
+        }
+    }
+    if (m_treesUsed == m_trees.size())
+    {
+        m_trees.push_back({.frames = std::make_unique<MovingFrames>()});
+    }
+    OwnFrames& own = m_trees[m_treesUsed++];
+    own.motion = link.motion;
+    own.frames->reset(*link.tree, *link.motion);
+    return *own.frames;
+}
+
+PairSide PairScene::sideOf(const MovingBody& body)
+{
+    PairSide side{.body = &body, .X = treeInBody(body)};
+    if (const auto* link = std::get_if<LinkMotion>(&body.motion))
+    {
+        side.frames = &framesOf(*link);
+        const LinkPlace& place = side.frames->place(link->link);
+        side.frame = place.frame;
+        side.X = place.X_FL * side.X;
+    }
+    return side;
+}
+
+/// Links of one tree are compared in the frame of their common ancestor, all else in W.
+void PairScene::setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b)
+{
+    pair.sideA = sideOf(a);
+    pair.sideB = sideOf(b);
+    const bool oneTree = pair.sideA.frames != nullptr && pair.sideA.frames == pair.sideB.frames;
+    pair.base = oneTree ? pair.sideA.frames->commonFrame(pair.sideA.frame, pair.sideB.frame) : 0;
+    setAcceleration(pair.sideA, pair.base);
+    setAcceleration(pair.sideB, pair.base);
 }
 
 const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& counters)
@@ -163,7 +208,6 @@ const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& co
 
 void PairScene::computeState(std::int32_t index, double t)
 {
-    const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(index)];
     ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
     m_state.pair = index;
     m_state.time = t;
@@ -175,9 +219,10 @@ void PairScene::computeState(std::int32_t index, double t)
                            1e-15 * pair.rigid.offset;
         return;
     }
-    const TreeState a = treeStateAt(m_bodies[static_cast<std::size_t>(bodies.bodyA)], pair.base, t);
-    const TreeState b = treeStateAt(m_bodies[static_cast<std::size_t>(bodies.bodyB)], pair.base, t);
+    const TreeState a = treeStateAt(pair.sideA, pair.base, t);
+    const TreeState b = treeStateAt(pair.sideB, pair.base, t);
     const Matrix3d toB = b.X.linear().transpose();
+    m_axesOfB = b.X.linear();
     const Matrix3d R = toB * a.X.linear();
     for (int i = 0; i < 9; ++i)
     {
@@ -188,20 +233,20 @@ void PairScene::computeState(std::int32_t index, double t)
     copy(Vector3d::Zero(), m.armA);
     copy(toB * a.w, m.wA);
     copy(toB * b.w, m.wB);
-    copy(pair.offsetA, m.radiusArmA);
-    copy(pair.offsetB, m.armB);
+    copy(pair.sideA.offset, m.radiusArmA);
+    copy(pair.sideB.offset, m.armB);
     const Vector3d wB = toB * b.w;
-    const Vector3d velocity = toB * (a.v - b.v) + wB.cross(pair.offsetB);
+    const Vector3d velocity = toB * (a.v - b.v) + wB.cross(pair.sideB.offset);
     copy(velocity, m.velocity);
     m.spinA = a.w.norm();
     m.spinB = b.w.norm();
-    m.constant = pair.accelerationA.constant + pair.accelerationB.constant;
-    m.perRadiusA = pair.accelerationA.perRadius;
-    m.perRadiusB = pair.accelerationB.perRadius;
+    m.constant = pair.sideA.acceleration.constant + pair.sideB.acceleration.constant;
+    m.perRadiusA = pair.sideA.acceleration.perRadius;
+    m.perRadiusB = pair.sideB.acceleration.perRadius;
     m.axisA = 0.0;
     m.axisB = 0.0;
     const double speed = velocity.norm() + m.spinA * pair.treeA->radius() +
-                         m.spinB * (pair.treeB->radius() + pair.offsetB.norm());
+                         m.spinB * (pair.treeB->radius() + pair.sideB.offset.norm());
     pair.speedScale = std::max(pair.speedScale, speed);
     m_state.rounding =
         kRounding *
@@ -212,7 +257,10 @@ void PairScene::computeState(std::int32_t index, double t)
 Isometry3d PairScene::worldOfB(std::int32_t pair, double t) const
 {
     const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(pair)];
-    return treeStateAt(m_bodies[static_cast<std::size_t>(bodies.bodyB)], kNone, t).X;
+    const MovingBody& body = m_bodies[static_cast<std::size_t>(bodies.bodyB)];
+    Isometry3d X = geometryPoseAt(body, t);
+    X.translation() = X * body.tree->origin();
+    return X;
 }
 
 bool PairScene::canShareBatch(const NodePair& p, const NodePair& first) const
@@ -294,6 +342,16 @@ void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
 void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
 {
     counters.nodePairs += static_cast<std::int64_t>(nodePairs.size());
+    if (m_bound != MotionBound::SecondOrder)
+    {
+        for (std::size_t i = 0; i < nodePairs.size(); ++i)
+        {
+            // Rounded towards zero.
+            out[i] = static_cast<float>(firstOrderTime(nodePairs[i], counters)) * (1.0F - 2e-7F);
+            m_mayStartTouching = m_mayStartTouching || nodePairs[i].time == 0.0;
+        }
+        return;
+    }
     const ScenePair& pair = m_pairs[static_cast<std::size_t>(nodePairs[0].pair)];
     double times[NodeBatch::kLanes];
     for (std::size_t i = 0; i < NodeBatch::kLanes; ++i)

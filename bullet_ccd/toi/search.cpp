@@ -62,15 +62,25 @@ double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
 
 bool advanceTriangles(SearchState& state, NodePair& p)
 {
+    if (state.scene.isExempt(p))
+    {
+        return false;
+    }
     ++state.counters.trianglePairs;
     ScenePair& pair = state.scene.pair(p.pair);
+    pair.sawTriangles = true;
     const PairState& pose = state.scene.stateAt(p.pair, p.time, state.counters);
     const std::int32_t slotA = state.scene.nodeA(p).first;
     const std::int32_t slotB = state.scene.nodeB(p).first;
     const auto look = [&]
     {
-        return triangleStep(
+        TriangleStep step = triangleStep(
             *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
+        if (state.scene.bound() != MotionBound::SecondOrder)
+        {
+            step.time = state.scene.firstOrderTime(p, step.distance);
+        }
+        return step;
     };
     TriangleStep step = look();
     const EarliestHit found{.time = p.time,
@@ -82,7 +92,10 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const double distance = step.distance.distance;
     if (p.time == 0.0 && distance <= pair.limits.threshold)
     {
-        const EarliestHit closest = closestTriangles(pair, pose, found);
+        // Nothing is closer than triangles that cross. Of masked meshes others may be closer that
+        // do not count; each is then met on its own.
+        const bool mayBeCloser = distance > 0.0 && pair.mask == nullptr;
+        const EarliestHit closest = mayBeCloser ? closestTriangles(pair, pose, found) : found;
         if (!relaxThreshold(pair, pose, closest.distance.distance))
         {
             state.hit = closest;
@@ -109,13 +122,50 @@ bool advanceTriangles(SearchState& state, NodePair& p)
         // Apart, but neither time nor the coordinates resolve how much: nothing can be said.
         throw IterationLimitReached{.time = state.certified, .pair = p.pair};
     }
-    if (p.time + step.time > 1.0)
+    if (p.time + step.time > state.end)
     {
         return false;
     }
     p.lastStep = static_cast<float>(step.time);
     p.time = next;
     return true;
+}
+
+void searchScene(SearchState& state)
+{
+    switch (state.options.strategy)
+    {
+        case ToiStrategy::BestFirst:
+            searchBestFirst(state);
+            break;
+        case ToiStrategy::Interval:
+            searchIntervals(state);
+            break;
+        case ToiStrategy::C2A:
+            searchC2A(state);
+            break;
+    }
+}
+
+FirstContactResult describeHit(SearchState& state)
+{
+    FirstContactResult result;
+    const EarliestHit& hit = state.hit;
+    result.status = hit.atStart ? ToiStatus::Overlapping : ToiStatus::Hit;
+    result.time = hit.time;
+    result.gap = hit.distance.distance;
+    result.pair = hit.pair;
+    result.triangleA = hit.triangleA;
+    result.triangleB = hit.triangleB;
+    const Eigen::Isometry3d X_WB = state.scene.worldOfB(hit.pair, hit.time);
+    result.pointA = X_WB * hit.distance.pointA;
+    result.pointB = X_WB * hit.distance.pointB;
+    if (result.gap > 0.0)
+    {
+        const Eigen::Vector3d across = hit.distance.pointB - hit.distance.pointA;
+        result.normal = X_WB.linear() * across.stableNormalized();
+    }
+    return result;
 }
 
 void checkLimit(const SearchState& state, const NodePair& earliest)

@@ -44,14 +44,16 @@ struct SearchState
     std::vector<NodePair> work;   ///< interval: pairs to be looked at
     EarliestHit hit;
     TouchingStart start;
+    double begin = 0.0;      ///< the search runs over [begin, end]; before it all is certified
+    double end = 1.0;        ///< later than 0 or earlier than 1 for best-first only
     double certified = 0.0;  ///< all pairs keep their margin up to here
     ToiCounters counters;
     ToiOptions options;
 };
 
 /// Looks at two leaves at the pair's time. Returns true and moves the pair's time on if it goes on
-/// from there; false if it cannot touch before 1 or is in contact, which is then noted in
-/// state.hit.
+/// from there; false if it cannot touch before the end, is exempt, or is in contact, which is then
+/// noted in state.hit.
 [[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
 
 /// The node pairs that the children of the larger node of `p` make, at the time of `p`.
@@ -78,6 +80,15 @@ struct Opening
 
 /// Throws IterationLimitReached if the limit is passed.
 void checkLimit(const SearchState& state, const NodePair& earliest);
+
+/// Throws std::invalid_argument for options that make no sense.
+void checkOptions(const ToiOptions& options);
+
+/// The strategy of state.options over the pairs of the scene.
+void searchScene(SearchState& state);
+
+/// state.hit, which was found, in W.
+[[nodiscard]] FirstContactResult describeHit(SearchState& state);
 
 // Each fills state.hit with the first contact, if there is one in [0, 1].
 void searchBestFirst(SearchState& state);

@@ -23,7 +23,8 @@ public:
         for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
         {
             // As if it had come a long way: the roots themselves are to be looked at.
-            m_queue.push({.pair = i,
+            m_queue.push({.time = m_state.begin,
+                          .pair = i,
                           .nodeA = 0,
                           .nodeB = 0,
                           .lastStep = std::numeric_limits<float>::infinity()});
@@ -77,7 +78,8 @@ private:
             m_queue.pop();
             for (std::size_t k = 0; k < added; ++k)
             {
-                m_batch[count++] = goesOn ? p : opening.child(p, static_cast<std::int32_t>(k));
+                m_batch[count] = goesOn ? p : opening.child(p, static_cast<std::int32_t>(k));
+                count += m_state.scene.isExempt(m_batch[count]) ? 0 : 1;
             }
         }
         return count;
@@ -92,7 +94,7 @@ private:
             NodePair& p = m_batch[i];
             p.time += static_cast<double>(steps[i]);
             p.lastStep = steps[i];
-            if (p.time <= 1.0 && p.time < m_state.hit.time)
+            if (p.time <= m_state.end && p.time < m_state.hit.time)
             {
                 m_queue.push(p);
             }

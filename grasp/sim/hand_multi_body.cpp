@@ -1,6 +1,7 @@
 #include "grasp/sim/hand_multi_body.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/math/check.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -58,6 +59,9 @@ void setUpLink(btMultiBody& body,
     const btVector3 moments = btCcdToBullet(child.moments);
     switch (link.joint.type)
     {
+        case JointType::Spherical:
+            BULLET_CCD_ASSERT(false);  // no hand is read with one
+            break;
         case JointType::Fixed:
             body.setupFixed(bulletLink, child.mass, moments, bulletParent, turn, pivot, center);
             break;

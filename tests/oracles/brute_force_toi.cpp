@@ -202,6 +202,15 @@ Eigen::Isometry3d oracleLinkPose(const KinematicTree& tree,
     {
         X.translate(q * here.joint.axis);
     }
+    else if (here.joint.type == JointType::Spherical)
+    {
+        const BallMotion& ball = motion.balls[index];
+        if (!ball.rate.isZero(0.0))
+        {
+            X.rotate(Eigen::AngleAxisd(t * ball.rate.norm(), ball.rate.normalized()));
+        }
+        X.rotate(ball.start);
+    }
     return X;
 }
 
@@ -231,6 +240,10 @@ OracleBody oracleLink(const TriangleMesh& mesh,
         if (here.joint.type == JointType::Revolute)
         {
             speed += std::abs(rate) * reach;
+        }
+        else if (here.joint.type == JointType::Spherical)
+        {
+            speed += motion.balls[index].rate.norm() * reach;
         }
         else if (here.joint.type == JointType::Prismatic)
         {

@@ -4,6 +4,7 @@
 #include "tests/oracles/brute_force_toi.h"
 #include "tests/stability/cases.h"
 #include "tests/support/random.h"
+#include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
@@ -163,6 +164,85 @@ ArticulatedCase caseById(const std::string& id)
         }
     }
     throw std::invalid_argument(id);
+}
+
+TEST(ArticulatedClosedForm, ALongChainCurlsIntoAWall)
+{
+    // N links of length L, all joints turn alike: the tip is at L sum sin(k q) and highest.
+    constexpr int kLinks = 40;
+    constexpr double kLength = 0.1;
+    constexpr double kRate = 0.05;
+    const double time = 0.4;
+    double height = 0.0;
+    double speed = 0.0;
+    for (int k = 1; k <= kLinks; ++k)
+    {
+        height += kLength * std::sin(k * kRate * time);
+        speed += kLength * k * kRate * std::cos(k * kRate * time);
+    }
+    const std::vector<double> lengths(kLinks, kLength);
+    ArticulatedCase tested = caseById("G01");
+    tested.tree = planarChain(lengths);
+    tested.obstacles = {wallAtY(height, 10.0)};
+    tested.answer.time = time;
+    tested.answer.closingSpeed = speed;
+    tested.links = {kLinks};
+    tested.linkMeshes.resize(1);
+    tested.motion.positions.assign(kLinks + 1, 0.0);
+    tested.motion.rates.assign(kLinks + 1, kRate);
+    tested.linkMeshes.resize(kLinks + 1, segment({0, 0, 0}, {kLength, 0, 0}));
+    for (const double tolerance : {1e-4, 1e-6})
+    {
+        expectAnswer(tested, tolerance);
+    }
+}
+
+TEST(ArticulatedClosedForm, TinyStepsKeepAllDigits)
+{
+    // B05 as a joint: a millionth of a radian.
+    ArticulatedCase tested = caseById("G01");
+    tested.tree = planarChain({1.0});
+    tested.linkMeshes[1] = segment({0, 0, 0}, {1, 0, 0});
+    tested.motion.rates[1] = 1e-6;
+    tested.obstacles = {wallAtY(5e-7, 4.0)};
+    tested.answer.time = std::asin(5e-7) / 1e-6;
+    tested.answer.closingSpeed = 1e-6;
+    expectAnswer(tested, 1e-9);
+    expectAnswer(tested, 1e-11);
+}
+
+TEST(ArticulatedClosedForm, ManyTurnsOfAJointDoNotAlias)
+{
+    // G10 for fifty turns, and a wall that is out of reach.
+    ArticulatedCase tested = caseById("G10");
+    const double factor = 100.0 / 3.0;
+    tested.motion.rates[1] *= factor;
+    tested.answer.time = *tested.answer.time / factor;
+    tested.answer.closingSpeed *= factor;
+    expectAnswer(tested, 1e-6);
+    tested.obstacles[0] = shifted(tested.obstacles[0], {3.0, 0, 0});
+    tested.answer.time.reset();
+    tested.answer.clearance = 1.0;
+    expectAnswer(tested, 1e-6);
+}
+
+TEST(ArticulatedClosedForm, ASphericalJointIsAPendulumAboutItsAxis)
+{
+    // G01 with the joint's rest rotation and axis turned together.
+    Random random(14);
+    for (int i = 0; i < 20; ++i)
+    {
+        ArticulatedCase tested = caseById("G01");
+        const Eigen::Matrix3d R = random.rotation();
+        tested.tree.links[1].joint.type = JointType::Spherical;
+        tested.tree.links[1].X_PL0.linear() = R;
+        tested.motion.balls = {
+            {},
+            {.start = R.transpose(),
+             .rate = R.transpose() * Eigen::Vector3d(0, 0, 0.5 * std::acos(-1.0))}};
+        tested.motion.rates = {0, 0};
+        expectAnswer(tested, 1e-6);
+    }
 }
 
 TEST(GraspSequence, TheFingerWrapsTheCylinderLinkByLink)

@@ -1,5 +1,6 @@
 #include "tests/support/random_trees.h"
 
+#include <algorithm>
 #include <string>
 
 namespace bullet_ccd::tests
@@ -24,6 +25,19 @@ KinematicTree randomTree(Random& random, int links, double branching)
     return tree;
 }
 
+KinematicTree randomBallTree(Random& random, int links, double branching)
+{
+    KinematicTree tree = randomTree(random, links, branching);
+    for (std::size_t i = 1; i < tree.size(); ++i)
+    {
+        if (random.chance(0.25))
+        {
+            tree.links[i].joint.type = JointType::Spherical;
+        }
+    }
+    return tree;
+}
+
 JointMotion randomJointMotion(Random& random, const KinematicTree& tree, double fastest)
 {
     JointMotion motion;
@@ -35,6 +49,15 @@ JointMotion randomJointMotion(Random& random, const KinematicTree& tree, double 
     {
         motion.positions.push_back(random.uniform(-2.0, 2.0));
         motion.rates.push_back(random.chance(0.33) ? 0.0 : random.uniform(-fastest, fastest));
+    }
+    const bool hasBalls =
+        std::any_of(tree.links.begin(),
+                    tree.links.end(),
+                    [](const Link& link) { return link.joint.type == JointType::Spherical; });
+    for (std::size_t i = 0; hasBalls && i < tree.size(); ++i)
+    {
+        const double speed = random.chance(0.33) ? 0.0 : random.uniform(0.0, fastest);
+        motion.balls.push_back({.start = random.rotation(), .rate = speed * random.direction()});
     }
     return motion;
 }

@@ -13,6 +13,9 @@ namespace bullet_ccd::tests
 [[nodiscard]] KinematicTree randomTree(Random& random, int links, double branching);
 
 /// Rates up to `fastest`; a third of the joints rest; the root moves in half of all cases.
+/// The same with some spherical joints.
+[[nodiscard]] KinematicTree randomBallTree(Random& random, int links, double branching);
+
 [[nodiscard]] JointMotion randomJointMotion(Random& random,
                                             const KinematicTree& tree,
                                             double fastest);

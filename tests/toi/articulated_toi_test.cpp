@@ -1,33 +1,19 @@
 /// articulatedToi against brute force on random trees among moving and resting obstacles.
-#include "bullet_ccd/toi/articulated_toi.h"
-
-#include "tests/oracles/brute_force_toi.h"
 #include "tests/support/random_scenes.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
+#include "tests/toi/articulated_scene.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
-struct ArticulatedScene
-{
-    KinematicTree tree;
-    JointMotion motion;
-    std::vector<TriangleMesh> linkMeshes;
-    std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
-    std::vector<TriangleMesh> obstacles;
-    std::vector<RigidMotion> obstacleMotions;
-};
-
 ArticulatedScene randomScene(Random& random)
 {
     ArticulatedScene scene;
@@ -57,165 +43,6 @@ ArticulatedScene randomScene(Random& random)
         scene.obstacleMotions.push_back(motion);
     }
     return scene;
-}
-
-ArticulatedToiResult query(const ArticulatedScene& scene, double tolerance)
-{
-    std::vector<SsvTree> hierarchies;
-    hierarchies.reserve(scene.linkMeshes.size() + scene.obstacles.size());
-    std::vector<const SsvTree*> links;
-    for (const TriangleMesh& mesh : scene.linkMeshes)
-    {
-        if (!mesh.triangles.empty())
-        {
-            hierarchies.push_back(buildSsvTree(mesh));
-        }
-        links.push_back(mesh.triangles.empty() ? nullptr : &hierarchies.back());
-    }
-    std::vector<RigidBody> obstacles;
-    for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-    {
-        hierarchies.push_back(buildSsvTree(scene.obstacles[i]));
-        obstacles.push_back({&hierarchies.back(), scene.obstacleMotions[i]});
-    }
-    ToiWorkspace work;
-    return articulatedToi({&scene.tree, links, &scene.motion, scene.selfPairs},
-                          obstacles,
-                          {.tolerance = tolerance},
-                          work);
-}
-
-/// One pair of bodies that is to be tested, with its brute-force answer.
-struct Reference
-{
-    std::int32_t link = kNone;
-    std::int32_t obstacle = kNone;
-    std::int32_t otherLink = kNone;
-    OracleBody a;
-    OracleBody b;
-    OracleToi toi;
-};
-
-/// Whether the pair moves relative to each other, by looking at its poses.
-bool movesRelatively(const OracleBody& a, const OracleBody& b)
-{
-    const Eigen::Matrix4d start = (b.poseAt(0.0).inverse() * a.poseAt(0.0)).matrix();
-    for (const double t : {0.31, 0.77, 1.0})
-    {
-        if (((b.poseAt(t).inverse() * a.poseAt(t)).matrix() - start).norm() > 1e-9)
-        {
-            return true;
-        }
-    }
-    return false;
-}
-
-std::vector<Reference> references(const ArticulatedScene& scene)
-{
-    std::vector<Reference> all;
-    const auto linkBody = [&](std::int32_t link)
-    {
-        return oracleLink(
-            scene.linkMeshes[static_cast<std::size_t>(link)], scene.tree, scene.motion, link);
-    };
-    const auto add = [&](Reference reference)
-    {
-        if (!reference.a.mesh->triangles.empty() && !reference.b.mesh->triangles.empty() &&
-            movesRelatively(reference.a, reference.b))
-        {
-            reference.toi = bruteForceToi(reference.a, reference.b);
-            all.push_back(reference);
-        }
-    };
-    for (std::int32_t link = 0; link < static_cast<std::int32_t>(scene.tree.size()); ++link)
-    {
-        for (std::size_t k = 0; k < scene.obstacles.size(); ++k)
-        {
-            add({.link = link,
-                 .obstacle = static_cast<std::int32_t>(k),
-                 .a = linkBody(link),
-                 .b = oracleBody(scene.obstacles[k], scene.obstacleMotions[k]),
-                 .toi = {}});
-        }
-    }
-    for (const auto& [first, second] : scene.selfPairs)
-    {
-        add({.link = first,
-             .otherLink = second,
-             .a = linkBody(first),
-             .b = linkBody(second),
-             .toi = {}});
-    }
-    return all;
-}
-
-const Reference* findReference(const std::vector<Reference>& all, const LinkContact& contact)
-{
-    for (const Reference& reference : all)
-    {
-        const bool straight =
-            reference.link == contact.link && reference.otherLink == contact.otherLink;
-        const bool crossed =
-            reference.otherLink == contact.link && reference.link == contact.otherLink;
-        if (reference.obstacle == contact.obstacle && (straight || crossed))
-        {
-            return &reference;
-        }
-    }
-    return nullptr;
-}
-
-struct Tally
-{
-    int hits = 0;
-    int overlapping = 0;
-    int selfHits = 0;
-};
-
-void checkScene(const ArticulatedScene& scene, double tolerance, Tally& tally)
-{
-    constexpr double kRounding = 2e-13;
-    const ArticulatedToiResult result = query(scene, tolerance);
-    const std::vector<Reference> all = references(scene);
-    std::optional<double> contactTime;
-    for (const Reference& reference : all)
-    {
-        if (reference.toi.contact)
-        {
-            contactTime = std::min(contactTime.value_or(2.0), *reference.toi.contact);
-        }
-    }
-    ASSERT_NE(result.status, ToiStatus::IterationLimit);
-    if (contactTime)
-    {
-        EXPECT_NE(result.status, ToiStatus::Separated) << "missed " << *contactTime;
-        EXPECT_LE(result.time, *contactTime + 1e-12) << "late";
-    }
-    if (result.status == ToiStatus::Separated)
-    {
-        EXPECT_EQ(result.time, 1.0);
-        EXPECT_TRUE(result.contacts.empty());
-        return;
-    }
-    ASSERT_FALSE(result.contacts.empty());
-    tally.hits += result.status == ToiStatus::Hit ? 1 : 0;
-    tally.overlapping += result.status == ToiStatus::Overlapping ? 1 : 0;
-    for (const LinkContact& contact : result.contacts)
-    {
-        const Reference* reference = findReference(all, contact);
-        ASSERT_NE(reference, nullptr) << "contact of a pair that was not asked for";
-        const double distance = oracleDistanceAt(reference->a, reference->b, result.time);
-        EXPECT_LE(distance, contact.gap + kRounding);
-        EXPECT_LE(contact.gap, tolerance);
-        if (result.status == ToiStatus::Hit)
-        {
-            EXPECT_GT(distance, 0.0);
-            EXPECT_NEAR((contact.pointLink - contact.pointOther).norm(), contact.gap, kRounding);
-            const Eigen::Vector3d across = contact.pointOther - contact.pointLink;
-            EXPECT_GE(contact.normal.dot(across), contact.gap - kRounding);
-        }
-        tally.selfHits += contact.otherLink != kNone ? 1 : 0;
-    }
 }
 
 TEST(ArticulatedToi, AgreesWithBruteForceOnRandomTrees)

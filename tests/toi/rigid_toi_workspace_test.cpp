@@ -1,6 +1,8 @@
 /// A warm query allocates nothing, and a batch over threads answers as one query after the other.
+#include "bullet_ccd/toi/articulated_toi.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "tests/support/random_scenes.h"
+#include "tests/support/random_trees.h"
 
 #include <gtest/gtest.h>
 
@@ -105,6 +107,42 @@ TEST(RigidToiWorkspace, WarmQueriesAllocateNothing)
         }
         EXPECT_GT(hits, 5);
     }
+}
+
+TEST(ArticulatedToiWorkspace, WarmQueriesWithoutContactAllocateNothing)
+{
+    // Only the contacts of a result are allocated.
+    Random random(42);
+    ToiWorkspace work;
+    int quiet = 0;
+    for (int i = 0; i < 60; ++i)
+    {
+        const KinematicTree tree = randomTree(random, 6, 0.3);
+        const JointMotion motion = randomJointMotion(random, tree, 3.0);
+        const SsvTree mesh = buildSsvTree(randomMesh(random));
+        const std::vector<const SsvTree*> links(6, &mesh);
+        std::vector<RigidBody> obstacles;
+        for (int k = 0; k < 20; ++k)
+        {
+            RigidMotion at = randomRigidMotion(random, k % 4 == 0 ? 1.0 : 0.0);
+            at.X_W0.translation() = random.uniform(2.0, 12.0) * random.direction();
+            obstacles.push_back({.tree = &mesh, .motion = at});
+        }
+        const Environment environment(obstacles);
+        const ArticulatedBody body{
+            .tree = &tree, .linkTrees = links, .motion = &motion, .selfPairs = {}};
+        const ArticulatedToiResult first = articulatedToi(body, environment, {}, work);
+        const std::int64_t before = allocations;
+        const ArticulatedToiResult second = articulatedToi(body, environment, {}, work);
+        const std::int64_t after = allocations;
+        EXPECT_EQ(first.time, second.time);
+        if (second.status == ToiStatus::Separated)
+        {
+            EXPECT_EQ(after, before);
+            quiet += second.counters.nodePairs > 0 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(quiet, 5);
 }
 
 TEST(RigidToiWorkspace, BatchesAnswerAsQueriesOneByOne)

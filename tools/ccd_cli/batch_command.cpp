@@ -10,7 +10,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <stdexcept>
@@ -19,8 +18,6 @@ namespace bullet_ccd::tools
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 struct BatchArguments
 {
     std::string fileA;
@@ -31,19 +28,6 @@ struct BatchArguments
     bool summary = false;
     bool strict = false;
 };
-
-void requireOtherFile(const BatchArguments& arguments)
-{
-    for (const std::string& input : {arguments.fileA, arguments.fileB, arguments.queries})
-    {
-        std::error_code error;
-        if (fs::equivalent(arguments.output, input, error) && !error)
-        {
-            throw std::runtime_error(arguments.output +
-                                     ": is also an input: choose another file with -o");
-        }
-    }
-}
 
 QueryFile readQueries(const BatchArguments& arguments)
 {
@@ -87,7 +71,7 @@ std::string tableOf(const QueryFile& file, const std::vector<TimedAnswer>& answe
 void runBatch(const BatchArguments& arguments)
 {
     using Clock = std::chrono::steady_clock;
-    requireOtherFile(arguments);
+    requireOtherFile(arguments.output, {arguments.fileA, arguments.fileB, arguments.queries});
     const QueryFile file = readQueries(arguments);
     requireWritable(arguments.output);
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);

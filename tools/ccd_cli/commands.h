@@ -19,8 +19,9 @@ enum ExitCode
 
 void addToiCommand(CLI::App& app);
 void addBatchCommand(CLI::App& app);
+void addArticulatedCommand(CLI::App& app);
 
-/// Tolerance of both verbs [mesh units].
+/// Tolerance of all verbs [mesh units].
 inline constexpr double kDefaultTolerance = 1e-4;
 
 /// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.

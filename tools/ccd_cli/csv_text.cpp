@@ -1,6 +1,10 @@
 #include "tools/ccd_cli/csv_text.h"
 
 #include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
 
 namespace bullet_ccd::tools
 {
@@ -57,6 +61,45 @@ std::optional<std::vector<std::string>> csvCells(std::string_view line)
         at = comma + 1;
     }
     return cells;
+}
+
+std::string contentOfFile(const std::filesystem::path& path, const std::string& remedy)
+{
+    namespace fs = std::filesystem;
+    std::ifstream file(path, std::ios::binary);
+    if (!file || fs::is_directory(path))
+    {
+        throw std::runtime_error(fmt::format(
+            "{}: {}: {}",
+            path.string(),
+            fs::is_directory(path) ? "is a folder"
+                                   : (fs::exists(path) ? "cannot be read" : "does not exist"),
+            remedy));
+    }
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<NumberedLine> linesOf(std::string_view content)
+{
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (content.substr(0, kByteOrderMark.size()) == kByteOrderMark)
+    {
+        content.remove_prefix(kByteOrderMark.size());
+    }
+    std::vector<NumberedLine> lines;
+    for (std::size_t line = 1; !content.empty(); ++line)
+    {
+        const std::size_t end = std::min(content.find_first_of("\r\n"), content.size());
+        const std::string_view text = content.substr(0, end);
+        content.remove_prefix(end);
+        content.remove_prefix(
+            content.substr(0, 2) == "\r\n" ? 2 : std::min<std::size_t>(1, content.size()));
+        if (!trimmed(text).empty())
+        {
+            lines.push_back({.text = text, .line = line});
+        }
+    }
+    return lines;
 }
 
 std::string csvCell(const std::string& text)

@@ -14,12 +14,13 @@ constexpr const char* kFooter =
     "\n"
     "Examples:\n"
     "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4\n"
-    "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary";
+    "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary\n"
+    "  bullet-ccd articulated arm.urdf --from start.csv --to goal.csv --obstacles table.stl --self";
 
 int run(int argc, char** argv)
 {
     using namespace bullet_ccd::tools;
-    CLI::App app("Continuous collision detection: when do two moving meshes first touch?",
+    CLI::App app("Continuous collision detection: when do moving meshes and robots first touch?",
                  "bullet-ccd");
     app.set_version_flag("--version", "bullet-ccd " BULLET_CCD_VERSION);
     app.require_subcommand(1);
@@ -27,6 +28,7 @@ int run(int argc, char** argv)
     app.get_formatter()->column_width(34);
     addToiCommand(app);
     addBatchCommand(app);
+    addArticulatedCommand(app);
     try
     {
         app.parse(argc, argv);

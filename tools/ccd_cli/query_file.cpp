@@ -4,11 +4,8 @@
 #include "tools/ccd_cli/pose_text.h"
 #include "tools/ccd_cli/query_columns.h"
 
-#include <algorithm>
 #include <array>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -18,20 +15,6 @@ namespace bullet_ccd::tools
 namespace
 {
 namespace fs = std::filesystem;
-
-std::string contentOf(const fs::path& path)
-{
-    std::ifstream file(path, std::ios::binary);
-    if (!file || fs::is_directory(path))
-    {
-        throw std::runtime_error(fmt::format(
-            "{}: {}: give a CSV file of queries",
-            path.string(),
-            fs::is_directory(path) ? "is a folder"
-                                   : (fs::exists(path) ? "cannot be read" : "does not exist")));
-    }
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// Reads the cells of one row; messages name the column.
 class RowReader
@@ -136,33 +119,19 @@ void addRow(QueryFile& file,
 
 QueryFile readQueryFile(const fs::path& path)
 {
-    const std::string content = contentOf(path);
-    std::string_view rest = content;
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (rest.substr(0, kByteOrderMark.size()) == kByteOrderMark)
-    {
-        rest.remove_prefix(kByteOrderMark.size());
-    }
+    const std::string content = contentOfFile(path, "give a CSV file of queries");
     QueryFile file;
     std::optional<QueryColumns> columns;
-    for (std::size_t line = 1; !rest.empty(); ++line)
+    for (const NumberedLine& line : linesOf(content))
     {
-        const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
-        const std::string_view text = rest.substr(0, end);
-        rest.remove_prefix(end);
-        rest.remove_prefix(rest.substr(0, 2) == "\r\n" ? 2 : std::min<std::size_t>(1, rest.size()));
-        if (trimmed(text).empty())
-        {
-            continue;
-        }
         if (!columns)
         {
-            columns = queryColumns(text, path, line);
+            columns = queryColumns(line.text, path, line.line);
             file.form = columns->form;
         }
         else
         {
-            addRow(file, *columns, text, path, line);
+            addRow(file, *columns, line.text, path, line.line);
         }
     }
     if (!columns)

@@ -72,6 +72,18 @@ void requireWritable(const fs::path& path)
     }
 }
 
+void requireOtherFile(const std::string& output, std::initializer_list<std::string> inputs)
+{
+    for (const std::string& input : inputs)
+    {
+        std::error_code error;
+        if (fs::equivalent(output, input, error) && !error)
+        {
+            throw std::runtime_error(output + ": is also an input: choose another file with -o");
+        }
+    }
+}
+
 void writeWholeFile(const fs::path& path, const std::string& text)
 {
     if (isDevice(path))

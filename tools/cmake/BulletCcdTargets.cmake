@@ -15,6 +15,18 @@ function(bullet_ccd_target_options target)
     endif()
 endfunction()
 
+# For targets with many files: parses Eigen and the given headers once; nothing where precompiled
+# headers are off.
+function(bullet_ccd_precompile target)
+    if(BULLET_CCD_PRECOMPILED_HEADERS)
+        target_precompile_headers(${target} PRIVATE <Eigen/Geometry> <algorithm> <functional> <map>
+                                  <memory> <string> <vector> ${ARGN})
+        if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+            target_compile_options(${target} PRIVATE -fpch-preprocess)  # for ccache
+        endif()
+    endif()
+endfunction()
+
 # A library with its alias; sources and headers are listed explicitly.
 # bullet_ccd_library(name ALIAS ns::name SOURCES ... HEADERS ... LINK ...)
 function(bullet_ccd_library name)
