@@ -191,8 +191,13 @@ btCcdControl::Body btCcdControl::bodyOf(btCollisionObject* object)
 bool btCcdControl::beginStep(btScalar timeStep)
 {
     m_lastImpacts.clear();
-    suspendStockClamping();
-    if (!m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome))
+    const bool found = m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome);
+    m_counters.m_unsupported = m_stepper.unsupported();
+    if (m_stepper.seesStockClamping())
+    {
+        suspendStockClamping();
+    }
+    if (!found)
     {
         return false;
     }
@@ -228,6 +233,7 @@ void btCcdControl::integrateFromImpactToImpact(btScalar timeStep, const Integrat
     m_pairEvents.clear();
     m_spinning.clear();
     restoreSpins();
+    countQueries();
 }
 
 /// An impact may leave a body spinning faster than Bullet's integrator turns it in one call.
@@ -282,16 +288,16 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
             m_stepper.refresh();
         }
         m_events.clear();
+        countQueries();
     }
-    countQueries();
+    m_counters.m_unsupported = m_stepper.unsupported();
 }
 
 void btCcdControl::countQueries()
 {
-    const btCcdStepper::Counts counts = m_stepper.counts();
+    const btCcdStepper::Counts& counts = m_stepper.counts();
     m_counters.m_queries += counts.m_queries;
     m_counters.m_overlaps += counts.m_overlaps;
-    m_counters.m_unsupported = counts.m_unsupported;
     m_stepper.end();
 }
 
@@ -302,7 +308,7 @@ void btCcdControl::suspendStockClamping()
     for (int i = 0; i < bodies.size(); ++i)
     {
         btRigidBody* body = bodies[i];
-        if (body->getCcdMotionThreshold() != btScalar(0) && isCcdEnabled(body))
+        if (body->getCcdMotionThreshold() != btScalar(0) && m_stepper.covers(*body))
         {
             m_stockThresholds.emplace_back(body, body->getCcdMotionThreshold());
             body->setCcdMotionThreshold(btScalar(0));
@@ -377,7 +383,10 @@ void btCcdControl::limitSpins(const Body& body,
 
 void btCcdControl::endStep()
 {
-    countQueries();
+    if (m_stockThresholds.empty())
+    {
+        return;
+    }
     for (const auto& [body, threshold] : m_stockThresholds)
     {
         body->setCcdMotionThreshold(threshold);

@@ -14,11 +14,10 @@ struct btCcdBox
     btVector3 m_high = btVector3(-1, -1, -1);  ///< below m_low: nothing is in the box
 
     /// NaN is in no box.
-    [[nodiscard]] bool contains(const btCcdBox& other) const
+    [[nodiscard]] bool contains(const btVector3& low, const btVector3& high) const
     {
-        return m_low.x() <= other.m_low.x() && other.m_high.x() <= m_high.x() &&
-               m_low.y() <= other.m_low.y() && other.m_high.y() <= m_high.y() &&
-               m_low.z() <= other.m_low.z() && other.m_high.z() <= m_high.z();
+        return m_low.x() <= low.x() && high.x() <= m_high.x() && m_low.y() <= low.y() &&
+               high.y() <= m_high.y() && m_low.z() <= low.z() && high.z() <= m_high.z();
     }
     [[nodiscard]] bool meets(const btCcdBox& other) const
     {
@@ -33,9 +32,11 @@ class btCcdNeighbours
 public:
     /// Nothing is in a box of the list any more.
     void clear();
-    [[nodiscard]] bool contains(std::size_t index, const btCcdBox& box) const
+    [[nodiscard]] bool contains(std::size_t index,
+                                const btVector3& low,
+                                const btVector3& high) const
     {
-        return index < m_boxes.size() && m_boxes[index].contains(box);
+        return index < m_boxes.size() && m_boxes[index].contains(low, high);
     }
     /// Makes the list anew. Boxes that nothing is in meet nothing.
     void list(const std::vector<btCcdBox>& boxes);

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdPairRules.h"
 #include "bullet_ccd/bullet/btCcdTracker.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -100,22 +101,72 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     m_counts = {};
     m_pairs.clear();
     m_fast.clear();
-    if (!m_tracker->look(m_timeStep))
+    if (m_tracker->look(m_timeStep))
     {
-        return false;
-    }
-    for (const auto& [first, second] : m_tracker->findNeighbours())
-    {
-        const btCcdTracked& a = at(first);
-        const btCcdTracked& b = at(second);
-        if ((a.m_beyond + b.m_beyond > 0.0 || (a.m_pressed && b.m_pressed)) && a.m_tracked &&
-            b.m_tracked && canCross(a, b) && m_tracker->placeOf(a).meets(m_tracker->placeOf(b)) &&
-            wanted(a, b) && !staysApart(a, b))
-        {
-            m_pairs.push_back({first, second, kNever, {}});
-        }
+        findPairs();
     }
     return !m_pairs.empty();
+}
+
+/// Bound of what any point of one object moves in this step relative to the other.
+inline double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    const btCcdCourse& courseA = a.m_course;
+    const btCcdCourse& courseB = b.m_course;
+    const double toCome = remaining() * (norm(courseA.m_velocity - courseB.m_velocity) +
+                                         courseA.m_turning + courseB.m_turning);
+    if (m_time == 0.0)
+    {
+        return toCome;
+    }
+    const double sinceA = m_time - a.m_since;
+    const double sinceB = m_time - b.m_since;
+    const btVector3 past = (a.m_shift + courseA.m_velocity * btScalar(sinceA)) -
+                           (b.m_shift + courseB.m_velocity * btScalar(sinceB));
+    const double turned =
+        a.m_turned + courseA.m_turning * sinceA + b.m_turned + courseB.m_turning * sinceB;
+    return norm(past) + turned + toCome;
+}
+
+/// False if the two move too little to cross each other, as begin() counts it.
+inline bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose)
+{
+    if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
+    {
+        return true;
+    }
+    return mayLose < kNever && wayApart(a, b) > mayLose;
+}
+
+/// In the order of what it costs to see that a pair cannot meet.
+void btCcdStepper::findPairs()
+{
+    for (btCcdNeighbourPair& pair : m_tracker->findNeighbours())
+    {
+        // What Bullet asks of links first, without the detours.
+        if (pair.m_child != nullptr &&
+            (pair.m_child->m_flags & BT_MULTIBODYLINKFLAGS_DISABLE_PARENT_COLLISION) != 0)
+        {
+            continue;
+        }
+        const btCcdTracked& a = at(pair.m_a);
+        const btCcdTracked& b = at(pair.m_b);
+        const bool pressed = a.m_pressed && b.m_pressed;
+        if ((!(a.m_beyond + b.m_beyond > 0.0) && !pressed) || !a.m_tracked || !b.m_tracked ||
+            btCcdTracker::areBoxesApart(a, b))
+        {
+            continue;
+        }
+        if (pair.m_mayLose < 0.0)
+        {
+            pair.m_mayLose = btCcdMayLose(m_context, a, b);
+        }
+        if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
+            !(btCcdClearance(m_context, a, b) > a.m_motion + b.m_motion))
+        {
+            m_pairs.push_back({pair.m_a, pair.m_b, kNever, {}});
+        }
+    }
 }
 
 void btCcdStepper::askAll()
@@ -136,37 +187,20 @@ void btCcdStepper::askAll()
     }
 }
 
-btCcdStepper::Counts btCcdStepper::counts() const
+std::int64_t btCcdStepper::unsupported() const
 {
-    Counts counts = m_counts;
-    counts.m_unsupported = m_tracker->unsupported();
-    return counts;
+    return m_tracker->unsupported();
 }
 
-/// True if two are farther apart where they are seen than they move, in any order.
-bool btCcdStepper::staysApart(const btCcdTracked& a, const btCcdTracked& b) const
+bool btCcdStepper::covers(const btCollisionObject& object) const
 {
-    const auto poseOf = [](const btCcdTracked& tracked) -> std::optional<btTransform>
-    {
-        const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
-        if (collider == nullptr)
-        {
-            return tracked.m_object->getWorldTransform();
-        }
-        if (!tracked.m_moves)
-        {
-            return std::nullopt;  // its collider may not be where its joints are
-        }
-        const btMultiBody& body = *collider->m_multiBody;
-        return collider->m_link < 0 ? body.getBaseWorldTransform()
-                                    : body.getLink(collider->m_link).m_cachedWorldTransform;
-    };
-    const auto poseA = poseOf(a);
-    const auto poseB = poseOf(b);
-    const double needed =
-        a.m_motion + b.m_motion + a.m_shape->m_shell + b.m_shape->m_shell + m_context.m_tolerance;
-    return poseA && poseB &&
-           btCcdGap(a.m_shape->m_extent, *poseA, b.m_shape->m_extent, *poseB) > needed;
+    const btCcdTracked* tracked = std::as_const(*m_tracker).find(object);
+    return tracked != nullptr && tracked->m_usable;
+}
+
+bool btCcdStepper::seesStockClamping() const
+{
+    return m_tracker->seesStockClamping();
 }
 
 void btCcdStepper::findFast()
@@ -175,6 +209,11 @@ void btCcdStepper::findFast()
     std::vector<btCcdTracked>& objects = m_tracker->objects();
     for (btCcdTracked& tracked : objects)
     {
+        if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+        {
+            tracked.m_course.m_spin =
+                tracked.m_moves ? body->getAngularVelocity() : btVector3(0, 0, 0);
+        }
         tracked.m_fast = tracked.m_tracked && (tracked.m_motion > tracked.m_slow ||
                                                (tracked.m_pressed && tracked.m_motion > 0.0));
         if (tracked.m_fast)
@@ -356,7 +395,8 @@ void btCcdStepper::addPair(int a, int b)
 {
     // The order in which Bullet sees the pair: by the age of the objects.
     const auto [first, second] = std::minmax(a, b);
-    if (wanted(at(first), at(second)) && canCross(at(first), at(second)))
+    if (wanted(at(first), at(second)) &&
+        canCross(at(first), at(second), btCcdMayLose(m_context, at(first), at(second))))
     {
         m_pairs.push_back({first, second, kNever, {}});
     }
@@ -364,54 +404,9 @@ void btCcdStepper::addPair(int a, int b)
 
 bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
 {
-    if (!a.m_tracked || !b.m_tracked || a.m_object == b.m_object ||
-        (a.m_motion <= 0.0 && b.m_motion <= 0.0) || !b.m_object->hasContactResponse() ||
-        !a.m_object->hasContactResponse() || !a.m_object->checkCollideWith(b.m_object))
-    {
-        return false;
-    }
-    btDispatcher& dispatcher = *const_cast<btCollisionWorld&>(m_world).getDispatcher();
-    const btOverlappingPairCache& cache = *const_cast<btCollisionWorld&>(m_world).getPairCache();
-    return cache.needsBroadphaseCollision(a.m_object->getBroadphaseHandle(),
-                                          b.m_object->getBroadphaseHandle()) &&
-           dispatcher.needsCollision(a.m_object, b.m_object) &&
-           dispatcher.needsResponse(a.m_object, b.m_object);
-}
-
-/// Bound of what any point of one object moves in this step relative to the other.
-double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& b) const
-{
-    const double sinceA = m_time - a.m_since;
-    const double sinceB = m_time - b.m_since;
-    const btCcdCourse& courseA = a.m_course;
-    const btCcdCourse& courseB = b.m_course;
-    const btVector3 past = (a.m_shift + courseA.m_velocity * btScalar(sinceA)) -
-                           (b.m_shift + courseB.m_velocity * btScalar(sinceB));
-    const double turned =
-        a.m_turned + courseA.m_turning * sinceA + b.m_turned + courseB.m_turning * sinceB;
-    return norm(past) + turned +
-           remaining() * (norm(courseA.m_velocity - courseB.m_velocity) + courseA.m_turning +
-                          courseB.m_turning);
-}
-
-/// False if the two move too little to cross each other, as begin() counts it.
-bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b)
-{
-    if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
-    {
-        return true;
-    }
-    const btCcdShapeOutline& outlineA = a.outline();
-    const btCcdShapeOutline& outlineB = b.outline();
-    const bool stock = outlineA.m_ownMargin == kNever && outlineB.m_ownMargin == kNever;
-    if (stock && !(outlineA.m_hasMesh && outlineB.m_hasMesh))
-    {
-        return wayApart(a, b) > kUnseen * (outlineA.m_depth + outlineB.m_depth);
-    }
-    const btCcdShapeModel* modelA = m_context.model(a.m_object->getCollisionShape());
-    const btCcdShapeModel* modelB = m_context.model(b.m_object->getCollisionShape());
-    return modelA != nullptr && modelB != nullptr &&
-           wayApart(a, b) > kUnseen * btCcdReserve(*modelA, *modelB);
+    return a.m_tracked && b.m_tracked && a.m_object != b.m_object &&
+           (a.m_motion > 0.0 || b.m_motion > 0.0) &&
+           btCcdMayMeet(m_world, *a.m_object, *b.m_object);
 }
 
 void btCcdStepper::ask(Pair& pair)
@@ -615,6 +610,7 @@ bool btCcdStepper::sweptBox(const btCollisionObject& object, btVector3& low, btV
     {
         // Nothing was in its way, so nothing was asked. By now it is where the step ended.
         m_motion = Motion::Done;
+        m_time = 0.0;
         sweep(*tracked);
     }
     low = tracked->m_sweep.m_low;

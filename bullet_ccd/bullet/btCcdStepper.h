@@ -56,7 +56,6 @@ public:
     {
         std::int64_t m_queries = 0;
         std::int64_t m_overlaps = 0;
-        std::int64_t m_unsupported = 0;
     };
     struct Event
     {
@@ -94,7 +93,14 @@ public:
     void refresh();
     void end();
 
-    [[nodiscard]] Counts counts() const;
+    /// Since begin().
+    [[nodiscard]] const Counts& counts() const { return m_counts; }
+    /// Colliders of shapes that are not covered.
+    [[nodiscard]] std::int64_t unsupported() const;
+    /// True if the object is covered and enabled; after begin().
+    [[nodiscard]] bool covers(const btCollisionObject& object) const;
+    /// True if Bullet's own motion clamping is on for any such object that moves.
+    [[nodiscard]] bool seesStockClamping() const;
     const btCcdObjectMotion* motionOf(const btCollisionObject& object) override;
     /// The same for the whole multibody that a link belongs to; null for others.
     const btCcdMultiBodyMotion* multiBodyMotionOf(const btCollisionObject& object);
@@ -147,7 +153,7 @@ private:
     [[nodiscard]] btCcdTracked& at(int index);
     [[nodiscard]] const btCcdTracked& at(int index) const;
     [[nodiscard]] int indexOf(const btCcdTracked& tracked) const;
-    [[nodiscard]] bool staysApart(const btCcdTracked& a, const btCcdTracked& b) const;
+    void findPairs();
     KnownMultiBody& known(const btMultiBody& body);
     void readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose);
     [[nodiscard]] double wayApart(const btCcdTracked& a, const btCcdTracked& b) const;
@@ -158,7 +164,7 @@ private:
     void addCandidates(int index, bool onlyChanged);
     void addPair(int a, int b);
     [[nodiscard]] bool wanted(const btCcdTracked& a, const btCcdTracked& b) const;
-    [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b);
+    [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose);
     void ask(Pair& pair);
     [[nodiscard]] btCcdImpact impactOf(const Pair& pair, btScalar time) const;
 };

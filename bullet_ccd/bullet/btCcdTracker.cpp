@@ -3,8 +3,6 @@
 #include "bullet_ccd/bullet/btCcdContext.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
-#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
@@ -18,20 +16,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 /// What a shape may use up of the margin of the mesh that it meets.
 constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for about so many steps, and for this part of an object's reach.
-constexpr double kSteps = 8.0;
-constexpr double kPartOfReach = 0.25;
-
-int revisionOf(const btCollisionShape& shape)
-{
-    return shape.isCompound() ? static_cast<const btCompoundShape&>(shape).getUpdateRevision() : 0;
-}
-
-/// True if Bullet moves the object in a step.
-bool isMoved(const btCollisionObject& object)
-{
-    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
-           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
-}
+constexpr double kSteps = 12.0;
+constexpr double kPartOfReach = 0.35;
 
 double norm(const btVector3& v)
 {
@@ -51,47 +37,26 @@ const btVector3& originOf(const btCollisionObject& object)
                                 : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
 }
 
-bool isSimpleType(int type)
+/// Null if neither is the other's parent.
+const btMultibodyLink* childOf(const btCollisionObject& a, const btCollisionObject& b)
 {
-    return type == BOX_SHAPE_PROXYTYPE || type == SPHERE_SHAPE_PROXYTYPE ||
-           type == CAPSULE_SHAPE_PROXYTYPE;
+    const auto* linkA = btMultiBodyLinkCollider::upcast(&a);
+    const auto* linkB = btMultiBodyLinkCollider::upcast(&b);
+    if (linkA == nullptr || linkB == nullptr || linkA->m_multiBody != linkB->m_multiBody)
+    {
+        return nullptr;
+    }
+    for (const auto& [child, parent] : {std::pair(linkA, linkB), std::pair(linkB, linkA)})
+    {
+        if (child->m_link >= 0 &&
+            child->m_multiBody->getLink(child->m_link).m_parent == parent->m_link)
+        {
+            return &child->m_multiBody->getLink(child->m_link);
+        }
+    }
+    return nullptr;
 }
 }  // namespace
-
-btCcdKnownShape::btCcdKnownShape(const btCollisionShape& shape)
-    : m_shape(&shape), m_type(shape.getShapeType()), m_isSimple(isSimpleType(m_type))
-{
-    if (m_isSimple)
-    {
-        const auto& simple = static_cast<const btConvexInternalShape&>(shape);
-        m_dimensions = simple.getImplicitShapeDimensions();
-        m_scaling = simple.getLocalScalingNV();
-        m_margin = simple.getMarginNV();
-        return;
-    }
-    m_scaling = shape.getLocalScaling();
-    m_margin = shape.getMargin();
-    m_revision = revisionOf(shape);
-}
-
-bool btCcdKnownShape::isOf(const btCollisionShape& shape) const
-{
-    if (m_shape != &shape || m_type != shape.getShapeType())
-    {
-        return false;
-    }
-    if (m_isSimple)
-    {
-        // The scaling matters to a sphere only; to the others it is in the dimensions.
-        const auto& simple = static_cast<const btConvexInternalShape&>(shape);
-        const btVector3& dimensions = simple.getImplicitShapeDimensions();
-        return m_dimensions.x() == dimensions.x() && m_dimensions.y() == dimensions.y() &&
-               m_dimensions.z() == dimensions.z() &&
-               m_scaling.x() == simple.getLocalScalingNV().x() && m_margin == simple.getMarginNV();
-    }
-    return m_scaling == shape.getLocalScaling() && m_margin == shape.getMargin() &&
-           m_revision == revisionOf(shape);
-}
 
 void btCcdTracked::take(const btCcdCourse& course, double time, double remaining)
 {
@@ -120,7 +85,7 @@ void btCcdTracker::setEnabled(const btCollisionObject* object, bool enabled)
     m_isStale = true;
 }
 
-btCcdTracked* btCcdTracker::find(const btCollisionObject& object)
+const btCcdTracked* btCcdTracker::find(const btCollisionObject& object) const
 {
     const auto index = std::size_t(object.getWorldArrayIndex());
     return index < m_objects.size() && m_objects[index].m_object == &object ? &m_objects[index]
@@ -173,6 +138,7 @@ void btCcdTracker::lookAtAll()
     const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
     m_isStale = false;
     m_neighbours.clear();
+    m_pairs.clear();
     m_shapes.clear();
     m_unsupported = 0;
     m_objects.resize(std::size_t(objects.size()));
@@ -234,6 +200,11 @@ void btCcdTracker::clearStep()
         tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
         tracked.m_since = tracked.m_turned = 0.0;
         tracked.m_shift.setZero();
+        if (!tracked.m_moves)
+        {
+            tracked.m_motion = 0.0;
+            tracked.m_course = {};
+        }
     }
 }
 
@@ -247,6 +218,8 @@ bool btCcdTracker::readMotions(bool check)
     {
         return false;
     }
+    m_isClamped = false;
+    m_isListed = m_context.m_tolerance == m_listedTolerance;
     double most = -kNever;
     double second = -kNever;
     for (std::size_t i = 0; i < count; ++i)
@@ -261,8 +234,15 @@ bool btCcdTracker::readMotions(bool check)
         {
             continue;
         }
-        tracked.m_moves = isMoved(object);
-        tracked.m_motion = tracked.m_moves ? motionOf(tracked) : 0.0;
+        if (btCcdIsMoved(object))
+        {
+            tracked.m_moves = true;
+            read(tracked);
+        }
+        else
+        {
+            readAtRest(tracked, i);
+        }
         tracked.m_beyond = tracked.m_motion - tracked.m_unseen;
         second = std::max(second, std::min(most, tracked.m_beyond));
         most = std::max(most, tracked.m_beyond);
@@ -271,23 +251,68 @@ bool btCcdTracker::readMotions(bool check)
     return true;
 }
 
-inline double btCcdTracker::motionOf(const btCcdTracked& tracked)
+inline void btCcdTracker::readAtRest(btCcdTracked& tracked, std::size_t index)
+{
+    if (tracked.m_moves)
+    {
+        tracked.m_moves = false;
+        tracked.m_motion = 0.0;
+        tracked.m_course = {};
+    }
+    const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
+    tracked.m_tracked = proxy != nullptr;
+    m_isListed = m_isListed && (proxy == nullptr ||
+                                m_neighbours.contains(index, proxy->m_aabbMin, proxy->m_aabbMax));
+}
+
+/// Where the object is and how it moves.
+inline void btCcdTracker::read(btCcdTracked& tracked)
 {
     const double reach = tracked.outline().m_reach;
     if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
     {
-        return m_timeStep *
-               (norm(body->getLinearVelocity()) + norm(body->getAngularVelocity()) * reach);
+        btCcdCourse& course = tracked.m_course;
+        course.m_velocity = body->getLinearVelocity();
+        course.m_turning = norm(body->getAngularVelocity()) * reach;
+        tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
+        tracked.m_origin = body->getWorldTransform().getOrigin();
+        m_isClamped = m_isClamped || body->getCcdMotionThreshold() != btScalar(0);
     }
-    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
-    if (collider == nullptr)
+    else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
-        return 0.0;
+        readLink(tracked, *collider);
     }
-    const Speeds& speeds = speedsOf(*collider->m_multiBody);
-    const std::size_t link = 2 * std::size_t(collider->m_link + 1);
-    return speeds.m_covered ? m_timeStep * (speeds.m_links[link] + speeds.m_links[link + 1] * reach)
-                            : 0.0;
+    else
+    {
+        tracked.m_course = {};
+        tracked.m_motion = 0.0;
+        tracked.m_origin = tracked.m_object->getWorldTransform().getOrigin();
+    }
+    tracked.m_around = reach + m_context.m_tolerance + tracked.m_motion;
+    tracked.m_tracked = true;
+    const btVector3 moved = (tracked.m_origin - tracked.m_listed).absolute();
+    const double farthest = double(std::max(std::max(moved.x(), moved.y()), moved.z()));
+    if (!(farthest + tracked.m_motion <= tracked.m_room))
+    {
+        m_isListed = false;
+        tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
+    }
+}
+
+inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider)
+{
+    const Speeds& speeds = speedsOf(*collider.m_multiBody);
+    btCcdCourse& course = tracked.m_course;
+    tracked.m_origin = originOf(collider);
+    tracked.m_motion = course.m_turning = 0.0;
+    course.m_velocity = speeds.m_velocity;
+    if (speeds.m_covered)
+    {
+        const double* link = &speeds.m_links[2 * std::size_t(collider.m_link + 1)];
+        const double speed = link[0] + link[1] * tracked.outline().m_reach;
+        tracked.m_motion = m_timeStep * speed;
+        course.m_turning = speed - speeds.m_common;
+    }
 }
 
 btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
@@ -311,27 +336,17 @@ btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
         return course;
     }
     const Speeds& speeds = speedsOf(*collider->m_multiBody);
-    const std::size_t link = 2 * std::size_t(collider->m_link + 1);
     if (speeds.m_covered)
     {
-        course.m_turning = speeds.m_links[link] + speeds.m_links[link + 1] * reach;
-        if (!speeds.m_body->hasFixedBase() && speeds.m_links[0] > 0.0)
-        {
-            // All links have the velocity of the base, and that of their joints besides.
-            course.m_velocity = speeds.m_body->getBaseVel();
-            course.m_turning -= speeds.m_links[0];
-        }
+        const double* link = &speeds.m_links[2 * std::size_t(collider->m_link + 1)];
+        course.m_velocity = speeds.m_velocity;
+        course.m_turning = link[0] + link[1] * reach - speeds.m_common;
     }
     return course;
 }
 
-const btCcdTracker::Speeds& btCcdTracker::speedsOf(const btMultiBody& body)
+const btCcdTracker::Speeds& btCcdTracker::findSpeeds(const btMultiBody& body)
 {
-    // Colliders of a body usually follow each other.
-    if (m_lastBody != nullptr && m_lastBody->m_body == &body)
-    {
-        return *m_lastBody;
-    }
     const auto end = m_bodies.begin() + std::ptrdiff_t(m_bodyCount);
     const auto seen = std::find_if(
         m_bodies.begin(), end, [&](const auto& known) { return known->m_body == &body; });
@@ -352,10 +367,38 @@ const btCcdTracker::Speeds& btCcdTracker::speedsOf(const btMultiBody& body)
     {
         btCcdReadSpeeds(body, m_timeStep, speeds.m_links);
     }
+    // All links have the velocity of the base, and that of their joints besides.
+    const bool floats = speeds.m_covered && !body.hasFixedBase() && speeds.m_links[0] > 0.0;
+    speeds.m_velocity = floats ? body.getBaseVel() : btVector3(0, 0, 0);
+    speeds.m_common = floats ? speeds.m_links[0] : 0.0;
     return speeds;
 }
 
-/// Notes the pairs that the solver has let sink in deeper than slow motion leaves room for.
+/// True if the solver has let the two sink in deeper than slow motion leaves room for.
+inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
+                                    const btCcdTracked*& a,
+                                    const btCcdTracked*& b) const
+{
+    btScalar deepest = 0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
+    }
+    if (!(deepest < btScalar(0)))
+    {
+        return false;
+    }
+    a = find(*manifold.getBody0());
+    b = find(*manifold.getBody1());
+    if (a == nullptr || b == nullptr)
+    {
+        return false;
+    }
+    const double reserve = std::min(a->outline().m_reserve + b->outline().m_reserve,
+                                    std::min(a->outline().m_ownMargin, b->outline().m_ownMargin));
+    return -double(deepest) > (1.0 - kUnseen) * reserve;
+}
+
 void btCcdTracker::findPressed()
 {
     btDispatcher& dispatcher = *m_world.getDispatcher();
@@ -363,31 +406,17 @@ void btCcdTracker::findPressed()
     const int count = dispatcher.getNumManifolds();
     for (int i = 0; i < count; ++i)
     {
-        const btPersistentManifold& manifold = *manifolds[i];
-        btScalar deepest = 0;
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
-        {
-            deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
-        }
-        if (!(deepest < btScalar(0)))
+        const btCcdTracked* a = nullptr;
+        const btCcdTracked* b = nullptr;
+        if (!isPressed(*manifolds[i], a, b))
         {
             continue;
         }
-        btCcdTracked* a = find(*manifold.getBody0());
-        btCcdTracked* b = find(*manifold.getBody1());
-        if (a == nullptr || b == nullptr)
-        {
-            continue;
-        }
-        const double reserve =
-            std::min(a->outline().m_reserve + b->outline().m_reserve,
-                     std::min(a->outline().m_ownMargin, b->outline().m_ownMargin));
-        if (-double(deepest) > (1.0 - kUnseen) * reserve)
-        {
-            m_pressedPairs.push_back(
-                std::minmax(int(a - m_objects.data()), int(b - m_objects.data())));
-            a->m_pressed = b->m_pressed = m_touched = true;
-        }
+        const auto [first, second] =
+            std::minmax(int(a - m_objects.data()), int(b - m_objects.data()));
+        m_pressedPairs.emplace_back(first, second);
+        m_objects[std::size_t(first)].m_pressed = m_objects[std::size_t(second)].m_pressed = true;
+        m_touched = true;
     }
 }
 
@@ -406,43 +435,42 @@ btCcdBox btCcdTracker::placeOf(const btCcdTracked& tracked) const
         const btBroadphaseProxy& proxy = *tracked.m_object->getBroadphaseHandle();
         return {proxy.m_aabbMin, proxy.m_aabbMax};
     }
-    const auto around =
-        btScalar(tracked.outline().m_reach + m_context.m_tolerance + tracked.m_motion);
+    const auto around = btScalar(tracked.m_around);
     const btVector3 half(around, around, around);
-    const btVector3& origin = originOf(*tracked.m_object);
-    return {origin - half, origin + half};
+    return {tracked.m_origin - half, tracked.m_origin + half};
 }
 
-/// Reads what is needed to compare motions. False if an object has left its box of the list.
-bool btCcdTracker::readCourses()
+namespace
 {
-    bool inside = m_context.m_tolerance == m_listedTolerance;
-    for (std::size_t i = 0; i < m_objects.size(); ++i)
+/// How far the point is from the box, in the direction of an axis.
+btScalar distanceAlongAxes(const btVector3& point, const btBroadphaseProxy& box)
+{
+    btScalar farthest = 0;
+    for (int i = 0; i < 3; ++i)
     {
-        btCcdTracked& tracked = m_objects[i];
-        if (!tracked.m_usable)
-        {
-            continue;
-        }
-        if (!tracked.m_moves)
-        {
-            tracked.m_tracked = tracked.m_object->getBroadphaseHandle() != nullptr;
-            tracked.m_course = {};
-            inside = inside && (!tracked.m_tracked || m_neighbours.contains(i, placeOf(tracked)));
-            continue;
-        }
-        tracked.m_course = courseOf(tracked);
-        const btVector3 moved = (originOf(*tracked.m_object) - tracked.m_listed).absolute();
-        const double farthest = double(std::max(std::max(moved.x(), moved.y()), moved.z()));
-        tracked.m_tracked = true;
-        if (!(farthest + tracked.m_motion <= tracked.m_room))
-        {
-            inside = false;
-            const btVector3& origin = originOf(*tracked.m_object);
-            tracked.m_tracked = std::isfinite(tracked.m_motion + double(origin.length2()));
-        }
+        farthest =
+            std::max(farthest, std::max(box.m_aabbMin[i] - point[i], point[i] - box.m_aabbMax[i]));
     }
-    return inside;
+    return farthest;
+}
+}  // namespace
+
+bool btCcdTracker::areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
+{
+    if (a.m_moves && b.m_moves)
+    {
+        const btVector3 between = a.m_origin - b.m_origin;
+        const auto around = btScalar(a.m_around + b.m_around);
+        return between.length2() > around * around;
+    }
+    if (a.m_moves || b.m_moves)
+    {
+        const btCcdTracked& mover = a.m_moves ? a : b;
+        const btCcdTracked& other = a.m_moves ? b : a;
+        return distanceAlongAxes(mover.m_origin, *other.m_object->getBroadphaseHandle()) >
+               btScalar(mover.m_around);
+    }
+    return true;
 }
 
 void btCcdTracker::listNeighbours()
@@ -460,18 +488,25 @@ void btCcdTracker::listNeighbours()
             box.m_low -= btVector3(room, room, room);
             box.m_high += btVector3(room, room, room);
             tracked.m_room = tracked.m_motion + double(room);
-            tracked.m_listed = originOf(*tracked.m_object);
+            tracked.m_listed = tracked.m_origin;
         }
         m_boxes.push_back(box);
     }
     m_neighbours.list(m_boxes);
+    m_pairs.clear();
+    for (const auto& [first, second] : m_neighbours.pairs())
+    {
+        const btCollisionObject& a = *m_objects[std::size_t(first)].m_object;
+        const btCollisionObject& b = *m_objects[std::size_t(second)].m_object;
+        m_pairs.push_back({first, second, -1.0, childOf(a, b)});
+    }
 }
 
-const std::vector<std::pair<int, int>>& btCcdTracker::findNeighbours()
+std::vector<btCcdNeighbourPair>& btCcdTracker::findNeighbours()
 {
-    if (!readCourses())
+    if (!m_isListed)
     {
         listNeighbours();
     }
-    return m_neighbours.pairs();
+    return m_pairs;
 }

@@ -2,10 +2,9 @@
 #ifndef BT_CCD_TRACKER_H
 #define BT_CCD_TRACKER_H
 
-#include "bullet_ccd/bullet/btCcdGap.h"
+#include "bullet_ccd/bullet/btCcdKnownShape.h"
 #include "bullet_ccd/bullet/btCcdNeighbours.h"
 #include "bullet_ccd/bullet/btCcdObjectMotion.h"
-#include "bullet_ccd/bullet/btCcdShapeOutline.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
@@ -17,32 +16,21 @@
 #include <vector>
 
 class btCcdContext;
+class btMultiBodyLinkCollider;
+struct btMultibodyLink;
 
-/// What there is to know about a shape, while that stays the same.
-struct btCcdKnownShape
+/// True if Bullet moves the object in a step.
+[[nodiscard]] inline bool btCcdIsMoved(const btCollisionObject& object)
 {
-    const btCollisionShape* m_shape = nullptr;
-    int m_type = 0;
-    bool m_isSimple = false;  // a box, sphere or capsule: its dimensions say all
-    btVector3 m_dimensions = btVector3(0, 0, 0);
-    btVector3 m_scaling = btVector3(0, 0, 0);
-    btScalar m_margin = 0;
-    int m_revision = 0;  // of a compound
-    int m_epoch = -1;    // when it was found to be the same
-    bool m_covered = false;
-    btCcdShapeOutline m_outline;
-    btCcdExtent m_extent;
-    double m_shell = 0.0;  // kept free around it [m]
-
-    explicit btCcdKnownShape(const btCollisionShape& shape);
-    [[nodiscard]] bool isOf(const btCollisionShape& shape) const;
-};
+    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
+           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
+}
 
 /// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
 struct btCcdCourse
 {
     btVector3 m_velocity = btVector3(0, 0, 0);
-    btVector3 m_spin = btVector3(0, 0, 0);  // of what is no link
+    btVector3 m_spin = btVector3(0, 0, 0);  // of what is no link; in a step with pairs to ask
     double m_turning = 0.0;
 };
 
@@ -62,8 +50,10 @@ struct btCcdTracked
     double m_slow = 0.0;     // what it may move and not be fast [m]
     double m_unseen = 0.0;   // what it may move unseen, whatever it meets [m]
     double m_motion = 0.0;   // bound of what any point of it moves in the rest of the step [m]
-    double m_beyond = 0.0;   // how far it moves beyond m_unseen
-    btCcdCourse m_course;    // since m_since
+    double m_around = 0.0;   // of the box about its origin that it stays in, if it moves [m]
+    btVector3 m_origin = btVector3(0, 0, 0);  // when the step began, if it moves
+    double m_beyond = 0.0;                    // how far it moves beyond m_unseen
+    btCcdCourse m_course;                     // since m_since
     double m_since = 0.0;
     btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
     double m_turned = 0.0;
@@ -74,6 +64,15 @@ struct btCcdTracked
     [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
     /// Reads the velocity anew, at this time of the step.
     void take(const btCcdCourse& course, double time, double remaining);
+};
+
+/// Two objects that are near each other.
+struct btCcdNeighbourPair
+{
+    int m_a;
+    int m_b;
+    double m_mayLose = -1.0;                   ///< see btCcdMayLose(); negative: not asked yet
+    const btMultibodyLink* m_child = nullptr;  ///< one of the two, if the other is its parent
 };
 
 /// Looks at all objects at the begin of a step, and costs next to nothing where nothing is fast:
@@ -96,8 +95,10 @@ public:
 
     /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
     [[nodiscard]] bool look(double timeStep);
-    /// All pairs, by index, that may meet in this step, and some more; after look().
-    const std::vector<std::pair<int, int>>& findNeighbours();
+    /// All pairs that may meet in this step, and some more; after look().
+    std::vector<btCcdNeighbourPair>& findNeighbours();
+    /// True if the two are in boxes that do not meet.
+    [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b);
     /// A box about all that the object passes through in the step.
     [[nodiscard]] btCcdBox placeOf(const btCcdTracked& tracked) const;
     /// Changes are about to be noted in the objects, for the rest of the step.
@@ -112,16 +113,23 @@ public:
 
     [[nodiscard]] std::vector<btCcdTracked>& objects() { return m_objects; }
     [[nodiscard]] const std::vector<btCcdTracked>& objects() const { return m_objects; }
-    [[nodiscard]] btCcdTracked* find(const btCollisionObject& object);
+    [[nodiscard]] btCcdTracked* find(const btCollisionObject& object)
+    {
+        return const_cast<btCcdTracked*>(std::as_const(*this).find(object));
+    }
+    [[nodiscard]] const btCcdTracked* find(const btCollisionObject& object) const;
     [[nodiscard]] bool isPressed(int a, int b) const;
     [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
+    [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
 
 private:
     struct Speeds
     {
         const btMultiBody* m_body = nullptr;
         bool m_covered = false;
-        std::vector<double> m_links;  // as btCcdReadSpeeds() gives them
+        std::vector<double> m_links;                // as btCcdReadSpeeds() gives them
+        btVector3 m_velocity = btVector3(0, 0, 0);  // that all links have in common,
+        double m_common = 0.0;                      // and its magnitude
     };
 
     btCollisionWorld& m_world;
@@ -134,6 +142,7 @@ private:
     const Speeds* m_lastBody = nullptr;
     std::vector<std::pair<int, int>> m_pressedPairs;
     btCcdNeighbours m_neighbours;
+    std::vector<btCcdNeighbourPair> m_pairs;  // that the list has
     std::vector<btCcdBox> m_boxes;
     std::int64_t m_unsupported = 0;
     double m_listedTolerance = -1.0;
@@ -143,16 +152,29 @@ private:
     bool m_isStale = false;  // to be looked at anew
     bool m_touched = false;  // see noteChanges()
 
+    bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
+    bool m_isListed = false;   // everything is in its box of the list
+
     void clearStep();
     void lookAtAll();
     void lookAt(btCcdTracked& tracked, btCollisionObject& object);
     void lookAtShape(btCcdKnownShape& shape);
     [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
     [[nodiscard]] bool readMotions(bool check);
-    [[nodiscard]] double motionOf(const btCcdTracked& tracked);
-    [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body);
+    void read(btCcdTracked& tracked);
+    void readAtRest(btCcdTracked& tracked, std::size_t index);
+    void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);
+    [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body)
+    {
+        // Colliders of a body usually follow each other.
+        return m_lastBody != nullptr && m_lastBody->m_body == &body ? *m_lastBody
+                                                                    : findSpeeds(body);
+    }
+    [[nodiscard]] const Speeds& findSpeeds(const btMultiBody& body);
     void findPressed();
-    [[nodiscard]] bool readCourses();
+    [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
+                                 const btCcdTracked*& a,
+                                 const btCcdTracked*& b) const;
     void listNeighbours();
 };
 

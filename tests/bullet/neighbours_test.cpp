@@ -76,10 +76,10 @@ TEST(Neighbours, ListHoldsAllPairsOfBoxesThatMeetAndNoOthers)
     EXPECT_EQ(neighbours.pairs(), expected);
     EXPECT_GT(expected.size(), 20U);
     EXPECT_LT(expected.size(), 1000U);
-    EXPECT_TRUE(neighbours.contains(3, boxes[3]));
-    EXPECT_FALSE(neighbours.contains(5, boxes[3]));
+    EXPECT_TRUE(neighbours.contains(3, boxes[3].m_low, boxes[3].m_high));
+    EXPECT_FALSE(neighbours.contains(5, boxes[3].m_low, boxes[3].m_high));
     neighbours.clear();
-    EXPECT_FALSE(neighbours.contains(3, boxes[3]));
+    EXPECT_FALSE(neighbours.contains(3, boxes[3].m_low, boxes[3].m_high));
 }
 
 TEST(Neighbours, WhatIsPutElsewhereBetweenTwoStepsIsMetThere)
