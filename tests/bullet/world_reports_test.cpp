@@ -103,7 +103,7 @@ TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
     EXPECT_EQ(scene.ccd().getCcdLostTime(box), 0.0);
 }
 
-TEST(WorldsOfOurs, HoldABodyThatMeetsItsLimitOfImpacts)
+TEST(WorldsOfOurs, SettleABodyThatMeetsItsLimitOfImpacts)
 {
     // A ball that bounces between two plates, 20 mm apart, at 100 m/s: 50 times in a step.
     for (const int most : {1, 4})
@@ -127,10 +127,11 @@ TEST(WorldsOfOurs, HoldABodyThatMeetsItsLimitOfImpacts)
         EXPECT_EQ(counters.m_impacts, most + 1);
         EXPECT_EQ(counters.m_subSteps, most);
         EXPECT_EQ(counters.m_eventLimits, 1);
-        EXPECT_EQ(counters.m_clamps, 1);
-        // The first wall is 5 mm away, the others 10 mm from each other.
-        EXPECT_NEAR(counters.m_lostTime, 0.01 - (0.005 + 0.01 * most) / 100.0, 1e-5);
-        EXPECT_NEAR(std::abs(double(ball->getLinearVelocity().z())), 100.0, 1.0);
+        // It has lost its approach, and need not be held.
+        EXPECT_EQ(counters.m_clamps, 0);
+        EXPECT_EQ(counters.m_lostTime, 0.0);
+        EXPECT_NEAR(double(ball->getLinearVelocity().z()), 0.0, 1e-6);
+        EXPECT_LE(std::abs(double(ball->getWorldTransform().getOrigin().z())), 0.005 + 1e-4);
     }
 }
 
