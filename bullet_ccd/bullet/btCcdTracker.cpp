@@ -412,10 +412,11 @@ void btCcdTracker::findPressed()
         {
             continue;
         }
-        const auto [first, second] =
+        const std::pair<int, int> pair =
             std::minmax(int(a - m_objects.data()), int(b - m_objects.data()));
-        m_pressedPairs.emplace_back(first, second);
-        m_objects[std::size_t(first)].m_pressed = m_objects[std::size_t(second)].m_pressed = true;
+        m_pressedPairs.push_back(pair);
+        m_objects[std::size_t(pair.first)].m_pressed = true;
+        m_objects[std::size_t(pair.second)].m_pressed = true;
         m_touched = true;
     }
 }
