@@ -73,6 +73,19 @@ void forSpins(const btMultiBody* body, const Visit& visit)
     }
 }
 
+/// Of the joints that are not moved by the user.
+template <typename Change>
+void forJointRates(btMultiBody& body, const Change& change)
+{
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        for (int dof = 0; dof < body.getLink(i).m_dofCount && !body.isLinkKinematic(i); ++dof)
+        {
+            change(body.getJointVelMultiDof(i)[dof]);
+        }
+    }
+}
+
 btCcdContext& registeredContext(btDiscreteDynamicsWorld& world)
 {
     if (auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher()))
@@ -500,14 +513,7 @@ void btCcdControl::calmDown(btCollisionObject* object)
     {
         multiBody.setBaseOmega(multiBody.getBaseOmega() * kCalm);
     }
-    for (int i = 0; i < multiBody.getNumLinks(); ++i)
-    {
-        for (int dof = 0; dof < multiBody.getLink(i).m_dofCount && !multiBody.isLinkKinematic(i);
-             ++dof)
-        {
-            multiBody.getJointVelMultiDof(i)[dof] *= kCalm;
-        }
-    }
+    forJointRates(multiBody, [](btScalar& rate) { rate *= kCalm; });
 }
 
 /// True if the listener, a stopped link or the limit of impacts has the last word.
@@ -531,9 +537,9 @@ bool btCcdControl::isDone(const btCcdImpact& impact, btScalar remaining)
     return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
 }
 
-/// What the solver could not part in so many impacts goes on without spin and without approach: for
-/// convex bodies that ends it, and costs no time. False if the two cannot be settled, or were in
-/// vain.
+/// What the solver could not part in so many impacts goes on without spin (a multibody: without the
+/// motion of its joints, too) and without approach: for convex bodies that ends it, and costs no
+/// time. False if it was in vain.
 bool btCcdControl::settle(const btCcdImpact& impact)
 {
     btScalar approach = 0;
@@ -541,29 +547,74 @@ bool btCcdControl::settle(const btCcdImpact& impact)
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const Body body = bodyOf(object);
-        if (body.m_multiBody != nullptr || m_events[body] > m_maxEvents + kSettlings)
+        if (m_events[body] > m_maxEvents + kSettlings)
         {
             return false;
         }
-        if (body.m_rigidBody != nullptr)
-        {
-            const btScalar side = object == impact.m_objectA ? btScalar(1) : btScalar(-1);
-            approach += side * body.m_rigidBody->getLinearVelocity().dot(impact.m_normal);
-            mobility += body.m_rigidBody->getInvMass();
-        }
+        const btScalar side = object == impact.m_objectA ? btScalar(1) : btScalar(-1);
+        approach += side * velocityOf(body).dot(impact.m_normal);
+        mobility += mobilityOf(body);
     }
+    const btScalar impulse =
+        mobility > btScalar(0) ? std::max(approach, btScalar(0)) / mobility : btScalar(0);
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
-        btRigidBody* body = bodyOf(object).m_rigidBody;
-        if (body != nullptr && !body->isStaticOrKinematicObject())
-        {
-            const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
-            const btScalar impulse = std::max(approach, btScalar(0)) / mobility;
-            body->applyCentralImpulse(side * impulse * impact.m_normal);
-            body->setAngularVelocity(btVector3(0, 0, 0));
-        }
+        const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
+        slide(bodyOf(object), side * impulse * impact.m_normal);
     }
     return true;
+}
+
+/// Of the base.
+btVector3 btCcdControl::velocityOf(const Body& body)
+{
+    return body.m_rigidBody != nullptr   ? body.m_rigidBody->getLinearVelocity()
+           : body.m_multiBody != nullptr ? body.m_multiBody->getBaseVel()
+                                         : btVector3(0, 0, 0);
+}
+
+/// One over the mass of what slides as one; zero for what does not.
+btScalar btCcdControl::mobilityOf(const Body& body)
+{
+    if (body.m_multiBody == nullptr)
+    {
+        return body.m_rigidBody != nullptr ? body.m_rigidBody->getInvMass() : btScalar(0);
+    }
+    const btMultiBody& chain = *body.m_multiBody;
+    if (chain.hasFixedBase() || chain.isBaseKinematic())
+    {
+        return 0;
+    }
+    btScalar mass = chain.getBaseMass();
+    for (int i = 0; i < chain.getNumLinks(); ++i)
+    {
+        mass += chain.getLinkMass(i);
+    }
+    return btScalar(1) / mass;
+}
+
+/// Without any turn, at the velocity of its base after the impulse.
+void btCcdControl::slide(const Body& body, const btVector3& impulse)
+{
+    const btVector3 zero(0, 0, 0);
+    if (btRigidBody* rigidBody = body.m_rigidBody)
+    {
+        if (!rigidBody->isStaticOrKinematicObject())
+        {
+            rigidBody->applyCentralImpulse(impulse);
+            rigidBody->setAngularVelocity(zero);
+        }
+        return;
+    }
+    if (btMultiBody* chain = body.m_multiBody)
+    {
+        chain->setBaseVel(chain->getBaseVel() + mobilityOf(body) * impulse);
+        if (!chain->isBaseKinematic())
+        {
+            chain->setBaseOmega(zero);
+        }
+        forJointRates(*chain, [](btScalar& rate) { rate = 0; });
+    }
 }
 
 bool btCcdControl::meetsLimit(const btCcdImpact& impact)

@@ -193,6 +193,9 @@ private:
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
     bool settle(const btCcdImpact& impact);
+    [[nodiscard]] static btVector3 velocityOf(const Body& body);
+    [[nodiscard]] static btScalar mobilityOf(const Body& body);
+    static void slide(const Body& body, const btVector3& impulse);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void hold(btCollisionObject* object, btScalar remaining);

@@ -2,6 +2,17 @@
 
 #include <algorithm>
 
+namespace
+{
+/// Up to so many boxes are compared each with each: sorting would take longer.
+constexpr std::size_t kFew = 32;
+
+bool isUsed(const btCcdBox& box)
+{
+    return box.m_low.x() <= box.m_high.x();
+}
+}  // namespace
+
 void btCcdNeighbours::clear()
 {
     m_boxes.clear();
@@ -12,10 +23,36 @@ void btCcdNeighbours::list(const std::vector<btCcdBox>& boxes)
 {
     m_boxes = boxes;
     m_pairs.clear();
-    m_order.clear();
-    for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (boxes.size() <= kFew)
     {
-        if (boxes[i].m_low.x() <= boxes[i].m_high.x())
+        listAll();
+    }
+    else
+    {
+        listByOrder();
+    }
+}
+
+void btCcdNeighbours::listAll()
+{
+    for (std::size_t a = 0; a < m_boxes.size(); ++a)
+    {
+        for (std::size_t b = a + 1; b < m_boxes.size(); ++b)
+        {
+            if (isUsed(m_boxes[a]) && isUsed(m_boxes[b]) && m_boxes[a].meets(m_boxes[b]))
+            {
+                m_pairs.emplace_back(int(a), int(b));
+            }
+        }
+    }
+}
+
+void btCcdNeighbours::listByOrder()
+{
+    m_order.clear();
+    for (std::size_t i = 0; i < m_boxes.size(); ++i)
+    {
+        if (isUsed(m_boxes[i]))
         {
             m_order.push_back(int(i));
         }

@@ -47,6 +47,9 @@ private:
     std::vector<btCcdBox> m_boxes;
     std::vector<int> m_order;  // by the lower end
     std::vector<std::pair<int, int>> m_pairs;
+
+    void listAll();
+    void listByOrder();
 };
 
 #endif  // BT_CCD_NEIGHBOURS_H

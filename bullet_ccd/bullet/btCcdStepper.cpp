@@ -153,6 +153,7 @@ void btCcdStepper::findPairs()
         const btCcdTracked& b = at(pair.m_b);
         const bool pressed = a.m_pressed && b.m_pressed;
         if ((!(a.m_beyond + b.m_beyond > 0.0) && !pressed) || !a.m_tracked || !b.m_tracked ||
+            (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)) ||
             btCcdTracker::areBoxesApart(a, b))
         {
             continue;

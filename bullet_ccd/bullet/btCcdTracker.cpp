@@ -173,8 +173,21 @@ inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObjec
     return tracked.m_shape->isOf(*tracked.m_collisionShape);
 }
 
+/// True for the one object of a world, which meets nothing.
+bool btCcdTracker::isAlone() const
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    return objects.size() == 1 && m_objects.size() == 1 && !m_isStale && !m_touched &&
+           m_objects[0].m_object == objects[0] &&
+           m_objects[0].m_collisionShape == objects[0]->getCollisionShape();
+}
+
 bool btCcdTracker::look(double timeStep)
 {
+    if (isAlone())
+    {
+        return false;
+    }
     m_timeStep = timeStep;
     ++m_epoch;
     forgetBodies();
@@ -402,8 +415,12 @@ inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
 void btCcdTracker::findPressed()
 {
     btDispatcher& dispatcher = *m_world.getDispatcher();
-    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
     const int count = dispatcher.getNumManifolds();
+    if (count == 0)
+    {
+        return;
+    }
+    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
     for (int i = 0; i < count; ++i)
     {
         const btCcdTracked* a = nullptr;
@@ -456,22 +473,11 @@ btScalar distanceAlongAxes(const btVector3& point, const btBroadphaseProxy& box)
 }
 }  // namespace
 
-bool btCcdTracker::areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
+bool btCcdTracker::isBoxApart(const btCcdTracked& mover, const btCcdTracked& other)
 {
-    if (a.m_moves && b.m_moves)
-    {
-        const btVector3 between = a.m_origin - b.m_origin;
-        const auto around = btScalar(a.m_around + b.m_around);
-        return between.length2() > around * around;
-    }
-    if (a.m_moves || b.m_moves)
-    {
-        const btCcdTracked& mover = a.m_moves ? a : b;
-        const btCcdTracked& other = a.m_moves ? b : a;
-        return distanceAlongAxes(mover.m_origin, *other.m_object->getBroadphaseHandle()) >
+    return !mover.m_moves ||
+           distanceAlongAxes(mover.m_origin, *other.m_object->getBroadphaseHandle()) >
                btScalar(mover.m_around);
-    }
-    return true;
 }
 
 void btCcdTracker::listNeighbours()

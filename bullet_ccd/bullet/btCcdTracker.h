@@ -98,7 +98,13 @@ public:
     /// All pairs that may meet in this step, and some more; after look().
     std::vector<btCcdNeighbourPair>& findNeighbours();
     /// True if the two are in boxes that do not meet.
-    [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b);
+    [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
+    {
+        return a.m_moves && b.m_moves
+                   ? a.m_origin.distance2(b.m_origin) >
+                         btScalar((a.m_around + b.m_around) * (a.m_around + b.m_around))
+                   : isBoxApart(a.m_moves ? a : b, a.m_moves ? b : a);
+    }
     /// A box about all that the object passes through in the step.
     [[nodiscard]] btCcdBox placeOf(const btCcdTracked& tracked) const;
     /// Changes are about to be noted in the objects, for the rest of the step.
@@ -155,6 +161,8 @@ private:
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_isListed = false;   // everything is in its box of the list
 
+    [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
+    [[nodiscard]] bool isAlone() const;
     void clearStep();
     void lookAtAll();
     void lookAt(btCcdTracked& tracked, btCollisionObject& object);

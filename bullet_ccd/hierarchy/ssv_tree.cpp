@@ -137,9 +137,12 @@ SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options)
     checkMesh(mesh, "buildSsvTree");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
     const double size = bounds(mesh).sizes().norm();
-    require(size == 0.0 || (size > 1e-16 && size < 1e17),
-            "buildSsvTree: the mesh is " + toText(size) +
-                " across: choose a unit of length in which it is between 1e-16 and 1e17");
+    if (!(size == 0.0 || (size > 1e-16 && size < 1e17)))  // its text is long in the making
+    {
+        require(false,
+                "buildSsvTree: the mesh is " + toText(size) +
+                    " across: choose a unit of length in which it is between 1e-16 and 1e17");
+    }
     SsvTree tree(std::move(mesh), options);
     SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
     tree.m_triangles = std::move(topology.triangles);

@@ -203,8 +203,33 @@ btMultiBody* hangingChain(Scene& scene, int links, bool spherical, bool fixedBas
     return added;
 }
 
-/// Five links on hinges swing freely.
+/// As Bullet's own: one link on a fixed base, a small ball the only collider, a constant torque.
 Program pendulum(Kind kind)
+{
+    Program program = emptyProgram(kind, WorldClass::MultiBody);
+    Scene& scene = *program.scene;
+    btCollisionShape* ball = scene.keep(std::make_unique<btSphereShape>(btScalar(0.05)));
+    btVector3 inertia;
+    ball->calculateLocalInertia(btScalar(10), inertia);
+    auto body = std::make_unique<btMultiBody>(1, btScalar(0), btVector3(0, 0, 0), true, false);
+    body->setupRevolute(0,
+                        btScalar(10),
+                        inertia,
+                        -1,
+                        btQuaternion::getIdentity(),
+                        vec(1, 0, 0),
+                        vec(0, 0, 0),
+                        vec(0, -0.5, 0),
+                        false);
+    body->finalizeMultiDof();
+    body->setHasSelfCollision(false);
+    btMultiBody* added = scene.addMultiBody(std::move(body), nullptr, {ball});
+    program.act = [added](int /*step*/) { added->addJointTorque(0, 20); };
+    return program;
+}
+
+/// Five links on hinges swing freely.
+Program swingingChain(Kind kind)
 {
     Program program = emptyProgram(kind, WorldClass::MultiBody);
     btMultiBody* chain = hangingChain(*program.scene, 5, false, true);
@@ -264,6 +289,7 @@ std::vector<ProgramEntry> programs()
 {
     using enum WorldClass;
     return {{"pendulum", MultiBody, 300, true, pendulum},
+            {"chain", MultiBody, 300, true, swingingChain},
             {"motor", MultiBody, 300, true, motorChain},
             {"spherical", MultiBody, 300, false, sphericalChain},
             {"falling_chain", MultiBody, 200, false, fallingChain},

@@ -1,6 +1,7 @@
 #include "tools/soak/bullet_hand_scene.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/distance/tree_distance.h"
 #include "robots/shapes/household_objects.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
@@ -64,6 +65,7 @@ HandScene::HandScene(const HandModel& hand, SoakObject object, const HandSoak& s
     m_world->getSolverInfo().m_numIterations = kSolverIterations;
     m_world->getPairCache()->setOverlapFilterCallback(&m_pairs);
     m_world.ccd().setCcdImpactListener(&m_audit);
+    m_objectTree = &object.shape->tree();
     addLinks();
     addMotors();
     m_object = m_world.add(std::move(object.shape), object.mass);
@@ -170,7 +172,14 @@ bool HandScene::isClear(const Eigen::Isometry3d& X_WO) const
         }
         const Eigen::Isometry3d X_WL =
             btCcdToEigen(m_body.colliders[i]->getWorldTransform()) * m_body.X_LI[i].inverse();
-        if (!auditPair(*m_linkMeshes[i], X_WL, *m_objectMesh, X_WO).clean())
+        // Not by auditPair(), which also measures how deep things are inside each other.
+        const Eigen::Isometry3d X_OL = X_WO.inverse() * X_WL;
+        const AuditMesh& link = *m_linkMeshes[i];
+        const TrianglePair nearest =
+            treeDistance(*m_hand.linkTrees[i], *m_objectTree, X_OL, kClearance);
+        if (nearest.distance <= 0.0 ||
+            m_objectMesh->contains(X_OL * link.mesh().vertices.front()) ||
+            link.contains(X_OL.inverse() * m_objectMesh->mesh().vertices.front()))
         {
             return false;
         }

@@ -94,6 +94,7 @@ private:
     std::vector<double> m_closed;
     std::string m_objectName;
     std::shared_ptr<const AuditMesh> m_objectMesh;
+    const SsvTree* m_objectTree = nullptr;  // of its shape
     btRigidBody* m_object = nullptr;
     AuditResult m_seen;
 
