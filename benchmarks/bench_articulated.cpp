@@ -1,19 +1,23 @@
-/// A walking, running and kicking human of 15 links among 16 chessmen on their board: time per
-/// query from one frame of the recorded motion to the next, with every stage of the query switched
-/// off in turn, and with each pair of a link and an obstacle on its own.
+/// A walking, running and kicking human of 15 links among 16 chessmen on their board, from one
+/// frame of the recorded motion to the next: answers checked, then timed beside FCL's samples,
+/// beside each pair of a link and an obstacle on its own, and with every stage of the query
+/// switched off.
+#include "benchmarks/human_peers.h"
+#include "benchmarks/human_scene.h"
+#include "benchmarks/rigid_run.h"
+#include "benchmarks/rigid_targets.h"
 #include "benchmarks/timing.h"
-#include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "bullet_ccd/toi/articulated_toi.h"
+#include "bullet_ccd/distance/triangle_distance.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <fmt/format.h>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,243 +25,17 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using Eigen::Isometry3d;
-using Eigen::Vector3d;
-namespace fs = std::filesystem;
+constexpr double kTolerance = 1e-5;
+constexpr double kNever = 2.0;  ///< time of no contact
 
-/// Links of the recording, parents first.
-constexpr std::array<std::array<const char*, 2>, 15> kLinks{{{"root", ""},
-                                                             {"chest", "root"},
-                                                             {"neck", "chest"},
-                                                             {"left_shoulder", "chest"},
-                                                             {"left_elbow", "left_shoulder"},
-                                                             {"left_wrist", "left_elbow"},
-                                                             {"right_shoulder", "chest"},
-                                                             {"right_elbow", "right_shoulder"},
-                                                             {"right_wrist", "right_elbow"},
-                                                             {"left_hip", "root"},
-                                                             {"left_knee", "left_hip"},
-                                                             {"left_ankle", "left_knee"},
-                                                             {"right_hip", "root"},
-                                                             {"right_knee", "right_hip"},
-                                                             {"right_ankle", "right_knee"}}};
-
-/// World poses of the links, frame by frame.
-using Recording = std::vector<std::vector<Isometry3d>>;
-
-std::size_t indexOf(const std::string& name)
+struct Options
 {
-    const auto* found =
-        std::find_if(kLinks.begin(), kLinks.end(), [&](const auto& l) { return name == l[0]; });
-    if (found == kLinks.end())
-    {
-        throw std::runtime_error("the recording has a link \"" + name + "\" that is not known");
-    }
-    return static_cast<std::size_t>(found - kLinks.begin());
-}
-
-Recording readRecording(const fs::path& path)
-{
-    std::ifstream file(path);
-    if (!file)
-    {
-        throw std::runtime_error(path.string() + ": cannot be read: name the data folder");
-    }
-    Recording frames;
-    std::string line;
-    std::getline(file, line);
-    while (std::getline(file, line))
-    {
-        std::replace(line.begin(), line.end(), ',', ' ');
-        std::istringstream fields(line);
-        std::size_t frame = 0;
-        double time = 0.0;
-        std::string link;
-        Vector3d p;
-        Eigen::Quaterniond q;
-        fields >> frame >> time >> link >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >>
-            q.z();
-        frames.resize(std::max(frames.size(), frame + 1), std::vector<Isometry3d>(kLinks.size()));
-        Isometry3d& X = frames[frame][indexOf(link)];
-        X = Isometry3d::Identity();
-        X.linear() = q.normalized().toRotationMatrix();
-        X.translation() = p;
-    }
-    return frames;
-}
-
-/// The tree with spherical joints whose offsets are the mean of those of the recording.
-KinematicTree makeTree(const Recording& frames)
-{
-    KinematicTree tree;
-    tree.links.resize(kLinks.size());
-    for (std::size_t i = 0; i < kLinks.size(); ++i)
-    {
-        Link& link = tree.links[i];
-        link.name = kLinks[i][0];
-        if (i == 0)
-        {
-            continue;
-        }
-        link.parent = static_cast<std::int32_t>(indexOf(kLinks[i][1]));
-        link.joint.type = JointType::Spherical;
-        for (const std::vector<Isometry3d>& poses : frames)
-        {
-            const Isometry3d& X_WP = poses[static_cast<std::size_t>(link.parent)];
-            link.X_PL0.translation() +=
-                X_WP.inverse() * poses[i].translation() / static_cast<double>(frames.size());
-        }
-    }
-    return tree;
-}
-
-/// From frame f to the next.
-JointMotion motionOf(const KinematicTree& tree, const Recording& frames, std::size_t f)
-{
-    JointMotion motion;
-    motion.positions.assign(tree.size(), 0.0);
-    motion.rates.assign(tree.size(), 0.0);
-    motion.balls.resize(tree.size());
-    motion.root = motionBetween(frames[f][0], frames[f + 1][0]);
-    for (std::size_t i = 1; i < tree.size(); ++i)
-    {
-        const auto parent = static_cast<std::size_t>(tree.links[i].parent);
-        const auto turn = [&](std::size_t frame) -> Eigen::Matrix3d
-        { return frames[frame][parent].linear().transpose() * frames[frame][i].linear(); };
-        motion.balls[i] = ballBetween(turn(f), turn(f + 1));
-    }
-    return motion;
-}
-
-struct Scene
-{
-    std::vector<SsvTree> links;
-    std::vector<SsvTree> pieces;
-    std::vector<const SsvTree*> linkTrees;
-    std::vector<RigidBody> obstacles;
-    std::size_t triangles = 0;
-};
-
-/// Upright, on y = 0, the tallest (the king) 0.9 m.
-std::vector<TriangleMesh> loadPieces(const fs::path& data)
-{
-    std::vector<TriangleMesh> pieces;
-    double kingHeight = 0.0;
-    for (const char* name : {"king", "queen", "bishop", "knight", "rook", "pawn"})
-    {
-        pieces.push_back(loadMeshFile(data / "objects/chess" / (std::string(name) + ".ply")).mesh);
-        kingHeight = std::max(kingHeight, bounds(pieces.back()).sizes().maxCoeff());
-    }
-    for (TriangleMesh& piece : pieces)
-    {
-        const Eigen::AlignedBox3d box = bounds(piece);
-        Eigen::Index up = 0;
-        box.sizes().maxCoeff(&up);
-        Vector3d base = box.center();
-        base[up] = box.min()[up];
-        for (Vector3d& vertex : piece.vertices)
-        {
-            const Vector3d v = (vertex - base) * (0.9 / kingHeight);
-            vertex = Vector3d(v[(up + 1) % 3], v[up], v[(up + 2) % 3]);
-        }
-    }
-    return pieces;
-}
-
-/// Pieces on alternating sides of the path of the root, `aside` from it.
-Scene makeScene(const fs::path& data, const Recording& frames, double aside)
-{
-    Scene scene;
-    const fs::path meshes = data / "motions/humanoid/meshes";
-    for (const auto& link : kLinks)
-    {
-        scene.links.push_back(
-            buildSsvTree(loadMeshFile(meshes / (std::string(link[0]) + ".obj")).mesh));
-    }
-    for (TriangleMesh& mesh : loadPieces(data))
-    {
-        scene.pieces.push_back(buildSsvTree(mesh));
-    }
-    scene.pieces.push_back(buildSsvTree(makeBox(Vector3d(4.0, 0.05, 4.0))));
-    for (const SsvTree& tree : scene.links)
-    {
-        scene.linkTrees.push_back(&tree);
-    }
-    constexpr std::array<std::size_t, 16> kMen{0, 5, 1, 5, 2, 5, 3, 5, 4, 5, 2, 5, 3, 5, 4, 5};
-    for (std::size_t i = 0; i < kMen.size(); ++i)
-    {
-        const std::size_t f = i * (frames.size() - 1) / (kMen.size() - 1);
-        Isometry3d X = Isometry3d::Identity();
-        const Vector3d at = frames[f][0].translation();
-        const double side = i % 2 == 0 ? 1.0 : -1.0;
-        X.translation() = Vector3d(at.x(), 0.0, at.z() + side * aside);
-        scene.obstacles.push_back({.tree = &scene.pieces[kMen[i]], .motion = restAt(X)});
-    }
-    Isometry3d X = Isometry3d::Identity();
-    X.translation() = Vector3d(frames[frames.size() / 2][0].translation().x(), -0.1, 0.0);
-    scene.obstacles.push_back({.tree = &scene.pieces.back(), .motion = restAt(X)});
-    for (const RigidBody& body : scene.obstacles)
-    {
-        scene.triangles += body.tree->mesh().triangles.size();
-    }
-    return scene;
-}
-
-/// A link as a motion that rigidToi() takes: what a caller without articulatedToi() would do.
-class LinkAsUserMotion : public UserMotion
-{
-public:
-    LinkAsUserMotion(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
-        : m_tree(tree),
-          m_motion(motion),
-          m_link(link),
-          m_bound(linkAccelerationBound(tree, motion, kNone, link))
-    {
-    }
-    [[nodiscard]] MotionState at(double t) const override
-    {
-        return linkStateAt(m_tree, m_motion, kNone, m_link, t);
-    }
-    [[nodiscard]] AccelerationBound accelerationBound() const override { return m_bound; }
-
-private:
-    const KinematicTree& m_tree;
-    const JointMotion& m_motion;
-    std::int32_t m_link;
-    AccelerationBound m_bound;
-};
-
-/// Earliest contact of all pairs, one by one.
-double naiveTime(const Scene& scene,
-                 const KinematicTree& tree,
-                 const JointMotion& motion,
-                 ToiWorkspace& work)
-{
-    double earliest = 2.0;
-    for (std::size_t i = 0; i < tree.size(); ++i)
-    {
-        const LinkAsUserMotion link(tree, motion, static_cast<std::int32_t>(i));
-        const RigidBody body{.tree = scene.linkTrees[i], .motion = {}, .userMotion = &link};
-        for (const RigidBody& obstacle : scene.obstacles)
-        {
-            const ToiResult result = rigidToi(body, obstacle, {.tolerance = 1e-5}, work);
-            if (isContact(result.status))
-            {
-                earliest = std::min(earliest, result.time);
-            }
-        }
-    }
-    return earliest;
-}
-
-struct Totals
-{
-    double microseconds = 0.0;
-    ArticulatedCounters counters;
-    int hits = 0;
-    int overlaps = 0;
-    int busy = 0;
-    double latest = 0.0;  ///< difference from the naive answer
+    std::string data = defaultDataFolder().string();
+    std::vector<std::string> motions{"walk", "run", "kick"};
+    double aside = 0.45;
+    int repeats = 5;
+    bool fcl = true;
+    bool list = false;
 };
 
 struct Stage
@@ -266,72 +44,237 @@ struct Stage
     ArticulatedToiOptions options;
 };
 
-void add(ArticulatedCounters& sum, const ArticulatedCounters& more)
+ArticulatedToiOptions ours()
 {
-    sum.pairs += more.pairs;
-    sum.culledBySpace += more.culledBySpace;
-    sum.culledByTime += more.culledByTime;
-    sum.nodePairs += more.nodePairs;
-    sum.trianglePairs += more.trianglePairs;
-    sum.states += more.states;
-    sum.subdivisions += more.subdivisions;
+    return {.toi = {.tolerance = kTolerance}};
 }
 
-/// All queries, once to count and a few times to measure.
-Totals measure(const Stage& stage,
-               const KinematicTree& tree,
-               const Scene& scene,
-               const std::vector<JointMotion>& motions,
-               const std::vector<double>& naive)
+std::vector<Stage> stages()
 {
-    constexpr int kRepeats = 5;
-    const Environment environment(scene.obstacles);
-    ToiWorkspace work;
-    Totals totals;
-    for (int repeat = 0; repeat <= kRepeats; ++repeat)
+    std::vector<Stage> all{{"articulatedToi", ours()},
+                           {"without subdivision", ours()},
+                           {"without space", ours()},
+                           {"without time", ours()},
+                           {"directional bound", ours()},
+                           {"sum bound", ours()}};
+    all[1].options.subdivide = false;
+    all[2].options.cullBySpace = false;
+    all[3].options.cullByTime = false;
+    all[4].options.bound = MotionBound::Directional;
+    all[5].options.bound = MotionBound::Sum;
+    return all;
+}
+
+/// What the other methods say of one query.
+struct Reference
+{
+    double rigid = kNever;
+    double sample = kNever;  ///< FCL's first; kNever too if FCL was not asked
+};
+
+/// Sums over the queries of one motion.
+struct Mix
+{
+    int queries = 0;
+    int contacts = 0;
+    int busy = 0;  ///< free with three pairs or more after spatial culling
+    int masked = 0;
+    int wrong = 0;
+    double latest = 0.0;
+    double earliest = 0.0;
+    ArticulatedCounters counters;
+};
+
+void add(Mix& sum, const Mix& more)
+{
+    sum.queries += more.queries;
+    sum.contacts += more.contacts;
+    sum.busy += more.busy;
+    sum.masked += more.masked;
+    sum.wrong += more.wrong;
+    sum.latest = std::max(sum.latest, more.latest);
+    sum.earliest = std::max(sum.earliest, more.earliest);
+    sum.counters.pairs += more.counters.pairs;
+    sum.counters.culledBySpace += more.counters.culledBySpace;
+    sum.counters.culledByTime += more.counters.culledByTime;
+    sum.counters.nodePairs += more.counters.nodePairs;
+    sum.counters.trianglePairs += more.counters.trianglePairs;
+    sum.counters.states += more.counters.states;
+    sum.counters.subdivisions += more.counters.subdivisions;
+}
+
+TriangleCorners corners(const SsvTree& tree, std::int32_t triangle, const Eigen::Isometry3d& X)
+{
+    const Triangle& t = tree.mesh().triangles[static_cast<std::size_t>(triangle)];
+    TriangleCorners result;
+    for (std::size_t k = 0; k < 3; ++k)
     {
-        for (std::size_t i = 0; i < motions.size(); ++i)
+        result[k] = X * tree.mesh().vertices[static_cast<std::size_t>(t[k])];
+    }
+    return result;
+}
+
+/// Distance of the triangles that a contact names, placed anew.
+double distanceOf(const HumanScene& scene, const HumanQuery& query, const LinkContact& contact)
+{
+    const RigidBody& obstacle = scene.obstacles[static_cast<std::size_t>(contact.obstacle)];
+    const Eigen::Isometry3d X_WL =
+        linkStateAt(scene.tree, query.motion, kNone, contact.link, contact.time).X_W;
+    return triangleDistance(corners(*scene.linkTrees[static_cast<std::size_t>(contact.link)],
+                                    contact.triangleLink,
+                                    X_WL),
+                            corners(*obstacle.tree, contact.triangleOther, obstacle.motion.X_W0))
+        .distance;
+}
+
+/// True if the answer cannot be: later than another method, or without a contact where it says.
+bool isWrong(const HumanScene& scene,
+             const HumanQuery& query,
+             const ArticulatedToiResult& result,
+             const Reference& reference,
+             const FclHuman* fcl)
+{
+    const bool isHit = isContact(result.status);
+    const double time = isHit ? result.time : kNever;
+    // The other method stops up to its own tolerance early.
+    constexpr double kSlack = 1e-6;
+    if (result.status == ToiStatus::IterationLimit || result.status == ToiStatus::Overlapping ||
+        time > reference.rigid + kSlack || time > reference.sample)
+    {
+        return true;
+    }
+    if (!isHit)
+    {
+        return false;
+    }
+    const LinkContact& contact = result.contacts.at(0);
+    const double distance = distanceOf(scene, query, contact);
+    const bool isMasked = query.maskOf(contact.link, contact.obstacle) != nullptr;
+    const bool overlaps = fcl != nullptr && !isMasked &&
+                          fcl->distanceOf(query, contact.link, contact.obstacle, time) <= 0.0;
+    return distance > kTolerance || distance <= 0.0 || overlaps;
+}
+
+/// One motion in its scene.
+class MotionRun
+{
+public:
+    MotionRun(const Options& options, std::string name)
+        : m_options(options),
+          m_name(std::move(name)),
+          m_scene(makeHumanScene(options.data, m_name, options.aside)),
+          m_environment(m_scene.obstacles)
+    {
+        if (options.fcl && isFclPresent())
         {
-            const ArticulatedBody body{.tree = &tree,
-                                       .linkTrees = scene.linkTrees,
-                                       .motion = &motions[i],
-                                       .selfPairs = {}};
-            ArticulatedToiResult result;
-            const double time = microsecondsOf(
-                [&] { result = articulatedToi(body, environment, stage.options, work); });
-            if (repeat > 0)
-            {
-                totals.microseconds += time / kRepeats;
-                continue;
-            }
-            const bool isFree = result.status == ToiStatus::Separated;
-            const ArticulatedCounters& c = result.counters;
-            totals.hits += result.status == ToiStatus::Hit ? 1 : 0;
-            totals.overlaps += result.status == ToiStatus::Overlapping ? 1 : 0;
-            totals.busy += isFree && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
-            totals.latest = std::max(totals.latest, (isFree ? 2.0 : result.time) - naive[i]);
-            add(totals.counters, c);
+            m_fcl = std::make_unique<FclHuman>(m_scene);
         }
     }
-    return totals;
-}
 
-void print(const Stage& stage, const Totals& totals, double naiveMicroseconds, double count)
+    void describe() const
+    {
+        fmt::print("{}: {} queries, 15 links of {} triangles, {} obstacles of {}\n",
+                   m_name,
+                   m_scene.queries.size(),
+                   m_scene.humanTriangles,
+                   m_scene.obstacles.size(),
+                   m_scene.obstacleTriangles);
+        for (std::size_t f = 0; m_options.list && f < m_scene.queries.size(); ++f)
+        {
+            for (const LinkMask& mask : m_scene.queries[f].masks)
+            {
+                fmt::print("  frame {}: {} and {} intersect at the start, exempt there\n",
+                           f,
+                           m_scene.tree.links[static_cast<std::size_t>(mask.link)].name,
+                           m_scene.obstacleNames[static_cast<std::size_t>(mask.obstacle)]);
+            }
+        }
+    }
+
+    /// Asks the other methods, once each, and times them.
+    void askPeers()
+    {
+        for (const HumanQuery& query : m_scene.queries)
+        {
+            Reference& reference = m_references.emplace_back();
+            m_rigidMicros += microsecondsOf(
+                [&] { reference.rigid = rigidTime(m_scene, query, kTolerance, m_work); });
+            if (m_fcl != nullptr)
+            {
+                m_fclMicros += microsecondsOf(
+                    [&] { reference.sample = m_fcl->firstSample(query, kNaiveSamples); });
+            }
+        }
+    }
+
+    /// Asks all queries once, checks and counts.
+    Mix check(const Stage& stage)
+    {
+        Mix mix;
+        for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
+        {
+            const HumanQuery& query = m_scene.queries[f];
+            const ArticulatedToiResult result =
+                articulatedToi(m_scene.body(query), m_environment, stage.options, m_work);
+            Mix one{
+                .queries = 1, .masked = query.masks.empty() ? 0 : 1, .counters = result.counters};
+            const ArticulatedCounters& c = result.counters;
+            one.contacts = isContact(result.status) ? 1 : 0;
+            one.busy = one.contacts == 0 && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
+            one.wrong = isWrong(m_scene, query, result, m_references[f], m_fcl.get()) ? 1 : 0;
+            const double time = one.contacts != 0 ? result.time : kNever;
+            one.latest = std::max(0.0, time - m_references[f].rigid);
+            one.earliest = std::max(0.0, m_references[f].rigid - time);
+            add(mix, one);
+        }
+        return mix;
+    }
+
+    /// Mean of the medians over repeats, summed over the queries.
+    double time(const Stage& stage)
+    {
+        std::vector<std::vector<double>> times(m_scene.queries.size());
+        for (int repeat = 0; repeat < m_options.repeats; ++repeat)
+        {
+            for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
+            {
+                const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
+                times[f].push_back(microsecondsOf(
+                    [&]
+                    { keep(articulatedToi(body, m_environment, stage.options, m_work).time); }));
+            }
+        }
+        return meanOfMedians(times) * static_cast<double>(times.size());
+    }
+
+    [[nodiscard]] double rigidMicros() const { return m_rigidMicros; }
+    [[nodiscard]] double fclMicros() const { return m_fclMicros; }
+
+private:
+    const Options& m_options;
+    std::string m_name;
+    HumanScene m_scene;
+    Environment m_environment;
+    std::unique_ptr<FclHuman> m_fcl;
+    std::vector<Reference> m_references;
+    ToiWorkspace m_work;
+    double m_rigidMicros = 0.0;
+    double m_fclMicros = 0.0;
+};
+
+void print(const char* name, const Mix& mix, double micros)
 {
-    const ArticulatedCounters& c = totals.counters;
-    const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / count; };
+    const ArticulatedCounters& c = mix.counters;
+    const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / mix.queries; };
     const auto share = [&](std::int64_t part)
     { return 100.0 * static_cast<double>(part) / static_cast<double>(c.pairs); };
-    std::printf(
-        "  %-22s %9.2f us  x%.1f  hits %d, overlaps %d, free with 3 pairs %d; pairs %.0f, by space "
-        "%.1f %%, by time %.2f %%; nodes %.0f, triangles %.1f, states %.0f, halved %.2f; later "
-        "than naive by %.1e\n",
-        stage.name,
-        totals.microseconds / count,
-        naiveMicroseconds / totals.microseconds,
-        totals.hits,
-        totals.overlaps,
-        totals.busy,
+    fmt::print(
+        "  {:<20} {:9.2f} us; wrong {}; pairs {:.0f}, by space {:.1f} %, by time {:.2f} %; nodes "
+        "{:.0f}, triangles {:.1f}, states {:.0f}, halved {:.2f}; against rigidToi late {:.0e}, "
+        "early {:.0e}\n",
+        name,
+        micros / mix.queries,
+        mix.wrong,
         mean(c.pairs),
         share(c.culledBySpace),
         share(c.culledByTime),
@@ -339,65 +282,133 @@ void print(const Stage& stage, const Totals& totals, double naiveMicroseconds, d
         mean(c.trianglePairs),
         mean(c.states),
         mean(c.subdivisions),
-        totals.latest);
+        mix.latest,
+        mix.earliest);
 }
 
-void run(const fs::path& data, const std::string& name, double aside)
+void printMix(const Mix& mix)
 {
-    const Recording frames = readRecording(data / "motions/humanoid" / (name + "_poses.csv"));
-    const KinematicTree tree = makeTree(frames);
-    const Scene scene = makeScene(data, frames, aside);
-    std::vector<JointMotion> motions;
-    for (std::size_t f = 0; f + 1 < frames.size(); ++f)
+    const auto share = [&](int part) { return 100.0 * part / mix.queries; };
+    fmt::print(
+        "  contact {} ({:.0f} %), free with three pairs or more {} ({:.0f} %), with exempt "
+        "pairs {} ({:.0f} %)\n",
+        mix.contacts,
+        share(mix.contacts),
+        mix.busy,
+        share(mix.busy),
+        mix.masked,
+        share(mix.masked));
+}
+
+/// Mean time of FCL on the recorded bunny queries; 0 without FCL.
+double unitMicros(const Options& options)
+{
+    if (!options.fcl || !isFclPresent())
     {
-        motions.push_back(motionOf(tree, frames, f));
+        return 0.0;
     }
-    std::printf("%s: %zu queries, 15 links, %zu obstacles of %zu triangles\n",
-                name.c_str(),
-                motions.size(),
-                scene.obstacles.size(),
-                scene.triangles);
-    ToiWorkspace work;
-    std::vector<double> naive;
-    double naiveMicroseconds = 0.0;
-    for (const JointMotion& motion : motions)
+    MeshLibrary meshes(options.data);
+    const std::array sets{makeRigidSet("bunny_ident", meshes)};
+    Hierarchies hierarchies;
+    NaiveCache cache("");
+    return runTogether(sets, {.repeats = 1, .fclRepeats = 1, .check = false}, hierarchies, cache)
+        .at(0)
+        .fclMicros;
+}
+
+bool must(const char* what, double value, double bound, bool isUpper)
+{
+    const bool holds = isUpper ? value <= bound : value >= bound;
+    fmt::print("  {:<58} {:8.3f}  must be {} {:<5} {}\n",
+               what,
+               value,
+               isUpper ? "<=" : ">=",
+               bound,
+               holds ? "holds" : "MISSED");
+    return holds;
+}
+
+int run(const Options& options)
+{
+    const double unit = unitMicros(options);
+    const std::vector<Stage> all = stages();
+    std::vector<double> micros(all.size(), 0.0);
+    std::vector<Mix> mixes(all.size());
+    double rigid = 0.0;
+    double fcl = 0.0;
+    for (const std::string& name : options.motions)
     {
-        naive.push_back(0.0);
-        naiveMicroseconds +=
-            microsecondsOf([&] { naive.back() = naiveTime(scene, tree, motion, work); });
+        MotionRun motion(options, name);
+        motion.describe();
+        motion.askPeers();
+        for (std::size_t k = 0; k < all.size(); ++k)
+        {
+            const Mix mix = motion.check(all[k]);
+            const double time = motion.time(all[k]);
+            if (k == 0)
+            {
+                printMix(mix);
+                fmt::print("  {:<20} {:9.2f} us\n  {:<20} {:9.2f} us\n",
+                           "rigidToi per pair",
+                           motion.rigidMicros() / mix.queries,
+                           "FCL x 1,001 per link",
+                           motion.fclMicros() / mix.queries);
+            }
+            print(all[k].name, mix, time);
+            add(mixes[k], mix);
+            micros[k] += time;
+        }
+        rigid += motion.rigidMicros();
+        fcl += motion.fclMicros();
     }
-    const auto count = static_cast<double>(motions.size());
-    std::printf("  %-22s %9.2f us\n", "rigidToi per pair", naiveMicroseconds / count);
-    const std::array<Stage, 6> stages{
-        {{"articulatedToi", {}},
-         {"without subdivision", {.toi = {}, .subdivide = false}},
-         {"without space", {.toi = {}, .cullBySpace = false}},
-         {"without time", {.toi = {}, .cullByTime = false}},
-         {"directional bound", {.toi = {}, .bound = MotionBound::Directional}},
-         {"sum bound", {.toi = {}, .bound = MotionBound::Sum}}}};
-    for (const Stage& stage : stages)
+    const double count = mixes[0].queries;
+    fmt::print("all: {} queries\n", mixes[0].queries);
+    printMix(mixes[0]);
+    for (std::size_t k = 0; k < all.size(); ++k)
     {
-        print(stage, measure(stage, tree, scene, motions, naive), naiveMicroseconds, count);
+        print(all[k].name, mixes[k], micros[k]);
     }
+    bool holds = must("wrong answers", mixes[0].wrong, 0.0, true);
+    holds = must("share of queries with contact", mixes[0].contacts / count, 0.3, false) && holds;
+    holds = must("share free with three pairs or more", mixes[0].busy / count, 0.3, false) && holds;
+    holds = must("rigidToi on each pair / ours", rigid / micros[0], 3.0, false) && holds;
+    if (unit > 0.0)
+    {
+        holds = must("FCL x 1,001 per link / ours", fcl / micros[0], 10.0, false) && holds;
+        fmt::print("  FCL x 1,001 on bunny_ident {:.0f} us\n", unit);
+        holds = must("ours / FCL x 1,001 on bunny_ident", micros[0] / count / unit, 0.10, true) &&
+                holds;
+    }
+    return holds ? 0 : 1;
 }
 }  // namespace
 }  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
+    bullet_ccd::benchmarks::Options options;
+    CLI::App app("A human of 15 links among chessmen: answers checked, then timed beside FCL");
+    app.add_option("DATA", options.data, "data folder")->capture_default_str();
+    app.add_option("--motion", options.motions, "walk, run, kick")->type_name("NAME");
+    app.add_option("--aside", options.aside, "distance of the chessmen from the path, m")
+        ->capture_default_str();
+    app.add_option("--repeats", options.repeats, "passes; the median counts")
+        ->capture_default_str();
+    app.add_flag("--list", options.list, "list pairs that intersect at the start");
+    app.add_flag("!--no-fcl", options.fcl, "without FCL");
+    app.footer("Exit codes: 0 all that must hold does, 1 not, 2 usage or missing files.");
     try
     {
-        const std::filesystem::path data = argc > 1 ? argv[1] : "../shared/data";
-        const double aside = argc > 2 ? std::atof(argv[2]) : 0.45;
-        for (const char* name : {"walk", "run", "kick"})
-        {
-            bullet_ccd::benchmarks::run(data, name, aside);
-        }
+        app.parse(argc, argv);
+        return bullet_ccd::benchmarks::run(options);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return app.exit(error) == 0 ? 0 : 2;
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "bench_articulated: %s\n", error.what());
-        return 1;
+        return 2;
     }
-    return 0;
 }
