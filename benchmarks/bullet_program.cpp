@@ -2,9 +2,11 @@
 /// counts the instructions of its steps.
 #include "tests/bullet/programs.h"
 
+#include <algorithm>
 #include <cstdio>
-#include <cstring>
+#include <cstdlib>
 #include <string>
+#include <vector>
 
 using namespace bullet_ccd::tests;
 
@@ -21,31 +23,61 @@ extern "C" [[gnu::noinline]] void stepProgram(Program& program, int steps)
     }
 }
 
+namespace
+{
+/// Null if there is none of this name.
+const Kind* kindOf(const std::string& code)
+{
+    for (const Kind& kind : kAllKinds)
+    {
+        if (code == codeOf(kind))
+        {
+            return &kind;
+        }
+    }
+    return nullptr;
+}
+
+void runSteps(const ProgramEntry& entry, Kind kind, int steps)
+{
+    Program program = entry.make(kind);
+    stepProgram(program, steps);
+    std::printf("time-of-impact events: %lld\n",
+                static_cast<long long>(program.scene->counters().m_impacts));
+}
+}  // namespace
+
 int main(int argc, char** argv)
 {
-    if (argc == 2 && std::strcmp(argv[1], "--list") == 0)
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    const std::vector<ProgramEntry> all = programs();
+    if (arguments.size() == 1 && arguments[0] == "--list")
     {
-        for (const ProgramEntry& entry : programs())
+        for (const ProgramEntry& entry : all)
         {
-            std::printf("%s\n", entry.name);
+            std::printf("%s %d\n", entry.name, entry.steps);
         }
         return 0;
     }
-    for (const ProgramEntry& entry : programs())
+    const bool first = arguments.size() == 3 && arguments[2] == "--first-event";
+    const Kind* kind = arguments.size() == 3 ? kindOf(arguments[1]) : nullptr;
+    const auto entry = std::find_if(all.begin(),
+                                    all.end(),
+                                    [&](const ProgramEntry& known)
+                                    { return kind != nullptr && arguments[0] == known.name; });
+    const int steps = entry != all.end() && !first ? std::atoi(arguments[2].c_str()) : 0;
+    if (entry == all.end() || (!first && steps <= 0))
     {
-        for (const Kind kind : kAllKinds)
-        {
-            if (argc == 3 && std::string(argv[1]) == entry.name &&
-                std::string(argv[2]) == codeOf(kind))
-            {
-                Program program = entry.make(kind);
-                stepProgram(program, entry.steps);
-                std::printf("time-of-impact events: %lld\n",
-                            static_cast<long long>(program.scene->counters().m_impacts));
-                return 0;
-            }
-        }
+        std::fprintf(stderr, "usage: %s --list | PROGRAM KIND STEPS|--first-event\n", argv[0]);
+        return 2;
     }
-    std::fprintf(stderr, "usage: %s --list | PROGRAM KIND\n", argv[0]);
-    return 2;
+    if (first)
+    {
+        std::printf("first event in step: %d\n", runProgram(*entry, *kind).firstEvent);
+    }
+    else
+    {
+        runSteps(*entry, *kind, steps);
+    }
+    return 0;
 }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <vector>
@@ -21,14 +22,20 @@ namespace
 constexpr std::size_t kPoolElement = 192;
 
 constexpr std::array kConvexTypes{BOX_SHAPE_PROXYTYPE,
+                                  TRIANGLE_SHAPE_PROXYTYPE,
+                                  TETRAHEDRAL_SHAPE_PROXYTYPE,
+                                  CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE,
                                   CONVEX_HULL_SHAPE_PROXYTYPE,
+                                  CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE,
                                   SPHERE_SHAPE_PROXYTYPE,
                                   MULTI_SPHERE_SHAPE_PROXYTYPE,
                                   CAPSULE_SHAPE_PROXYTYPE,
                                   CONE_SHAPE_PROXYTYPE,
                                   CYLINDER_SHAPE_PROXYTYPE};
-constexpr std::array kStockMeshTypes{
-    TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
+constexpr std::array kStockMeshTypes{TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                                     SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                                     TERRAIN_SHAPE_PROXYTYPE,
+                                     MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE};
 constexpr std::array kOwnTypes{FAST_CONCAVE_MESH_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE};
 
 template <std::size_t N>
@@ -71,6 +78,11 @@ struct CreateFunc : btCollisionAlgorithmCreateFunc
                                                    const btCollisionObjectWrapper* body0,
                                                    const btCollisionObjectWrapper* body1) override
     {
+        if (m_stock != nullptr && (body0->m_parent != nullptr || body1->m_parent != nullptr))
+        {
+            // Children of compounds and triangles of meshes are asked for contacts only.
+            return m_stock->CreateCollisionAlgorithm(info, body0, body1);
+        }
         static_assert(sizeof(btCcdCollisionAlgorithm) <= kPoolElement);
         void* memory =
             info.m_dispatcher1->allocateCollisionAlgorithm(int(sizeof(btCcdCollisionAlgorithm)));
@@ -169,12 +181,19 @@ void btCcdCollisionAlgorithm::registerAlgorithm(btCollisionDispatcher* dispatche
 {
     const std::lock_guard lock(registry().m_mutex);
     std::vector<std::unique_ptr<CreateFunc>>& funcs = registry().m_funcs[dispatcher];
-    // Another dispatcher may have lived at this address before.
-    const auto registered = Tables::contacts(*dispatcher)[BOX_SHAPE_PROXYTYPE][BOX_SHAPE_PROXYTYPE];
-    if (std::any_of(
-            funcs.begin(), funcs.end(), [&](const auto& func) { return func.get() == registered; }))
+    // Another dispatcher may have lived at this address before; and somebody may have registered
+    // something of his own over ours.
+    const auto isOwn = [&](const btCollisionAlgorithmCreateFunc* entry)
     {
-        return;
+        return std::any_of(
+            funcs.begin(), funcs.end(), [&](const auto& func) { return func.get() == entry; });
+    };
+    for (const auto& row : Tables::contacts(*dispatcher))
+    {
+        if (std::any_of(std::begin(row), std::end(row), isOwn))
+        {
+            return;
+        }
     }
     if (!funcs.empty())
     {

@@ -22,6 +22,11 @@ namespace
 /// After so many impacts of one pair in a step, contact is no longer taken for a bounce.
 constexpr int kBounces = 2;
 constexpr int kMostPieces = 100;
+/// A body chatters after this part of its impacts of a step; what is left of its spin then.
+constexpr int kChatter = 3;
+constexpr btScalar kCalm = btScalar(0.5);
+/// How often a body is settled beyond its limit of impacts before it is held.
+constexpr int kSettlings = 4;
 
 bool isStill(const btMultiBody& body)
 {
@@ -51,6 +56,21 @@ const btCollisionObject* firstCollider(const btMultiBody& body)
         collider = body.getLink(i).m_collider;
     }
     return collider;
+}
+
+/// Visits what may turn about any axis: a rigid body (for null), the base and spherical joints of a
+/// multibody, by link (-1: the base).
+template <typename Visit>
+void forSpins(const btMultiBody* body, const Visit& visit)
+{
+    visit(-1);
+    for (int i = 0; body != nullptr && i < body->getNumLinks(); ++i)
+    {
+        if (body->getLink(i).m_jointType == btMultibodyLink::eSpherical)
+        {
+            visit(i);
+        }
+    }
 }
 
 btCcdContext& registeredContext(btDiscreteDynamicsWorld& world)
@@ -100,7 +120,11 @@ private:
 }  // namespace
 
 btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
-    : m_world(world), m_context(registeredContext(world)), m_stepper(world), m_solver(world)
+    : m_world(world),
+      m_multiBodyWorld(dynamic_cast<btMultiBodyDynamicsWorld*>(&world)),
+      m_context(registeredContext(world)),
+      m_stepper(world),
+      m_solver(world)
 {
 }
 
@@ -197,10 +221,8 @@ void btCcdControl::integrateInPieces(btScalar time, const Integrate& integrate)
     btScalar fastest = 0;
     for (const Body& body : m_spinning)
     {
-        fastest =
-            std::max(fastest,
-                     body.m_rigidBody != nullptr ? body.m_rigidBody->getAngularVelocity().length()
-                                                 : body.m_multiBody->getBaseOmega().length());
+        forSpins(body.m_multiBody,
+                 [&](int link) { fastest = std::max(fastest, spinOf(body, link).length()); });
     }
     const btScalar limit = ANGULAR_MOTION_THRESHOLD * btScalar(0.99);
     const int pieces = std::clamp(int(std::ceil(fastest * time / limit)), 1, kMostPieces);
@@ -221,8 +243,8 @@ void btCcdControl::rollBackToImpacts(btScalar timeStep)
             const btScalar remaining = timeStep - event.m_time;
             for (const btCcdImpact& impact : event.m_impacts)
             {
-                placeBack(impact.m_objectA, timeStep, remaining);
-                placeBack(impact.m_objectB, timeStep, remaining);
+                placeBack(impact.m_objectA, remaining);
+                placeBack(impact.m_objectB, remaining);
                 note(impact);
                 m_stepper.changed(*impact.m_objectA);
                 m_stepper.changed(*impact.m_objectB);
@@ -267,44 +289,64 @@ void btCcdControl::beginStep(btScalar timeStep)
             m_stockThresholds.emplace_back(body, body->getCcdMotionThreshold());
             body->setCcdMotionThreshold(btScalar(0));
         }
-        limitSpin({body, nullptr}, timeStep);
+        limitSpins({body, nullptr}, body, timeStep);
     }
-    auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&m_world);
-    for (int i = 0; world != nullptr && i < world->getNumMultibodies(); ++i)
+    for (int i = 0; m_multiBodyWorld != nullptr && i < m_multiBodyWorld->getNumMultibodies(); ++i)
     {
-        limitSpin({nullptr, world->getMultiBody(i)}, timeStep);
+        btMultiBody* body = m_multiBodyWorld->getMultiBody(i);
+        limitSpins({nullptr, body}, firstCollider(*body), timeStep);
     }
 }
 
-void btCcdControl::limitSpin(const Body& body, btScalar timeStep)
+btVector3 btCcdControl::spinOf(const Body& body, int link)
 {
-    if (body.isNone())
+    if (body.m_rigidBody != nullptr)
     {
-        return;
+        return body.m_rigidBody->getAngularVelocity();
     }
-    btRigidBody* rigidBody = body.m_rigidBody;
-    const btVector3 spin =
-        rigidBody != nullptr ? rigidBody->getAngularVelocity() : body.m_multiBody->getBaseOmega();
-    const btVector3 limited = limitedSpin(spin, timeStep);
-    if (limited == spin)
+    if (link == kBase)
     {
-        return;
+        return body.m_multiBody->getBaseOmega();
     }
-    const btCollisionObject* collider =
-        rigidBody == nullptr ? firstCollider(*body.m_multiBody) : nullptr;
-    if (rigidBody == nullptr && collider == nullptr)
+    const btScalar* velocity = body.m_multiBody->getJointVelMultiDof(link);
+    return {velocity[0], velocity[1], velocity[2]};
+}
+
+void btCcdControl::setSpin(const Body& body, int link, const btVector3& spin)
+{
+    if (body.m_rigidBody != nullptr)
     {
-        return;  // meets nothing
+        body.m_rigidBody->setAngularVelocity(spin);
     }
-    m_limitedSpins.push_back({body, collider, spin, limited});
-    if (rigidBody != nullptr)
+    else if (link == kBase)
     {
-        rigidBody->setAngularVelocity(limited);
+        body.m_multiBody->setBaseOmega(spin);
     }
     else
     {
-        body.m_multiBody->setBaseOmega(limited);
+        std::copy_n(&spin[0], 3, body.m_multiBody->getJointVelMultiDof(link));
     }
+}
+
+void btCcdControl::limitSpins(const Body& body,
+                              const btCollisionObject* collider,
+                              btScalar timeStep)
+{
+    if (collider == nullptr)
+    {
+        return;  // meets nothing
+    }
+    forSpins(body.m_multiBody,
+             [&](int link)
+             {
+                 const btVector3 spin = spinOf(body, link);
+                 const btVector3 limited = limitedSpin(spin, timeStep);
+                 if (limited != spin)
+                 {
+                     m_limitedSpins.push_back({body, link, collider, spin, limited});
+                     setSpin(body, link, limited);
+                 }
+             });
 }
 
 void btCcdControl::endStep()
@@ -350,15 +392,9 @@ void btCcdControl::restoreSpins()
 {
     for (const Limited& spin : m_limitedSpins)
     {
-        btRigidBody* rigidBody = spin.m_body.m_rigidBody;
-        btMultiBody* multiBody = spin.m_body.m_multiBody;
-        if (rigidBody != nullptr && rigidBody->getAngularVelocity() == spin.m_limited)
+        if (spinOf(spin.m_body, spin.m_link) == spin.m_limited)
         {
-            rigidBody->setAngularVelocity(spin.m_wanted);
-        }
-        if (multiBody != nullptr && multiBody->getBaseOmega() == spin.m_limited)
-        {
-            multiBody->setBaseOmega(spin.m_wanted);
+            setSpin(spin.m_body, spin.m_link, spin.m_wanted);
         }
     }
     m_limitedSpins.clear();
@@ -370,9 +406,7 @@ void btCcdControl::spinFreely()
     for (const Limited& spin : m_limitedSpins)
     {
         m_spinning.insert(spin.m_body);
-        m_stepper.changed(spin.m_body.m_rigidBody != nullptr
-                              ? static_cast<const btCollisionObject&>(*spin.m_body.m_rigidBody)
-                              : *spin.m_collider);
+        m_stepper.changed(*spin.m_collider);
     }
     restoreSpins();
 }
@@ -410,15 +444,33 @@ void btCcdControl::respond(const btCcdStepper::Event& event, btScalar remaining)
     solve(again, false);
 }
 
-/// A body that chatters (half of its impacts of the step are used up) loses its spin: to take the
-/// rattle of something small and fast for inelastic costs energy, to hold it would cost time.
+/// A body that chatters (a third of its impacts of the step are used up) loses its spin: to take
+/// the rattle of something small and fast for inelastic costs energy, to hold it would cost time.
 void btCcdControl::calmDown(btCollisionObject* object)
 {
-    btRigidBody* body = bodyOf(object).m_rigidBody;
-    if (body != nullptr && !body->isStaticOrKinematicObject() &&
-        m_events[{body, nullptr}] > m_maxEvents / 2)
+    const Body body = bodyOf(object);
+    if (body.isNone() || object->isStaticOrKinematicObject() ||
+        m_events[body] <= m_maxEvents / kChatter)
     {
-        body->setAngularVelocity(body->getAngularVelocity() * btScalar(0.5));
+        return;
+    }
+    if (btRigidBody* rigidBody = body.m_rigidBody)
+    {
+        rigidBody->setAngularVelocity(rigidBody->getAngularVelocity() * kCalm);
+        return;
+    }
+    btMultiBody& multiBody = *body.m_multiBody;
+    if (!multiBody.isBaseKinematic())
+    {
+        multiBody.setBaseOmega(multiBody.getBaseOmega() * kCalm);
+    }
+    for (int i = 0; i < multiBody.getNumLinks(); ++i)
+    {
+        for (int dof = 0; dof < multiBody.getLink(i).m_dofCount && !multiBody.isLinkKinematic(i);
+             ++dof)
+        {
+            multiBody.getJointVelMultiDof(i)[dof] *= kCalm;
+        }
     }
 }
 
@@ -429,13 +481,53 @@ bool btCcdControl::isDone(const btCcdImpact& impact, btScalar remaining)
         m_listener != nullptr ? m_listener->onImpact(impact) : btCcdAfterImpact::Solve;
     const bool stoppedA = stopWatchedLink(impact.m_objectA, impact.m_linkA);
     const bool stoppedB = stopWatchedLink(impact.m_objectB, impact.m_linkB);
-    if (meetsLimit(impact) || answer == btCcdAfterImpact::Hold)
+    const bool limit = meetsLimit(impact);
+    if (limit && answer != btCcdAfterImpact::Hold && settle(impact))
+    {
+        return true;
+    }
+    if (limit || answer == btCcdAfterImpact::Hold)
     {
         hold(impact.m_objectA, remaining);
         hold(impact.m_objectB, remaining);
         return true;
     }
     return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
+}
+
+/// What the solver could not part in so many impacts goes on without spin and without approach: for
+/// convex bodies that ends it, and costs no time. False if the two cannot be settled, or were in
+/// vain.
+bool btCcdControl::settle(const btCcdImpact& impact)
+{
+    btScalar approach = 0;
+    btScalar mobility = 0;
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const Body body = bodyOf(object);
+        if (body.m_multiBody != nullptr || m_events[body] > m_maxEvents + kSettlings)
+        {
+            return false;
+        }
+        if (body.m_rigidBody != nullptr)
+        {
+            const btScalar side = object == impact.m_objectA ? btScalar(1) : btScalar(-1);
+            approach += side * body.m_rigidBody->getLinearVelocity().dot(impact.m_normal);
+            mobility += body.m_rigidBody->getInvMass();
+        }
+    }
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        btRigidBody* body = bodyOf(object).m_rigidBody;
+        if (body != nullptr && !body->isStaticOrKinematicObject())
+        {
+            const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
+            const btScalar impulse = std::max(approach, btScalar(0)) / mobility;
+            body->applyCentralImpulse(side * impulse * impact.m_normal);
+            body->setAngularVelocity(btVector3(0, 0, 0));
+        }
+    }
+    return true;
 }
 
 bool btCcdControl::meetsLimit(const btCcdImpact& impact)
@@ -519,7 +611,7 @@ void btCcdControl::hold(btCollisionObject* object, btScalar remaining)
 }
 
 /// Undoes the last `remaining` seconds of the body's motion; once a step.
-void btCcdControl::placeBack(btCollisionObject* object, btScalar timeStep, btScalar remaining)
+void btCcdControl::placeBack(btCollisionObject* object, btScalar remaining)
 {
     const Body body = bodyOf(object);
     if (body.isNone() || ++m_events[body] > 1)
@@ -532,15 +624,11 @@ void btCcdControl::placeBack(btCollisionObject* object, btScalar timeStep, btSca
         {
             return;
         }
-        // Beyond an eighth of a turn Bullet's step cannot be undone in part: back to its start.
-        const btScalar turn = multiBody->getBaseOmega().length() * timeStep;
-        const btScalar back = turn > ANGULAR_MOTION_THRESHOLD ? timeStep : remaining;
-        multiBody->stepPositionsMultiDof(-back);
-        btAlignedObjectArray<btQuaternion> rotations;
-        btAlignedObjectArray<btVector3> origins;
-        multiBody->forwardKinematics(rotations, origins);
-        multiBody->updateCollisionObjectWorldTransforms(rotations, origins);
-        countHold(body, remaining);
+        if (const btCcdMultiBodyMotion* motion = m_stepper.multiBodyMotionOf(*object))
+        {
+            btCcdPlaceAtStart(*multiBody, *motion);
+            countHold(body, remaining);
+        }
         return;
     }
     btRigidBody* rigidBody = body.m_rigidBody;

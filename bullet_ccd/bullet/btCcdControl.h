@@ -15,6 +15,7 @@
 class btCcdContext;
 class btIDebugDraw;
 class btMultiBody;
+class btMultiBodyDynamicsWorld;
 class btRigidBody;
 
 /// What was done since the world or action was made or the counters were reset.
@@ -65,7 +66,7 @@ struct btCcdImpactListener
 class btCcdControl
 {
 public:
-    static constexpr int kDefaultMaxEvents = 16;
+    static constexpr int kDefaultMaxEvents = 24;
 
     /// Registers btCcdCollisionAlgorithm with the world's dispatcher if that was not done.
     explicit btCcdControl(btDiscreteDynamicsWorld& world);
@@ -78,7 +79,8 @@ public:
     /// largest coordinate. (Meshes are stopped by their margins.)
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
-    /// Impacts of one body in one step; then it is held for the rest of it.
+    /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
+    /// and held for the rest of the step if that is in vain.
     void setCcdMaxEvents(int maxEvents) { m_maxEvents = maxEvents; }
     /// All objects are covered unless excluded here. Excluded ones keep all of stock Bullet,
     /// including its own motion clamping. Take an object back before it is destroyed.
@@ -142,16 +144,19 @@ private:
         btVector3 m_angular;
         std::vector<btScalar> m_joints;
     };
-    /// A body that turns faster than Bullet's integrator lets it in one step.
+    /// What turns faster than Bullet's integrator lets it in one step.
     struct Limited
     {
         Body m_body;
-        const btCollisionObject* m_collider;  // of a multibody
+        int m_link;                           // a spherical joint's, else kBase
+        const btCollisionObject* m_collider;  // of the body
         btVector3 m_wanted;
         btVector3 m_limited;
     };
+    static constexpr int kBase = -1;
 
     btDiscreteDynamicsWorld& m_world;
+    btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
     btCcdContext& m_context;
     btCcdStepper m_stepper;
     btCcdImpactSolver m_solver;
@@ -172,7 +177,9 @@ private:
     [[nodiscard]] static Body bodyOf(btCollisionObject* object);
     void beginStep(btScalar timeStep);
     void integrateInPieces(btScalar time, const Integrate& integrate);
-    void limitSpin(const Body& body, btScalar timeStep);
+    [[nodiscard]] static btVector3 spinOf(const Body& body, int link);
+    static void setSpin(const Body& body, int link, const btVector3& spin);
+    void limitSpins(const Body& body, const btCollisionObject* collider, btScalar timeStep);
     void restoreSpins();
     void spinFreely();
     void endStep();
@@ -180,10 +187,11 @@ private:
     void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
+    bool settle(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void hold(btCollisionObject* object, btScalar remaining);
-    void placeBack(btCollisionObject* object, btScalar timeStep, btScalar remaining);
+    void placeBack(btCollisionObject* object, btScalar remaining);
     void countHold(const Body& body, btScalar remaining);
     void countQueries();
     void note(const btCcdImpact& impact);

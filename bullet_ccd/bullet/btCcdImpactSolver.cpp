@@ -1,5 +1,7 @@
 #include "bullet_ccd/bullet/btCcdImpactSolver.h"
 
+#include "bullet_ccd/bullet/btCcdContext.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -17,6 +19,8 @@ namespace
 {
 constexpr int kIterations = 4;           // times those of the world
 constexpr int kThoroughIterations = 10;  // for contacts that come again
+/// Cosine between the normals of an impact and of its contacts.
+constexpr btScalar kSameDirection = btScalar(0.5);
 
 btMultiBody* multiBodyOf(const btCollisionObject* object)
 {
@@ -153,6 +157,11 @@ btContactSolverInfo impactInfo(const btContactSolverInfo& step, bool bouncing)
         info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;
     }
     return info;
+}
+
+btCollisionObjectWrapper wrapperOf(const btCollisionObject& object, const btTransform& pose)
+{
+    return {nullptr, object.getCollisionShape(), &object, pose, -1, -1};
 }
 
 /// Brings the cached inertias of the body up to where it is now; they are those of the step's
@@ -311,42 +320,124 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     }
 }
 
-/// Some of Bullet's algorithms see a contact only once shapes overlap, and in single precision GJK
-/// may not see it at all: such an impact gets a contact where its time of impact found it.
+/// True if Bullet knows a contact of the two where the time of impact found them to meet.
+bool btCcdImpactSolver::isContactKnown(const btCcdImpact& impact) const
+{
+    const btScalar near = btScalar(btCcdContext::of(*m_world.getDispatcher()).m_tolerance);
+    const auto isThere = [&](const btPersistentManifold* manifold)
+    {
+        const bool swapped = manifold->getBody0() != impact.m_objectA;
+        if ((swapped ? manifold->getBody0() : manifold->getBody1()) != impact.m_objectB ||
+            (swapped ? manifold->getBody1() : manifold->getBody0()) != impact.m_objectA)
+        {
+            return false;
+        }
+        for (int k = 0; k < manifold->getNumContacts(); ++k)
+        {
+            const btManifoldPoint& point = manifold->getContactPoint(k);
+            const btVector3& onB =
+                swapped ? point.getPositionWorldOnA() : point.getPositionWorldOnB();
+            if (onB.distance2(impact.m_pointB) <= near * near)
+            {
+                return true;
+            }
+        }
+        return false;
+    };
+    return std::any_of(m_manifolds.begin(), m_manifolds.end(), isThere);
+}
+
+/// Some of Bullet's algorithms see a contact only once shapes overlap: such an impact gets the
+/// contacts that they find a little later. If none of them is where its time of impact found it,
+/// it gets that one too: it may be one of cores, or GJK may have found none in single precision.
 void btCcdImpactSolver::addMissingContacts(const std::vector<btCcdImpact>& impacts)
 {
     btDispatcher& dispatcher = *m_world.getDispatcher();
     for (const btCcdImpact& impact : impacts)
     {
-        const auto pair = std::minmax<const btCollisionObject*>(impact.m_objectA, impact.m_objectB);
-        const auto isOfPair = [&](const btPersistentManifold* manifold)
-        { return std::minmax(manifold->getBody0(), manifold->getBody1()) == pair; };
-        if (std::any_of(m_manifolds.begin(), m_manifolds.end(), isOfPair) ||
-            impact.m_normal.isZero() ||
+        if (impact.m_normal.isZero() || isContactKnown(impact) ||
             !dispatcher.needsResponse(impact.m_objectA, impact.m_objectB))
         {
             continue;
         }
-        btPersistentManifold* manifold =
-            dispatcher.getNewManifold(impact.m_objectA, impact.m_objectB);
-        const btCollisionObjectWrapper a(nullptr,
-                                         impact.m_objectA->getCollisionShape(),
-                                         impact.m_objectA,
-                                         impact.m_objectA->getWorldTransform(),
-                                         -1,
-                                         -1);
-        const btCollisionObjectWrapper b(nullptr,
-                                         impact.m_objectB->getCollisionShape(),
-                                         impact.m_objectB,
-                                         impact.m_objectB->getWorldTransform(),
-                                         -1,
-                                         -1);
-        btManifoldResult result(&a, &b);
-        result.setPersistentManifold(manifold);
-        result.addContactPoint(-impact.m_normal, impact.m_pointB, btScalar(0));
-        m_manifolds.push_back(manifold);
-        m_ownManifolds.push_back(manifold);
+        addContactsOfOverlap(impact);
+        if (!isContactKnown(impact))
+        {
+            addWitness(impact);
+        }
     }
+}
+
+/// The contacts of the pair with A moved along the normal until the two overlap by the tolerance;
+/// their points are put back.
+void btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    const btScalar gap = (impact.m_pointB - impact.m_pointA).dot(impact.m_normal);
+    const btScalar overlap = btScalar(btCcdContext::of(dispatcher).m_tolerance);
+    btTransform moved = impact.m_objectA->getWorldTransform();
+    moved.setOrigin(moved.getOrigin() + (std::max(gap, btScalar(0)) + overlap) * impact.m_normal);
+    const btCollisionObjectWrapper a = wrapperOf(*impact.m_objectA, moved);
+    const btCollisionObjectWrapper b =
+        wrapperOf(*impact.m_objectB, impact.m_objectB->getWorldTransform());
+    btCollisionAlgorithm* algorithm =
+        dispatcher.findAlgorithm(&a, &b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    m_ownAlgorithms.push_back(algorithm);
+    btManifoldResult result(&a, &b);
+    algorithm->processCollision(&a, &b, m_world.getDispatchInfo(), &result);
+
+    btManifoldArray found;
+    algorithm->getAllContactManifolds(found);
+    for (int i = 0; i < found.size(); ++i)
+    {
+        found[i]->refreshContactPoints(found[i]->getBody0()->getWorldTransform(),
+                                       found[i]->getBody1()->getWorldTransform());
+        const btScalar side = found[i]->getBody0() == impact.m_objectA ? btScalar(-1) : btScalar(1);
+        for (int k = found[i]->getNumContacts(); k-- > 0;)
+        {
+            // A thin part may have been pushed through: its contact looks elsewhere.
+            if (side * found[i]->getContactPoint(k).m_normalWorldOnB.dot(impact.m_normal) <
+                kSameDirection)
+            {
+                found[i]->removeContactPoint(k);
+            }
+        }
+        if (found[i]->getNumContacts() > 0)
+        {
+            m_manifolds.push_back(found[i]);
+        }
+    }
+}
+
+void btCcdImpactSolver::addWitness(const btCcdImpact& impact)
+{
+    btPersistentManifold* manifold =
+        m_world.getDispatcher()->getNewManifold(impact.m_objectA, impact.m_objectB);
+    const btCollisionObjectWrapper a =
+        wrapperOf(*impact.m_objectA, impact.m_objectA->getWorldTransform());
+    const btCollisionObjectWrapper b =
+        wrapperOf(*impact.m_objectB, impact.m_objectB->getWorldTransform());
+    btManifoldResult result(&a, &b);
+    result.setPersistentManifold(manifold);
+    result.addContactPoint(-impact.m_normal, impact.m_pointB, btScalar(0));
+    m_manifolds.push_back(manifold);
+    m_ownManifolds.push_back(manifold);
+}
+
+void btCcdImpactSolver::releaseOwnContacts()
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (btPersistentManifold* manifold : m_ownManifolds)
+    {
+        dispatcher.releaseManifold(manifold);
+    }
+    m_ownManifolds.clear();
+    for (btCollisionAlgorithm* algorithm : m_ownAlgorithms)
+    {
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+    }
+    m_ownAlgorithms.clear();
 }
 
 void btCcdImpactSolver::solveIsland(bool bouncing)
@@ -454,11 +545,7 @@ const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
     }
     addMissingContacts(impacts);
     solveIsland(bouncing);
-    for (btPersistentManifold* manifold : m_ownManifolds)
-    {
-        m_world.getDispatcher()->releaseManifold(manifold);
-    }
-    m_ownManifolds.clear();
+    releaseOwnContacts();
     for (const SavedImpulses& impulses : saved)
     {
         impulses.m_point->m_appliedImpulse = impulses.m_normal;

@@ -40,7 +40,8 @@ private:
     std::vector<btCollisionObject*> m_objects;   // in them
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<btPersistentManifold*> m_manifolds;
-    std::vector<btPersistentManifold*> m_ownManifolds;  // for one impact
+    std::vector<btPersistentManifold*> m_ownManifolds;   // for one impact
+    std::vector<btCollisionAlgorithm*> m_ownAlgorithms;  // likewise
 
     [[nodiscard]] int island(int tag) const;
     [[nodiscard]] bool isIn(const btCollisionObject& object) const;
@@ -48,7 +49,11 @@ private:
     void joinMultiBody(const btMultiBody& body);
     void findContacts(const std::vector<btCcdImpact>& impacts);
     void collect(const std::vector<btCcdImpact>& impacts);
+    [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
     void addMissingContacts(const std::vector<btCcdImpact>& impacts);
+    void addContactsOfOverlap(const btCcdImpact& impact);
+    void addWitness(const btCcdImpact& impact);
+    void releaseOwnContacts();
     void solveIsland(bool bouncing);
 };
 

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/contact/contact_patches.h"
+#include "bullet_ccd/math/check.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -125,9 +126,34 @@ bool isSwapped(const btPersistentManifold& manifold, const btCollisionObjectWrap
     return manifold.getBody0() != a.getCollisionObject();
 }
 
-/// Through the result, which combines the materials and tells the callbacks.
-void addPoint(const Contact& contact, bool swapped, btManifoldResult& result)
+/// The triangle of a mesh as Bullet counts them; else what the parent of the shape says, which is
+/// the child of a compound.
+btCcdTriangleId idOf(const btCollisionObjectWrapper& wrapper,
+                     const btCcdShapePart& part,
+                     std::int32_t triangle)
 {
+    const int type = wrapper.getCollisionShape()->getShapeType();
+    if (!btBroadphaseProxy::isConcave(type) || type == STATIC_PLANE_PROXYTYPE)
+    {
+        return {wrapper.m_partId, wrapper.m_index};
+    }
+    return part.m_triangleIds != nullptr ? (*part.m_triangleIds)[std::size_t(triangle)]
+                                         : btCcdTriangleId{0, triangle};
+}
+
+/// Through the result, which combines the materials and tells the callbacks.
+void addPoint(const Contact& contact,
+              const btCcdManifolds::Sides& sides,
+              bool swapped,
+              btManifoldResult& result)
+{
+    const btCcdTriangleId ofA = idOf(sides.m_a, sides.m_partA, contact.triangleA);
+    const btCcdTriangleId ofB = idOf(sides.m_b, sides.m_partB, contact.triangleB);
+    const bool isFirst = result.getBody0Internal() == sides.m_a.getCollisionObject();
+    const btCcdTriangleId& of0 = isFirst ? ofA : ofB;
+    const btCcdTriangleId& of1 = isFirst ? ofB : ofA;
+    result.setShapeIdentifiersA(of0.m_part, of0.m_index);
+    result.setShapeIdentifiersB(of1.m_part, of1.m_index);
     const Eigen::Vector3d normalOnB = swapped ? contact.normal : Eigen::Vector3d(-contact.normal);
     result.addContactPoint(btCcdToBullet(normalOnB),
                            btCcdToBullet(swapped ? contact.pointA : contact.pointB),
@@ -211,12 +237,30 @@ void inheritAll(std::vector<btManifoldPoint>& old, btManifoldArray& manifolds, d
     old.clear();
 }
 
+/// Of points that were there before, as Bullet does when it brings them up to date.
+void tellProcessed(btManifoldArray& manifolds)
+{
+    for (int m = 0; gContactProcessedCallback != nullptr && m < manifolds.size(); ++m)
+    {
+        btPersistentManifold& manifold = *manifolds[m];
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            if (manifold.getContactPoint(k).m_lifeTime > 0)
+            {
+                gContactProcessedCallback(manifold.getContactPoint(k),
+                                          const_cast<btCollisionObject*>(manifold.getBody0()),
+                                          const_cast<btCollisionObject*>(manifold.getBody1()));
+            }
+        }
+    }
+}
+
 /// Replaces the points of a manifold. Bullet would merge a new point with an old one by a distance
 /// that also decides how far apart bodies may be; so each is added beside a single point far away,
 /// which also says that this contact is not new, and all are put together afterwards.
 void refill(btPersistentManifold& manifold,
             std::span<const Contact> contacts,
-            bool swapped,
+            const btCcdManifolds::Sides& sides,
             double reach,
             btManifoldResult& result)
 {
@@ -234,7 +278,7 @@ void refill(btPersistentManifold& manifold,
             constexpr btScalar kFarAway = 1e15F;
             manifold.getContactPoint(0).m_localPointA.setValue(kFarAway, kFarAway, kFarAway);
         }
-        addPoint(contact, swapped, result);
+        addPoint(contact, sides, isSwapped(manifold, sides.m_a), result);
         // A result that only reports adds nothing.
         if (manifold.getNumContacts() > before)
         {
@@ -264,27 +308,23 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
                             btPersistentManifold* shared,
                             btManifoldResult& result)
 {
+    BULLET_CCD_ASSERT(modelA.m_parts.size() == 1 && modelB.m_parts.size() == 1);
+    const Sides sides{a, modelA.m_parts.front(), b, modelB.m_parts.front()};
     Scratch& mine = scratch();
     recall(a, b, mine.m_work);
     Collector collector(a, b, double(result.m_closestPointDistanceThreshold), mine);
-    for (const btCcdShapePart& partA : modelA.m_parts)
-    {
-        for (const btCcdShapePart& partB : modelB.m_parts)
-        {
-            collector.add(partA, partB);
-        }
-    }
+    collector.add(sides.m_partA, sides.m_partB);
     bullet_ccd::reducePatches({.threshold = collector.reach(), .maxPatches = kMaxManifolds},
                               mine.m_work);
     if (shared == nullptr)
     {
-        assign(a, b, mine.m_work, collector.reach(), result);
+        assign(sides, mine.m_work, collector.reach(), result);
         return;
     }
     result.setPersistentManifold(shared);
     for (const Contact& contact : mine.m_work.contacts)
     {
-        addPoint(contact, isSwapped(*shared, a), result);
+        addPoint(contact, sides, isSwapped(*shared, a), result);
     }
 }
 
@@ -309,12 +349,12 @@ void btCcdManifolds::recall(const btCollisionObjectWrapper& a,
     }
 }
 
-void btCcdManifolds::assign(const btCollisionObjectWrapper& a,
-                            const btCollisionObjectWrapper& b,
+void btCcdManifolds::assign(const Sides& sides,
                             const bullet_ccd::PatchWorkspace& found,
                             double reach,
                             btManifoldResult& result)
 {
+    const btCollisionObjectWrapper& a = sides.m_a;
     // A patch of more points than a manifold has room for takes several.
     static_assert(MANIFOLD_CACHE_SIZE == 4);
     std::array<Share, kMaxManifolds> shares{};
@@ -330,7 +370,7 @@ void btCcdManifolds::assign(const btCollisionObjectWrapper& a,
                                 .subspan(std::size_t(patch.first + i), std::size_t(points))};
         }
     }
-    chooseManifolds(a, b, std::span(shares).first(count));
+    chooseManifolds(a, sides.m_b, std::span(shares).first(count));
     std::vector<btManifoldPoint>& old = scratch().m_old;
     old.clear();
     for (int i = 0; i < m_manifolds.size(); ++i)
@@ -352,9 +392,10 @@ void btCcdManifolds::assign(const btCollisionObjectWrapper& a,
     }
     for (const Share& share : std::span(shares).first(count))
     {
-        refill(*share.manifold, share.contacts, isSwapped(*share.manifold, a), reach, result);
+        refill(*share.manifold, share.contacts, sides, reach, result);
     }
     inheritAll(old, m_manifolds, kSamePoint * reach);
+    tellProcessed(m_manifolds);
     dropEmpty();
 }
 

@@ -28,13 +28,25 @@ struct btCollisionObjectWrapper;
 /// Points persist: one that is near an old one of its patch, in the frame of either body (a corner
 /// that slides stays where it is in its own), inherits its impulses, age and user data; what is no
 /// longer found is dropped at once. gContactStartedCallback and gContactEndedCallback tell of the
-/// first and last point of a manifold as in stock Bullet.
+/// first and last point of a manifold as in stock Bullet, gContactAddedCallback of every point at
+/// every update (if a body has CF_CUSTOM_MATERIAL_CALLBACK), gContactProcessedCallback of those
+/// that persist. Points name the triangle of each mesh: m_partId and m_index are those of the mesh
+/// interface that the shape was made of (of a btCcdMeshShape: 0 and the index in tree().mesh()).
 class btCcdManifolds
 {
 public:
     static constexpr int kMaxManifolds = 8;
     static constexpr double kLeastShell = 1e-4;  ///< [m]
     static constexpr double kLeastReach = 2e-4;  ///< [m]
+
+    /// The two shapes of a question, and how they are posed.
+    struct Sides
+    {
+        const btCollisionObjectWrapper& m_a;
+        const btCcdShapePart& m_partA;
+        const btCollisionObjectWrapper& m_b;
+        const btCcdShapePart& m_partB;
+    };
 
     explicit btCcdManifolds(btDispatcher& dispatcher) : m_dispatcher(&dispatcher) {}
     ~btCcdManifolds();
@@ -44,6 +56,7 @@ public:
     /// Brings all manifolds up to date with the poses of the wrappers (a compound child's are not
     /// those of its collision object). The pair may come in either order.
     /// @param shared if not null, the manifold of a parent: all points go there
+    /// @pre neither shape is a compound: Bullet's own algorithms take those apart
     void update(const btCollisionObjectWrapper& a,
                 const btCcdShapeModel& modelA,
                 const btCollisionObjectWrapper& b,
@@ -65,8 +78,7 @@ private:
     void recall(const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b,
                 bullet_ccd::PatchWorkspace& work) const;
-    void assign(const btCollisionObjectWrapper& a,
-                const btCollisionObjectWrapper& b,
+    void assign(const Sides& sides,
                 const bullet_ccd::PatchWorkspace& found,
                 double reach,
                 btManifoldResult& result);

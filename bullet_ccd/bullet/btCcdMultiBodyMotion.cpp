@@ -41,11 +41,15 @@ Eigen::Matrix3d rotation(const Eigen::Vector3d& turn)
 class Reader
 {
 public:
-    Reader(const btMultiBody& body, btScalar timeStep, double start, btCcdMultiBodyMotion& motion)
+    Reader(const btMultiBody& body,
+           btScalar timeStep,
+           const btCcdPartOfStep& which,
+           btCcdMultiBodyMotion& motion)
         : m_body(body),
           m_timeStep(timeStep),
-          m_steppedTime(btCcdIsStepped(body) ? timeStep : btScalar(0)),
-          m_start(start),
+          m_which(which),
+          m_isStepped(btCcdIsStepped(body)),
+          m_start(which.m_done ? -1.0 : 0.0),
           m_to(motion)
     {
     }
@@ -57,13 +61,18 @@ public:
 private:
     const btMultiBody& m_body;
     btScalar m_timeStep;
-    btScalar m_steppedTime;  // 0 for a body that sleeps
-    double m_start;
+    const btCcdPartOfStep& m_which;
+    bool m_isStepped;  // does not sleep
+    double m_start;    // [parts of the step]
     btCcdMultiBodyMotion& m_to;
     std::size_t m_count = 0;
 
-    /// How long [s] the joint moves in a step of the world.
-    btScalar movingTime(int link) const;
+    /// How long [s] the part of the step is for something that moves then.
+    double seconds(bool moves) const { return moves ? m_which.m_part * double(m_timeStep) : 0.0; }
+    /// True if the joint moves in a step of the world.
+    bool moves(int link) const;
+    /// Rotation vector of the part of the step.
+    Eigen::Vector3d turn(const btVector3& angularVelocity) const;
     /// Position and rate [per step] are of the joint at the present state.
     void append(std::int32_t parent,
                 const Eigen::Isometry3d& X_PL0,
@@ -73,17 +82,23 @@ private:
                 double rate);
     void readPlanar(const btMultibodyLink& from,
                     const btScalar* velocity,
-                    double seconds,
+                    bool moves,
                     Eigen::Isometry3d X_PL0);
 };
 
-btScalar Reader::movingTime(int link) const
+bool Reader::moves(int link) const
 {
-    if (!m_body.isLinkStaticOrKinematic(link))
+    return m_body.isLinkStaticOrKinematic(link) ? m_body.isLinkAndAllAncestorsKinematic(link)
+                                                : m_isStepped;
+}
+
+Eigen::Vector3d Reader::turn(const btVector3& angularVelocity) const
+{
+    if (m_which.m_inPieces)
     {
-        return m_steppedTime;
+        return btCcdToEigen(angularVelocity) * seconds(true);
     }
-    return m_body.isLinkAndAllAncestorsKinematic(link) ? m_timeStep : btScalar(0);
+    return btCcdTurn(angularVelocity, m_timeStep) * m_which.m_part;
 }
 
 void Reader::append(std::int32_t parent,
@@ -109,14 +124,18 @@ void Reader::append(std::int32_t parent,
 
 void Reader::readBase()
 {
-    const btScalar time = m_body.isBaseKinematic() ? m_timeStep : m_steppedTime;
+    const bool kinematic = m_body.isBaseKinematic();
+    const double time = seconds(kinematic || m_isStepped);
     bullet_ccd::RigidMotion& root = m_to.m_motion.root;
     root = bullet_ccd::restAt(btCcdToEigen(m_body.getBaseWorldTransform()));
-    root.v_W = btCcdToEigen(m_body.getBaseVel()) * double(time);
-    root.w_W = btCcdTurn(m_body.getBaseOmega(), time);
-    if (m_body.isBaseKinematic())
+    root.v_W = btCcdToEigen(m_body.getBaseVel()) * time;
+    if (kinematic)
     {
-        root.w_W = btCcdToEigen(m_body.getBaseOmega()) * double(time);
+        root.w_W = btCcdToEigen(m_body.getBaseOmega()) * time;
+    }
+    else if (m_isStepped)
+    {
+        root.w_W = turn(m_body.getBaseOmega());
     }
     if (m_start != 0.0)
     {
@@ -135,8 +154,7 @@ void Reader::readBase()
 void Reader::readLink(int link)
 {
     const btMultibodyLink& from = m_body.getLink(link);
-    const btScalar time = movingTime(link);
-    const double seconds = double(time);
+    const double time = seconds(moves(link));
     const btScalar* velocity = m_body.getJointVelMultiDof(link);
     const std::int32_t parent = m_to.coreLink(from.m_parent);
     Eigen::Isometry3d X_PL0 = Eigen::Isometry3d::Identity();
@@ -150,7 +168,7 @@ void Reader::readLink(int link)
                    JointType::Revolute,
                    Split(btCcdToEigen(from.getAxisTop(0))).m_direction,
                    double(from.m_jointPos[0]),
-                   double(velocity[0]) * seconds);
+                   double(velocity[0]) * time);
             break;
         case btMultibodyLink::ePrismatic:
         {
@@ -161,19 +179,20 @@ void Reader::readLink(int link)
                    JointType::Prismatic,
                    axis.m_direction,
                    double(from.m_jointPos[0]) * axis.m_length,
-                   double(velocity[0]) * axis.m_length * seconds);
+                   double(velocity[0]) * axis.m_length * time);
             break;
         }
         case btMultibodyLink::eSpherical:
         {
             const btScalar* q = from.m_jointPos;
             X_PL0.linear() *= btCcdToEigen(btQuaternion(q[0], q[1], q[2], q[3])).toRotationMatrix();
-            const Split turn(btCcdTurn(btVector3(velocity[0], velocity[1], velocity[2]), time));
-            append(parent, X_PL0, JointType::Revolute, turn.m_direction, 0.0, turn.m_length);
+            const btVector3 spin(velocity[0], velocity[1], velocity[2]);
+            const Split turned(moves(link) ? turn(spin) : Eigen::Vector3d::Zero());
+            append(parent, X_PL0, JointType::Revolute, turned.m_direction, 0.0, turned.m_length);
             break;
         }
         case btMultibodyLink::ePlanar:
-            readPlanar(from, velocity, seconds, X_PL0);
+            readPlanar(from, velocity, moves(link), X_PL0);
             break;
         default:
             append(parent, X_PL0, JointType::Fixed, Eigen::Vector3d::UnitX(), 0.0, 0.0);
@@ -186,13 +205,15 @@ void Reader::readLink(int link)
 /// p(1) - R(a(1)) v.
 void Reader::readPlanar(const btMultibodyLink& from,
                         const btScalar* velocity,
-                        double seconds,
+                        bool moves,
                         Eigen::Isometry3d X_PL0)
 {
     const Eigen::Vector3d axis = Split(btCcdToEigen(from.getAxisTop(0))).m_direction;
     const Eigen::Vector3d side1 = btCcdToEigen(from.getAxisBottom(1));
     const Eigen::Vector3d side2 = btCcdToEigen(from.getAxisBottom(2));
-    const Eigen::Vector3d v = (double(velocity[1]) * side1 + double(velocity[2]) * side2) * seconds;
+    const double wholeStep = moves ? double(m_timeStep) : 0.0;
+    const Eigen::Vector3d v =
+        (double(velocity[1]) * side1 + double(velocity[2]) * side2) * wholeStep;
     const double angle = double(from.m_jointPos[0]);
     const Eigen::Vector3d shift =
         double(from.m_jointPos[1]) * side1 + double(from.m_jointPos[2]) * side2;
@@ -203,7 +224,7 @@ void Reader::readPlanar(const btMultibodyLink& from,
            JointType::Revolute,
            axis,
            angle,
-           double(velocity[0]) * seconds);
+           double(velocity[0]) * seconds(moves));
     const Split drift(v);
     // The slider starts the step at 0.
     append(std::int32_t(m_count) - 1,
@@ -211,7 +232,56 @@ void Reader::readPlanar(const btMultibodyLink& from,
            JointType::Prismatic,
            drift.m_direction,
            -m_start * drift.m_length,
-           drift.m_length);
+           m_which.m_part * drift.m_length);
+}
+
+/// The reverse of Reader::readLink().
+void placeJoint(btMultiBody& body, int link, const btCcdMultiBodyMotion& motion)
+{
+    const btMultibodyLink& to = body.getLink(link);
+    const auto last = std::size_t(motion.coreLink(link));
+    const double position = motion.m_motion.positions[last];
+    const bullet_ccd::Link& from = motion.m_tree.links[last];
+    switch (to.m_jointType)
+    {
+        case btMultibodyLink::eRevolute:
+            body.setJointPos(link, btScalar(position));
+            break;
+        case btMultibodyLink::ePrismatic:
+        {
+            const double length = double(to.getAxisBottom(0).length());
+            body.setJointPos(link, btScalar(length > 0.0 ? position / length : 0.0));
+            break;
+        }
+        case btMultibodyLink::eSpherical:
+        {
+            const Eigen::Quaterniond atZero = btCcdToEigen(to.m_zeroRotParentToThis).conjugate();
+            const Eigen::Quaterniond turned(from.X_PL0.linear() *
+                                            rotation(position * from.joint.axis));
+            const Eigen::Quaterniond q = atZero.conjugate() * turned;
+            const btScalar values[] = {
+                btScalar(q.x()), btScalar(q.y()), btScalar(q.z()), btScalar(q.w())};
+            body.setJointPosMultiDof(link, values);
+            break;
+        }
+        case btMultibodyLink::ePlanar:
+        {
+            const bullet_ccd::Link& turning = motion.m_tree.links[last - 1];
+            const double angle = motion.m_motion.positions[last - 1];
+            const Eigen::Vector3d origin =
+                motion.bulletFrame(body, to.m_parent) * btCcdToEigen(to.m_eVector);
+            const Eigen::Vector3d shift =
+                turning.X_PL0.linear().transpose() * (turning.X_PL0.translation() - origin) +
+                rotation(angle * turning.joint.axis) * (position * from.joint.axis);
+            const btScalar values[] = {btScalar(angle),
+                                       btScalar(shift.dot(btCcdToEigen(to.getAxisBottom(1)))),
+                                       btScalar(shift.dot(btCcdToEigen(to.getAxisBottom(2))))};
+            body.setJointPosMultiDof(link, values);
+            break;
+        }
+        default:
+            break;
+    }
 }
 }  // namespace
 
@@ -268,16 +338,35 @@ Eigen::Vector3d btCcdTurn(const btVector3& angularVelocity, btScalar timeStep)
 void btCcdReadMotion(const btMultiBody& body,
                      btScalar timeStep,
                      btCcdMultiBodyMotion& motion,
-                     double start)
+                     const btCcdPartOfStep& which)
 {
     motion.m_motion.positions.clear();
     motion.m_motion.rates.clear();
     motion.m_coreLinks.clear();
-    Reader reader(body, timeStep, start, motion);
+    Reader reader(body, timeStep, which, motion);
     reader.readBase();
     for (int i = 0; i < body.getNumLinks(); ++i)
     {
         reader.readLink(i);
     }
     motion.m_tree.links.resize(reader.count());
+}
+
+void btCcdPlaceAtStart(btMultiBody& body, const btCcdMultiBodyMotion& motion)
+{
+    if (!body.isBaseKinematic())
+    {
+        body.setBaseWorldTransform(btCcdToBullet(motion.m_motion.root.X_W0));
+    }
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        if (!body.isLinkKinematic(i))
+        {
+            placeJoint(body, i, motion);
+        }
+    }
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    body.forwardKinematics(rotations, origins);
+    body.updateCollisionObjectWorldTransforms(rotations, origins);
 }

@@ -45,9 +45,16 @@ bool btCcdIsStepped(const btMultiBody& body);
 /// that it integrates with.
 Eigen::Vector3d btCcdTurn(const btVector3& angularVelocity, btScalar timeStep);
 
-/// Tree and motion over `timeStep` at the velocities that the body has now: what the world's
-/// integrateTransforms() will do (start = 0) or, if it has just done it, did (start = -1: the
-/// motion ends at the present state).
+/// Which part of a step of the world a motion is.
+struct btCcdPartOfStep
+{
+    double m_part = 1.0;      ///< how much of the step, in (0, 1]
+    bool m_done = false;      ///< its last part, which ended at the present state; else to come
+    bool m_inPieces = false;  ///< integrated in pieces so short that nothing is clamped (btCcdTurn)
+};
+
+/// Tree and motion over (a part of) `timeStep` at the velocities that the body has now: what the
+/// world's integrateTransforms() will do, or did if it has just been done.
 ///
 /// Poses at a fraction of the step are those of a step shortened to that fraction, unless the base
 /// or a spherical joint turns more than an eighth of a turn: then its turn over the whole step is
@@ -56,11 +63,15 @@ Eigen::Vector3d btCcdTurn(const btVector3& angularVelocity, btScalar timeStep);
 /// Bullet leaves kinematic parts where the user puts them; they are read as moving on at the
 /// velocity they have: the base, and links whose ancestors are all kinematic. Other links with a
 /// static or kinematic collider keep their joint.
-/// @param start 0 or -1 [steps]
 /// @pre btCcdIsCovered(body)
 void btCcdReadMotion(const btMultiBody& body,
                      btScalar timeStep,
                      btCcdMultiBodyMotion& motion,
-                     double start = 0.0);
+                     const btCcdPartOfStep& which = {});
+
+/// Puts the body where the motion begins, colliders included; velocities stay, and so do kinematic
+/// parts.
+/// @pre `motion` was read from this body, which has the same joints still
+void btCcdPlaceAtStart(btMultiBody& body, const btCcdMultiBodyMotion& motion);
 
 #endif  // BT_CCD_MULTI_BODY_MOTION_H

@@ -239,8 +239,6 @@ void Fingerprint::add(const btCollisionShape& shape)
     }
 }
 
-constexpr double kPlaneReach = 1e6;  // [m]: of what has no end
-
 void sumUp(btCcdShapeModel& model)
 {
     model.m_depth = model.m_parts.front().m_depth;
@@ -251,8 +249,7 @@ void sumUp(btCcdShapeModel& model)
     {
         model.m_depth = std::min(model.m_depth, part.m_depth);
         model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
-        // Half of what a mesh's margin is good for belongs to whatever it meets.
-        const double share = 0.5 * btCcdReserveOfMargin * part.m_margin;
+        const double share = btCcdShareOfMargin * part.m_margin;
         model.m_reserve = std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
         if (part.m_ownContacts)
         {
@@ -260,7 +257,7 @@ void sumUp(btCcdShapeModel& model)
         }
         if (part.m_isPlane)
         {
-            model.m_reach = kPlaneReach;
+            model.m_reach = btCcdPlaneReach;
         }
         for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
         {

@@ -18,6 +18,26 @@
 
 /// Part of the sum of margins that a pair with contacts of the library's own can lose.
 inline constexpr double btCcdReserveOfMargin = 1.0 - 1.0 / 4.0 - 1.0 / 16.0;
+/// Half of what a mesh's margin is good for belongs to whatever it meets.
+inline constexpr double btCcdShareOfMargin = 0.5 * btCcdReserveOfMargin;
+/// Of a plane, which has no end [m].
+inline constexpr double btCcdPlaneReach = 1e6;
+
+/// How deep the core lies in a convex shape whose planes are `inner` from its middle: half of that,
+/// less than rounding can add.
+constexpr double btCcdCoreDepth(double inner)
+{
+    return 0.5 * inner * (1.0 - 1e-9);
+}
+
+/// How Bullet names a triangle of a mesh to callbacks.
+struct btCcdTriangleId
+{
+    int m_part = 0;
+    int m_index = 0;
+
+    friend bool operator==(const btCcdTriangleId&, const btCcdTriangleId&) = default;
+};
 
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
 /// radius, a capsule a segment and a radius: no tessellation.
@@ -36,6 +56,9 @@ struct btCcdShapePart
 
     /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
     bool m_ownContacts = false;
+
+    /// By triangle of the hierarchy's mesh; null: part 0, and the index of the triangle.
+    std::shared_ptr<const std::vector<btCcdTriangleId>> m_triangleIds;
 
     /// What lies deep inside a convex shape, shrunk about an inner point; null for meshes, which
     /// have no inside. Two shapes whose cores have not met are on the sides they came from.

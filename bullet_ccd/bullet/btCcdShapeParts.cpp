@@ -3,6 +3,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdHullMesh.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -42,10 +43,12 @@ class TriangleCollector : public btTriangleCallback, public btInternalTriangleIn
 {
 public:
     btVector3 m_scaling = btVector3(1, 1, 1);
-    TriangleMesh m_mesh;
+    TriangleMesh m_mesh;  // every triangle has vertices of its own
+    std::vector<btCcdTriangleId> m_ids;
 
-    void processTriangle(btVector3* corners, int, int) override
+    void processTriangle(btVector3* corners, int part, int index) override
     {
+        m_ids.push_back({part, index});
         const auto first = std::int32_t(m_mesh.vertices.size());
         for (int k = 0; k < 3; ++k)
         {
@@ -173,7 +176,17 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     part.m_radius = double(capsule.getRadius());
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
-    part.m_depth = 0.5 * part.m_radius * kRoundDown;
+    part.m_depth = btCcdCoreDepth(part.m_radius);
+    return part;
+}
+
+btCcdShapePart boxPart(const Eigen::Vector3d& half, btCcdTreeStore& trees)
+{
+    btCcdShapePart part;
+    part.m_tree = trees.tree(bullet_ccd::makeBox(half));
+    const double inner = half.minCoeff();
+    part.m_core = trees.tree(bullet_ccd::makeBox(half.array() - 0.5 * inner));
+    part.m_depth = btCcdCoreDepth(inner);
     return part;
 }
 
@@ -212,13 +225,13 @@ btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTr
 }
 
 /// In the order of the interface, so that shapes over the same one get the same mesh.
-TriangleMesh collectTriangles(const btStridingMeshInterface& mesh,
-                              const btVector3& scaling = btVector3(1, 1, 1))
+TriangleCollector collectTriangles(const btStridingMeshInterface& mesh,
+                                   const btVector3& scaling = btVector3(1, 1, 1))
 {
     TriangleCollector collector;
     collector.m_scaling = scaling;
     mesh.InternalProcessAllTriangles(&collector, -everywhere(), everywhere());
-    return std::move(collector.m_mesh);
+    return collector;
 }
 
 btCcdShapePart cylinderPart(const btCylinderShape& cylinder, btCcdTreeStore& trees)
@@ -253,10 +266,40 @@ btCcdShapePart planePart(const btStaticPlaneShape& plane, btCcdTreeStore& trees)
     return part;
 }
 
-btCcdShapePart meshPart(TriangleMesh mesh, const btCollisionShape& shape, btCcdTreeStore& trees)
+/// Ids of the triangles that a repair has left, in their order; null if they are what they would be
+/// without.
+std::shared_ptr<const std::vector<btCcdTriangleId>> idsOf(const TriangleMesh& repaired,
+                                                          const TriangleCollector& collected)
 {
+    auto ids = std::make_shared<std::vector<btCcdTriangleId>>();
+    bool isPlain = true;
+    for (std::size_t i = 0; i < collected.m_ids.size() && ids->size() < repaired.triangles.size();
+         ++i)
+    {
+        bool isLeft = true;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto vertex = std::size_t(repaired.triangles[ids->size()][k]);
+            isLeft = isLeft && repaired.vertices[vertex] == collected.m_mesh.vertices[3 * i + k];
+        }
+        if (isLeft)
+        {
+            isPlain = isPlain && collected.m_ids[i] == btCcdTriangleId{0, int(ids->size())};
+            ids->push_back(collected.m_ids[i]);
+        }
+    }
+    BULLET_CCD_ASSERT(ids->size() == repaired.triangles.size());
+    return isPlain ? nullptr : ids;
+}
+
+btCcdShapePart meshPart(const TriangleCollector& collected,
+                        const btCollisionShape& shape,
+                        btCcdTreeStore& trees)
+{
+    TriangleMesh mesh = collected.m_mesh;
     bullet_ccd::repairMesh(mesh);
     btCcdShapePart part;
+    part.m_triangleIds = idsOf(mesh, collected);
     part.m_tree = trees.tree(std::move(mesh));
     part.m_margin = double(shape.getMargin());
     return part;
@@ -267,42 +310,42 @@ std::optional<btCcdShapePart> gimpactPart(const btGImpactShapeInterface& shape,
                                           btCcdTreeStore& trees)
 {
     TriangleCollector collector;
-    const auto collect = [&](const btGImpactShapeInterface& part)
+    const auto collect = [&](const btGImpactShapeInterface& part, int index)
     {
         part.lockChildShapes();
         for (int i = 0; i < part.getNumChildShapes(); ++i)
         {
             btTriangleShapeEx triangle;
             part.getBulletTriangle(i, triangle);
-            collector.processTriangle(triangle.m_vertices1, 0, i);
+            collector.processTriangle(triangle.m_vertices1, index, i);
         }
         part.unlockChildShapes();
     };
     switch (shape.getGImpactShapeType())
     {
         case CONST_GIMPACT_TRIMESH_SHAPE_PART:
-            collect(shape);
+            collect(shape, 0);
             break;
         case CONST_GIMPACT_TRIMESH_SHAPE:
         {
             const auto& mesh = static_cast<const btGImpactMeshShape&>(shape);
             for (int i = 0; i < mesh.getMeshPartCount(); ++i)
             {
-                collect(*mesh.getMeshPart(i));
+                collect(*mesh.getMeshPart(i), i);
             }
             break;
         }
         default:
             return std::nullopt;
     }
-    return meshPart(std::move(collector.m_mesh), shape, trees);
+    return meshPart(collector, shape, trees);
 }
 
 btCcdShapePart terrainPart(const btHeightfieldTerrainShape& terrain, btCcdTreeStore& trees)
 {
     TriangleCollector collector;
     terrain.processAllTriangles(&collector, -everywhere(), everywhere());
-    return meshPart(std::move(collector.m_mesh), terrain, trees);
+    return meshPart(collector, terrain, trees);
 }
 
 btCcdShapePart scaledMeshPart(const btScaledBvhTriangleMeshShape& shape, btCcdTreeStore& trees)
@@ -318,10 +361,8 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
     switch (shape.getShapeType())
     {
         case BOX_SHAPE_PROXYTYPE:
-            return convexPart(
-                bullet_ccd::makeBox(
-                    btCcdToEigen(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())),
-                0.0,
+            return boxPart(
+                btCcdToEigen(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin()),
                 trees);
         case SPHERE_SHAPE_PROXYTYPE:
             return spherePart(double(static_cast<const btSphereShape&>(shape).getRadius()), trees);
@@ -343,7 +384,7 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
                 btCcdHullMesh(
                     collectTriangles(
                         *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface())
-                        .vertices),
+                        .m_mesh.vertices),
                 double(shape.getMargin()),
                 trees);
         case STATIC_PLANE_PROXYTYPE:

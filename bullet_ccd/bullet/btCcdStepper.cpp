@@ -22,7 +22,9 @@ constexpr double kSimultaneous = 1.0 / 8.0;
 /// Of what a pair can lose before it crosses, slow motion may use up this part unseen.
 constexpr double kUnseen = 0.5;
 /// What a shape may use up of the margin of the mesh that it meets.
-constexpr double kPartnersShare = 0.5 * btCcdReserveOfMargin;
+constexpr double kPartnersShare = btCcdShareOfMargin;
+/// Up to so many objects are quicker looked through than the broadphase is asked.
+constexpr std::size_t kFew = 8;
 
 int revisionOf(const btCollisionShape& shape)
 {
@@ -102,37 +104,111 @@ btCcdStepper::Tracked* btCcdStepper::find(const btCollisionObject& object)
                                                                             : nullptr;
 }
 
+bool btCcdStepper::Shape::isOf(const btCollisionShape& shape) const
+{
+    return m_shape == &shape && m_scaling == shape.getLocalScaling() &&
+           m_margin == shape.getMargin() && m_revision == revisionOf(shape);
+}
+
 void btCcdStepper::lookAtShape(Tracked& tracked)
 {
     const btCollisionShape& shape = *tracked.m_object->getCollisionShape();
     Shape& known = tracked.m_shape;
-    const btVector3& scaling = shape.getLocalScaling();
-    const int revision = revisionOf(shape);
-    if (known.m_shape == &shape && known.m_scaling == scaling &&
-        known.m_margin == shape.getMargin() && known.m_revision == revision)
+    if (known.isOf(shape))
     {
         return;
     }
-    const btCcdShapeModel* model = m_context.model(&shape);
-    known = {&shape, scaling, shape.getMargin(), revision, model != nullptr, 0.0, 0.0, kNever};
-    if (model != nullptr)
+    known = {&shape, shape.getLocalScaling(), shape.getMargin(), revisionOf(shape), false, {}};
+    if (const auto simple = btCcdSimpleOutline(shape))
     {
-        known.m_reach = model->m_reach;
-        known.m_reserve = model->m_reserve;
-        known.m_ownMargin = model->m_ownMargin;
+        known.m_covered = true;
+        known.m_outline = *simple;
     }
+    else if (const btCcdShapeModel* model = m_context.model(&shape))
+    {
+        known.m_covered = true;
+        known.m_outline = btCcdOutlineOf(*model);
+    }
+}
+
+void btCcdStepper::lookAt(Tracked& tracked, btCollisionObject& object)
+{
+    tracked.m_object = &object;
+    tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
+    tracked.m_motion = tracked.m_since = tracked.m_turned = 0.0;
+    tracked.m_shift.setZero();
+    tracked.m_course = {};
+    lookAtShape(tracked);
+    tracked.m_tracked = tracked.m_shape.m_covered && isEnabled(&object);
+    m_counts.m_unsupported += tracked.m_shape.m_covered ? 0 : 1;
+    m_smallestOwnMargin = std::min(m_smallestOwnMargin, tracked.m_shape.m_outline.m_ownMargin);
+}
+
+/// The whole look for a step like the last one, in which nothing could cross: objects and shapes
+/// are the same, none is a link, nothing is pressed, and no two move enough. False if in doubt.
+bool btCcdStepper::staysQuiet()
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    if (m_objects.size() != std::size_t(objects.size()))
+    {
+        return false;
+    }
+    double most = -kNever;
+    double second = -kNever;
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const Tracked& tracked = m_objects[std::size_t(i)];
+        const btCollisionObject& object = *objects[i];
+        const btRigidBody* body = btRigidBody::upcast(&object);
+        if (tracked.m_object != &object || body == nullptr ||
+            !tracked.m_shape.isOf(*object.getCollisionShape()))
+        {
+            return false;
+        }
+        if (!tracked.m_shape.m_covered || !isEnabled(&object))
+        {
+            continue;
+        }
+        const double motion = isMoved(object) ? m_timeStep * (norm(body->getLinearVelocity()) +
+                                                              norm(body->getAngularVelocity()) *
+                                                                  tracked.m_shape.m_outline.m_reach)
+                                              : 0.0;
+        const double beyond = beyondUnseen(tracked, motion);
+        second = std::max(second, std::min(most, beyond));
+        most = std::max(most, beyond);
+    }
+    const btDispatcher& dispatcher = *m_world.getDispatcher();
+    Tracked* a = nullptr;
+    Tracked* b = nullptr;
+    for (int i = 0; i < dispatcher.getNumManifolds() && !(most + second > 0.0); ++i)
+    {
+        const auto* manifold = const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
+        most = isPressed(*manifold, a, b) ? kNever : most;
+    }
+    return most + second <= 0.0;
 }
 
 bool btCcdStepper::begin(btScalar timeStep, Motion motion)
 {
-    m_counts = {};
     m_motion = motion;
     m_timeStep = double(timeStep);
     m_time = 0.0;
     ++m_epoch;
+    if (m_quiet && staysQuiet())
+    {
+        m_counts.m_queries = m_counts.m_overlaps = 0;
+        for (const int index : m_fast)
+        {
+            m_objects[std::size_t(index)].m_fast = false;
+        }
+        m_fast.clear();
+        return false;
+    }
+    m_counts = {};
     m_multiBodyCount = 0;
     m_pairs.clear();
     m_fast.clear();
+    m_pressedPairs.clear();
     m_slowMotion = 0.0;
     m_smallestOwnMargin = kNever;
 
@@ -140,24 +216,33 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     m_objects.resize(std::size_t(objects.size()));
     for (int i = 0; i < objects.size(); ++i)
     {
-        Tracked& tracked = m_objects[std::size_t(i)];
-        tracked.m_object = objects[i];
-        tracked.m_motion = 0.0;
-        tracked.m_fast = tracked.m_changed = tracked.m_stopped = false;
-        lookAtShape(tracked);
-        tracked.m_tracked = tracked.m_shape.m_covered && isEnabled(objects[i]);
-        m_counts.m_unsupported += tracked.m_shape.m_covered ? 0 : 1;
-        m_smallestOwnMargin = std::min(m_smallestOwnMargin, tracked.m_shape.m_ownMargin);
+        lookAt(m_objects[std::size_t(i)], *objects[i]);
     }
+    // What the two move most that move beyond what they may move unseen; the others less.
+    double most = -kNever;
+    double second = -kNever;
     for (Tracked& tracked : m_objects)
     {
-        track(tracked);
+        const double beyond = track(tracked);
+        second = std::max(second, std::min(most, beyond));
+        most = std::max(most, beyond);
     }
     markPressed();
     for (const int index : m_fast)
     {
         sweep(m_objects[std::size_t(index)]);
     }
+    m_quiet = !(most + second > 0.0) && m_pressedPairs.empty();
+    if (!m_quiet)
+    {
+        findPairs();
+    }
+    return !m_pairs.empty();
+}
+
+void btCcdStepper::findPairs()
+{
+    findSlow();
     for (const int index : m_fast)
     {
         addCandidates(index, false);
@@ -166,47 +251,107 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     {
         ask(pair);
     }
-    return !m_pairs.empty();
 }
 
-void btCcdStepper::track(Tracked& tracked)
+void btCcdStepper::findSlow()
 {
-    if (!tracked.m_tracked || !isMoved(*tracked.m_object))
+    m_slow.clear();
+    for (std::size_t i = 0; i < m_objects.size() && m_slow.size() <= kFew; ++i)
     {
-        return;
+        const Tracked& tracked = m_objects[i];
+        if (tracked.m_tracked && !tracked.m_fast &&
+            tracked.m_object->getBroadphaseHandle() != nullptr)
+        {
+            m_slow.push_back(int(i));
+        }
     }
-    tracked.m_motion = motionBound(tracked);
+    m_fewSlow = m_slow.size() <= kFew;
+}
+
+/// What an object can lose, whatever it meets.
+double btCcdStepper::reserveOf(const Tracked& tracked) const
+{
+    const btCcdShapeOutline& outline = tracked.m_shape.m_outline;
     // Half of what a mesh can lose is its partner's.
-    const double reserve =
-        std::min(tracked.m_shape.m_reserve, kPartnersShare * m_smallestOwnMargin);
-    if (tracked.m_motion > kUnseen * reserve)
-    {
-        tracked.m_fast = true;
-        m_fast.push_back(int(&tracked - m_objects.data()));
-    }
-    else
-    {
-        m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
-    }
+    return std::min(outline.m_reserve, kPartnersShare * m_smallestOwnMargin);
 }
 
-double btCcdStepper::motionBound(const Tracked& tracked)
+/// Returns how far the object moves beyond what it may move unseen. Two of which the sum is not
+/// positive cannot cross.
+double btCcdStepper::track(Tracked& tracked)
 {
-    const double reach = tracked.m_shape.m_reach;
+    if (!tracked.m_tracked)
+    {
+        return -kNever;
+    }
+    const double unseen = kUnseen * reserveOf(tracked);
+    if (isMoved(*tracked.m_object))
+    {
+        take(tracked, courseOf(tracked));
+        if (tracked.m_motion > unseen)
+        {
+            tracked.m_fast = true;
+            m_fast.push_back(int(&tracked - m_objects.data()));
+        }
+        else
+        {
+            m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
+        }
+    }
+    return beyondUnseen(tracked, tracked.m_motion);
+}
+
+double btCcdStepper::beyondUnseen(const Tracked& tracked, double motion) const
+{
+    const btCcdShapeOutline& outline = tracked.m_shape.m_outline;
+    // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
+    const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kNever;
+    return hasNothing ? motion : motion - kUnseen * reserveOf(tracked);
+}
+
+btCcdStepper::Course btCcdStepper::courseOf(const Tracked& tracked)
+{
+    Course course;
+    if (tracked.m_stopped)
+    {
+        return course;
+    }
+    const double reach = tracked.m_shape.m_outline.m_reach;
     if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
     {
-        return remaining() *
-               (norm(body->getLinearVelocity()) + norm(body->getAngularVelocity()) * reach);
+        course.m_velocity = body->getLinearVelocity();
+        course.m_spin = body->getAngularVelocity();
+        course.m_turning = norm(course.m_spin) * reach;
+        return course;
     }
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
     if (collider == nullptr)
     {
-        return 0.0;
+        return course;
     }
     const KnownMultiBody& owner = known(*collider->m_multiBody);
     const std::size_t link = 2 * std::size_t(collider->m_link + 1);
-    return owner.m_covered ? remaining() * (owner.m_speeds[link] + owner.m_speeds[link + 1] * reach)
-                           : 0.0;
+    if (owner.m_covered)
+    {
+        course.m_turning = owner.m_speeds[link] + owner.m_speeds[link + 1] * reach;
+        if (!owner.m_body->hasFixedBase() && owner.m_speeds[0] > 0.0)
+        {
+            // All links have the velocity of the base, and that of their joints besides.
+            course.m_velocity = owner.m_body->getBaseVel();
+            course.m_turning -= owner.m_speeds[0];
+        }
+    }
+    return course;
+}
+
+void btCcdStepper::take(Tracked& tracked, const Course& course)
+{
+    const double time = m_time - tracked.m_since;
+    tracked.m_shift += tracked.m_course.m_velocity * btScalar(time);
+    tracked.m_turned += tracked.m_course.m_turning * time;
+    tracked.m_since = m_time;
+    tracked.m_course = course;
+    tracked.m_motion = remaining() * (norm(course.m_velocity) + course.m_turning);
 }
 
 btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
@@ -234,38 +379,47 @@ btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
     return owner;
 }
 
-/// Pairs that the solver has let sink in deeper than slow motion leaves room for.
+/// True if the solver has let the two sink in deeper than slow motion leaves room for.
+bool btCcdStepper::isPressed(const btPersistentManifold& manifold, Tracked*& a, Tracked*& b)
+{
+    btScalar deepest = 0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
+    }
+    if (!(deepest < btScalar(0)))
+    {
+        return false;
+    }
+    a = find(*manifold.getBody0());
+    b = find(*manifold.getBody1());
+    if (a == nullptr || b == nullptr)
+    {
+        return false;
+    }
+    const btCcdShapeOutline& outlineA = a->m_shape.m_outline;
+    const btCcdShapeOutline& outlineB = b->m_shape.m_outline;
+    const double reserve = std::min(outlineA.m_reserve + outlineB.m_reserve,
+                                    std::min(outlineA.m_ownMargin, outlineB.m_ownMargin));
+    return -double(deepest) > (1.0 - kUnseen) * reserve;
+}
+
 void btCcdStepper::markPressed()
 {
-    const btDispatcher& dispatcher = *m_world.getDispatcher();
-    btPersistentManifold** manifolds =
-        const_cast<btDispatcher&>(dispatcher).getInternalManifoldPointer();
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
-        const btPersistentManifold& manifold = *manifolds[i];
-        btScalar deepest = 0;
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
-        {
-            deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
-        }
-        if (!(deepest < btScalar(0)))
+        Tracked* a = nullptr;
+        Tracked* b = nullptr;
+        if (!isPressed(*manifolds[i], a, b))
         {
             continue;
         }
-        Tracked* a = find(*manifold.getBody0());
-        Tracked* b = find(*manifold.getBody1());
-        if (a == nullptr || b == nullptr)
-        {
-            continue;
-        }
-        const double reserve = std::min(a->m_shape.m_reserve + b->m_shape.m_reserve,
-                                        std::min(a->m_shape.m_ownMargin, b->m_shape.m_ownMargin));
-        if (-double(deepest) <= (1.0 - kUnseen) * reserve)
-        {
-            continue;
-        }
+        m_pressedPairs.push_back(std::minmax(int(a - m_objects.data()), int(b - m_objects.data())));
         for (Tracked* pressed : {a, b})
         {
+            pressed->m_pressed = true;
             if (pressed->m_motion > 0.0 && !pressed->m_fast)
             {
                 pressed->m_fast = true;
@@ -298,14 +452,12 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
         if (owner.m_epoch != m_epoch)
         {
             owner.m_epoch = m_epoch;
-            const double duration = tracked->m_stopped ? 0.0 : remaining();
-            btCcdReadMotion(*collider->m_multiBody, btScalar(duration), owner.m_motion, start);
-            if (m_motion == Motion::ToCome && !owner.m_motion.m_motion.root.w_W.isZero(0.0))
-            {
-                // In pieces that Bullet's integrator does not shorten, see btCcdControl.
-                owner.m_motion.m_motion.root.w_W =
-                    btCcdToEigen(collider->m_multiBody->getBaseOmega()) * duration;
-            }
+            const double part = tracked->m_stopped ? 0.0 : remaining() / m_timeStep;
+            // Fast spins are integrated in pieces or limited before, see btCcdControl.
+            btCcdReadMotion(*collider->m_multiBody,
+                            btScalar(m_timeStep),
+                            owner.m_motion,
+                            {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
         }
         tracked->m_pose = btCcdLinkMotion(*collider, owner.m_motion);
     }
@@ -317,22 +469,47 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
     return &tracked->m_pose;
 }
 
+const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObject& object)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    return collider != nullptr && motionOf(object) != nullptr
+               ? &known(*collider->m_multiBody).m_motion
+               : nullptr;
+}
+
 void btCcdStepper::sweep(Tracked& tracked)
 {
-    const btCcdObjectMotion* motion = motionOf(*tracked.m_object);
-    if (motion == nullptr || !motion->isFinite())
+    double reach = tracked.m_shape.m_outline.m_reach + m_context.m_tolerance + m_slowMotion;
+    btVector3 from = tracked.m_object->getWorldTransform().getOrigin();
+    btVector3 to = from;
+    if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
+    {
+        // A link moves anywhere near. Its collider may not be where its joints are.
+        const btMultiBody& body = *collider->m_multiBody;
+        from = to = collider->m_link < 0
+                        ? body.getBasePos()
+                        : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
+        reach += tracked.m_motion;
+    }
+    else
+    {
+        // Kinematic objects stand where the step began.
+        const double time = tracked.m_object->isKinematicObject() ? m_timeStep
+                            : m_motion == Motion::Done            ? -remaining()
+                                                                  : remaining();
+        to += tracked.m_course.m_velocity * btScalar(time);
+    }
+    if (!std::isfinite(tracked.m_motion) || !std::isfinite(from.length2()))
     {
         tracked.m_tracked = false;
         return;
     }
-    const Eigen::Vector3d from = btCcdShapePoseAt(*motion, 0.0).translation();
-    const Eigen::Vector3d to = btCcdShapePoseAt(*motion, 1.0).translation();
-    // The origin of a free body moves on a straight line, that of a link anywhere near.
-    const bool isLink = std::holds_alternative<bullet_ccd::LinkMotion>(motion->m_motion);
-    const double reach = tracked.m_shape.m_reach + m_context.m_tolerance + m_slowMotion +
-                         (isLink ? tracked.m_motion : 0.0);
-    tracked.m_low = btCcdToBullet(Eigen::Vector3d(from.cwiseMin(to).array() - reach));
-    tracked.m_high = btCcdToBullet(Eigen::Vector3d(from.cwiseMax(to).array() + reach));
+    const btVector3 around = btVector3(1, 1, 1) * btScalar(reach);
+    tracked.m_low = tracked.m_high = from;
+    tracked.m_low.setMin(to);
+    tracked.m_high.setMax(to);
+    tracked.m_low -= around;
+    tracked.m_high += around;
 }
 
 void btCcdStepper::addCandidates(int index, bool onlyChanged)
@@ -346,25 +523,43 @@ void btCcdStepper::addCandidates(int index, bool onlyChanged)
     {
         const Tracked& b = m_objects[std::size_t(other)];
         // Of two objects that come this way, the pair comes once.
-        const bool first = index < other || (onlyChanged && !b.m_changed);
+        const bool first = (tracked.m_fast && index < other) || (onlyChanged && !b.m_changed);
         if (other != index && first && b.m_tracked &&
             meet(tracked.m_low, tracked.m_high, b.m_low, b.m_high))
         {
             addPair(index, other);
         }
     }
-    Candidates candidates(*this, index);
-    m_world.getBroadphase()->aabbTest(tracked.m_low, tracked.m_high, candidates);
+    if (!tracked.m_fast)
+    {
+        return;
+    }
+    if (!m_fewSlow)
+    {
+        Candidates candidates(*this, index);
+        m_world.getBroadphase()->aabbTest(tracked.m_low, tracked.m_high, candidates);
+        return;
+    }
+    for (const int other : m_slow)
+    {
+        const Tracked& b = m_objects[std::size_t(other)];
+        const btBroadphaseProxy& proxy = *b.m_object->getBroadphaseHandle();
+        if (!b.m_fast && meet(tracked.m_low, tracked.m_high, proxy.m_aabbMin, proxy.m_aabbMax))
+        {
+            addPair(index, other);
+        }
+    }
 }
 
 void btCcdStepper::addPair(int a, int b)
 {
-    const Tracked& trackedA = m_objects[std::size_t(a)];
-    const Tracked& trackedB = m_objects[std::size_t(b)];
+    const auto [first, second] = std::minmax(a, b);
+    const Tracked& trackedA = m_objects[std::size_t(first)];
+    const Tracked& trackedB = m_objects[std::size_t(second)];
     if (wanted(trackedA, trackedB) && canCross(trackedA, trackedB))
     {
         // The order in which Bullet sees the pair: by the age of the objects.
-        m_pairs.push_back({std::min(a, b), std::max(a, b), kNever, {}});
+        m_pairs.push_back({first, second, kNever, {}});
     }
 }
 
@@ -372,7 +567,7 @@ bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
 {
     if (!a.m_tracked || !b.m_tracked || a.m_object == b.m_object ||
         (a.m_motion <= 0.0 && b.m_motion <= 0.0) || !b.m_object->hasContactResponse() ||
-        !a.m_object->hasContactResponse())
+        !a.m_object->hasContactResponse() || !a.m_object->checkCollideWith(b.m_object))
     {
         return false;
     }
@@ -384,17 +579,44 @@ bool btCcdStepper::wanted(const Tracked& a, const Tracked& b) const
            dispatcher.needsResponse(a.m_object, b.m_object);
 }
 
-/// False if the two together move too little to cross each other, as begin() counts it.
+/// Bound of what any point of one object moves in this step relative to the other.
+double btCcdStepper::wayApart(const Tracked& a, const Tracked& b) const
+{
+    const double sinceA = m_time - a.m_since;
+    const double sinceB = m_time - b.m_since;
+    const Course& courseA = a.m_course;
+    const Course& courseB = b.m_course;
+    const btVector3 past = (a.m_shift + courseA.m_velocity * btScalar(sinceA)) -
+                           (b.m_shift + courseB.m_velocity * btScalar(sinceB));
+    const double turned =
+        a.m_turned + courseA.m_turning * sinceA + b.m_turned + courseB.m_turning * sinceB;
+    return norm(past) + turned +
+           remaining() * (norm(courseA.m_velocity - courseB.m_velocity) + courseA.m_turning +
+                          courseB.m_turning);
+}
+
+/// False if the two move too little to cross each other, as begin() counts it.
 bool btCcdStepper::canCross(const Tracked& a, const Tracked& b)
 {
+    if (a.m_pressed && b.m_pressed &&
+        std::find(m_pressedPairs.begin(),
+                  m_pressedPairs.end(),
+                  std::pair(int(&a - m_objects.data()), int(&b - m_objects.data()))) !=
+            m_pressedPairs.end())
+    {
+        return true;
+    }
+    const btCcdShapeOutline& outlineA = a.m_shape.m_outline;
+    const btCcdShapeOutline& outlineB = b.m_shape.m_outline;
+    const bool stock = outlineA.m_ownMargin == kNever && outlineB.m_ownMargin == kNever;
+    if (stock && !(outlineA.m_hasMesh && outlineB.m_hasMesh))
+    {
+        return wayApart(a, b) > kUnseen * (outlineA.m_depth + outlineB.m_depth);
+    }
     const btCcdShapeModel* modelA = m_context.model(a.m_object->getCollisionShape());
     const btCcdShapeModel* modelB = m_context.model(b.m_object->getCollisionShape());
-    if (modelA == nullptr || modelB == nullptr)
-    {
-        return false;
-    }
-    const bool sunken = a.m_fast && b.m_fast;  // perhaps only because they are
-    return sunken || a.m_motion + b.m_motion > kUnseen * btCcdReserve(*modelA, *modelB);
+    return modelA != nullptr && modelB != nullptr &&
+           wayApart(a, b) > kUnseen * btCcdReserve(*modelA, *modelB);
 }
 
 void btCcdStepper::ask(Pair& pair)
@@ -445,7 +667,7 @@ btCcdStepper::Event btCcdStepper::next()
     }
     event.m_found = true;
     event.m_time = std::clamp(btCcdRoundDown(earliest), btScalar(m_time), btScalar(m_timeStep));
-    for (const Pair& pair : m_pairs)
+    for (Pair& pair : m_pairs)
     {
         const double speed = (m_objects[std::size_t(pair.m_a)].m_motion +
                               m_objects[std::size_t(pair.m_b)].m_motion) /
@@ -455,6 +677,7 @@ btCcdStepper::Event btCcdStepper::next()
         {
             event.m_gaveUp =
                 event.m_gaveUp || pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
+            pair.m_met = true;
             event.m_impacts.push_back(impactOf(pair, event.m_time));
             if (pair.m_time == earliest)
             {
@@ -504,7 +727,11 @@ void btCcdStepper::changed(const btCollisionObject& object)
     const auto* collider = btMultiBodyLinkCollider::upcast(&object);
     if (collider == nullptr)
     {
-        mark(&object);
+        // What is fixed goes on as before: its other pairs keep their answers.
+        if (!object.isStaticObject() || object.isKinematicObject())
+        {
+            mark(&object);
+        }
         return;
     }
     const btMultiBody& body = *collider->m_multiBody;
@@ -515,39 +742,62 @@ void btCcdStepper::changed(const btCollisionObject& object)
     }
 }
 
+/// False if the object moves on as it did.
+bool btCcdStepper::takeNewCourse(Tracked& tracked)
+{
+    const Course course = courseOf(tracked);
+    if (btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr &&
+        course.m_velocity == tracked.m_course.m_velocity &&
+        course.m_spin == tracked.m_course.m_spin)
+    {
+        return false;
+    }
+    take(tracked, course);
+    const double way = norm(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
+    if (!tracked.m_fast && (way > kUnseen * reserveOf(tracked) || way > m_slowMotion ||
+                            (tracked.m_pressed && tracked.m_motion > 0.0)))
+    {
+        // From now on it is not where the broadphase saw it.
+        tracked.m_fast = true;
+        m_fast.push_back(int(&tracked - m_objects.data()));
+    }
+    return true;
+}
+
 void btCcdStepper::refresh()
 {
     ++m_epoch;
-    const auto isChanged = [this](int index) { return m_objects[std::size_t(index)].m_changed; };
-    std::erase_if(m_pairs,
-                  [&](const Pair& pair) { return isChanged(pair.m_a) || isChanged(pair.m_b); });
     m_multiBodyCount = 0;
-
     std::vector<int> changed;
     for (Tracked& tracked : m_objects)
     {
-        if (tracked.m_changed && tracked.m_tracked)
+        tracked.m_changed = tracked.m_changed && tracked.m_tracked && takeNewCourse(tracked);
+        if (tracked.m_changed)
         {
-            // From now on it is not where the broadphase saw it, so it counts as fast in any case.
-            tracked.m_fast = true;
-            tracked.m_motion = tracked.m_stopped ? 0.0 : motionBound(tracked);
             changed.push_back(int(&tracked - m_objects.data()));
+            sweep(tracked);
         }
     }
-    std::erase_if(m_fast, isChanged);
-    m_fast.insert(m_fast.end(), changed.begin(), changed.end());
-    for (const int index : changed)
-    {
-        sweep(m_objects[std::size_t(index)]);
-    }
+    const auto of = [this](int index) -> const Tracked& { return m_objects[std::size_t(index)]; };
+    std::erase_if(m_pairs,
+                  [&](const Pair& pair)
+                  {
+                      const Tracked& a = of(pair.m_a);
+                      const Tracked& b = of(pair.m_b);
+                      return a.m_changed || b.m_changed || (pair.m_met && !wanted(a, b));
+                  });
     const std::size_t before = m_pairs.size();
     for (const int index : changed)
     {
         addCandidates(index, true);
     }
-    for (std::size_t i = before; i < m_pairs.size(); ++i)
+    for (std::size_t i = 0; i < m_pairs.size(); ++i)
     {
-        ask(m_pairs[i]);
+        if (i >= before || m_pairs[i].m_met)
+        {
+            m_pairs[i].m_met = false;
+            ask(m_pairs[i]);
+        }
     }
     for (const int index : changed)
     {

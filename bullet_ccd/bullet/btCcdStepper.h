@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/btCcdShapeOutline.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
@@ -36,9 +37,11 @@ struct btCcdImpact
 /// An object is fast if it moves more in the step than half of what it could lose without being
 /// passed: half the depth of the core of a convex shape, a part of the margin of a mesh. Only pairs
 /// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts
-/// see them. Pairs come from the broadphase, by the boxes that fast objects sweep, and are filtered
-/// as Bullet does (groups, user filters, parent-child and self-collision flags, contact response).
-/// Keeps scratch memory; one per world.
+/// see them. Nor can two that move relative to each other by no more than that together. Pairs come
+/// from the broadphase, by the boxes that fast objects sweep, and are filtered as Bullet does
+/// (groups, user filters, parent-child and self-collision flags, contact response). Nothing is
+/// asked of a shape but its outline before a pair needs a query. Keeps scratch memory; one per
+/// world.
 class btCcdStepper : public btCcdMotionSource
 {
 public:
@@ -70,7 +73,11 @@ public:
     [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
 
     /// Shapes have been changed in place.
-    void forgetShapes() { m_objects.clear(); }
+    void forgetShapes()
+    {
+        m_objects.clear();
+        m_quiet = false;
+    }
 
     /// Looks at all objects. False if nothing is fast: then no pair can be lost in this step.
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
@@ -88,6 +95,8 @@ public:
 
     [[nodiscard]] const Counts& counts() const { return m_counts; }
     const btCcdObjectMotion* motionOf(const btCollisionObject& object) override;
+    /// The same for the whole multibody that a link belongs to; null for others.
+    const btCcdMultiBodyMotion* multiBodyMotionOf(const btCollisionObject& object);
 
     /// Box around all that the object passes through from now on, for debug drawing.
     [[nodiscard]] bool sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high);
@@ -101,9 +110,16 @@ private:
         btScalar m_margin = 0;
         int m_revision = 0;  // of a compound
         bool m_covered = false;
-        double m_reach = 0.0;
-        double m_reserve = 0.0;
-        double m_ownMargin = 0.0;
+        btCcdShapeOutline m_outline;
+
+        [[nodiscard]] bool isOf(const btCollisionShape& shape) const;
+    };
+    /// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
+    struct Course
+    {
+        btVector3 m_velocity = btVector3(0, 0, 0);
+        btVector3 m_spin = btVector3(0, 0, 0);  // of what is no link
+        double m_turning = 0.0;
     };
     struct Tracked
     {
@@ -112,9 +128,14 @@ private:
         bool m_tracked = false;
         bool m_fast = false;
         bool m_changed = false;
+        bool m_pressed = false;  // some contact is deep
         bool m_stopped = false;  // has been placed for the rest of a motion that is done
-        double m_motion = 0.0;   // bound of what any point of it moves in the step [m]
-        int m_epoch = -1;        // of m_pose
+        double m_motion = 0.0;   // bound of what any point of it moves in the rest of the step [m]
+        Course m_course;         // since m_since
+        double m_since = 0.0;
+        btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
+        double m_turned = 0.0;
+        int m_epoch = -1;  // of m_pose
         btCcdObjectMotion m_pose;
         btVector3 m_low;  // of the box that it sweeps, if fast
         btVector3 m_high;
@@ -133,6 +154,7 @@ private:
         int m_b;
         double m_time;  // of impact, since the step began [s]; infinite without
         btCcdPairToi m_toi;
+        bool m_met = false;  // the impact has happened
     };
     class Candidates;
 
@@ -143,7 +165,9 @@ private:
     std::vector<std::unique_ptr<KnownMultiBody>> m_multiBodies;
     std::size_t m_multiBodyCount = 0;
     std::vector<int> m_fast;
+    std::vector<int> m_slow;  // the others, if they are few
     std::vector<Pair> m_pairs;
+    std::vector<std::pair<int, int>> m_pressedPairs;
     Counts m_counts;
     Motion m_motion = Motion::ToCome;
     double m_timeStep = 0.0;
@@ -151,15 +175,27 @@ private:
     int m_epoch = 0;
     double m_smallestOwnMargin = 0.0;
     double m_slowMotion = 0.0;  // the most that an object that is not fast moves [m]
+    bool m_fewSlow = false;
+    bool m_quiet = false;  // nothing could cross in the last step
 
     [[nodiscard]] double remaining() const { return m_timeStep - m_time; }
     [[nodiscard]] Tracked* find(const btCollisionObject& object);
+    [[nodiscard]] bool staysQuiet();
     void lookAtShape(Tracked& tracked);
-    void track(Tracked& tracked);
-    [[nodiscard]] double motionBound(const Tracked& tracked);
+    void lookAt(Tracked& tracked, btCollisionObject& object);
+    double track(Tracked& tracked);
+    [[nodiscard]] double beyondUnseen(const Tracked& tracked, double motion) const;
+    [[nodiscard]] double reserveOf(const Tracked& tracked) const;
+    [[nodiscard]] Course courseOf(const Tracked& tracked);
+    void take(Tracked& tracked, const Course& course);
     KnownMultiBody& known(const btMultiBody& body);
     void markPressed();
+    [[nodiscard]] bool isPressed(const btPersistentManifold& manifold, Tracked*& a, Tracked*& b);
+    [[nodiscard]] double wayApart(const Tracked& a, const Tracked& b) const;
     void sweep(Tracked& tracked);
+    void findSlow();
+    void findPairs();
+    bool takeNewCourse(Tracked& tracked);
     void addCandidates(int index, bool onlyChanged);
     void addPair(int a, int b);
     [[nodiscard]] bool wanted(const Tracked& a, const Tracked& b) const;

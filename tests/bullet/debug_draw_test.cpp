@@ -155,4 +155,80 @@ TEST(DebugDraw, AnImpactShowsBothVolumesThePointsAndTheNormal)
     EXPECT_NEAR((to - from).x(), 0.25 * std::sqrt(0.75), 1e-6);
     EXPECT_EQ((to - from).tail<2>().norm(), 0.0);
 }
+
+namespace
+{
+/// What a world draws beyond Bullet's own lines, in that mode.
+Lines linesOfOurs(Scene& scene, int mode)
+{
+    RecordingDrawer drawer;
+    drawer.setDebugMode(mode);
+    scene.world().setDebugDrawer(&drawer);
+    scene.world().btCollisionWorld::debugDrawWorld();
+    const auto own = std::ptrdiff_t(drawer.m_lines.size());
+    drawer.m_lines.clear();
+    scene.world().debugDrawWorld();
+    scene.world().setDebugDrawer(nullptr);
+    return Lines(drawer.m_lines.begin() + own, drawer.m_lines.end());
+}
+
+constexpr std::size_t kBox = 12;
+constexpr std::size_t kImpact = 2 * kBox + 3 + 3 + 1;
+}  // namespace
+
+TEST(DebugDraw, WorldsAndActionsShowHierarchiesSweptBoxesAndImpacts)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        for (const WorldClass worldClass : {WorldClass::Rigid, WorldClass::MultiBody})
+        {
+            Scene scene(kind, worldClass);
+            scene.body(scene.boxMesh(vec(0.5, 0.5, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
+            btRigidBody* box =
+                scene.body(scene.boxMesh(vec(0.01, 0.02, 0.03)), 0.1, poseAt(vec(0, 0, 0.5)));
+            box->setLinearVelocity(vec(1, 0, -30));
+
+            // Nothing has moved yet: a box for each shape.
+            EXPECT_EQ(linesOfOurs(scene, btIDebugDraw::DBG_DrawWireframe).size(), 2 * kBox);
+            EXPECT_TRUE(linesOfOurs(scene, btIDebugDraw::DBG_NoDebug).empty());
+            scene.ccd().setCcdDrawLevel(20);
+            EXPECT_EQ(linesOfOurs(scene, btIDebugDraw::DBG_DrawWireframe).size(), 24 * kBox)
+                << "every triangle";
+            scene.ccd().setCcdDrawLevel(0);
+
+            // 10 cm down: the way is free, and its box is drawn.
+            scene.step(0.1 / 30.0);
+            const Lines free = linesOfOurs(scene, btIDebugDraw::DBG_DrawWireframe);
+            ASSERT_EQ(free.size(), 3 * kBox);
+            const WireBox swept(free, 2 * kBox);
+            EXPECT_TRUE(swept.contains({0, 0, 0.53}));
+            EXPECT_TRUE(swept.contains({0.1 / 30.0, 0, 0.37}));
+            EXPECT_FALSE(swept.contains({0, 0, 0.3}));
+
+            // Half a metre: it hits the plate.
+            scene.step(0.5 / 30.0);
+            const Lines hit = linesOfOurs(scene, btIDebugDraw::DBG_DrawWireframe);
+            ASSERT_EQ(hit.size(), 3 * kBox + kImpact);
+            // The colliders of an impact are drawn in the order of their age.
+            const WireBox plate(hit, 3 * kBox);
+            const WireBox there(hit, 4 * kBox);
+            EXPECT_TRUE(plate.contains({0.5, 0.5, 0}));
+            const double bottom = there.m_center.z() - 0.03;
+            EXPECT_GT(bottom, 0.001 + 2.0 * btCcdMeshShape::kDefaultMargin - kExact);
+            EXPECT_LT(bottom, 0.001 + 2.2 * btCcdMeshShape::kDefaultMargin);
+            // It has travelled sideways until then, and no further.
+            EXPECT_NEAR(there.m_center.x(), (0.5 - there.m_center.z()) / 30.0, 1e-5);
+            const auto& [from, to] = hit.back();
+            EXPECT_NEAR(from.z(), 0.001, 1e-5);
+            EXPECT_GT(to.z(), from.z());
+            EXPECT_LT((to - from).head<2>().norm(), 1e-5);
+
+            // Excluded objects are not drawn, and impacts are those of the last step.
+            scene.ccd().setCcdEnabled(box, false);
+            box->setLinearVelocity(vec(0, 0, 1));
+            scene.step(0.01);
+            EXPECT_EQ(linesOfOurs(scene, btIDebugDraw::DBG_DrawWireframe).size(), kBox);
+        }
+    }
+}
 }  // namespace bullet_ccd::tests

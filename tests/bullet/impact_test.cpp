@@ -224,12 +224,16 @@ TEST(Impact, ListenerThatStopsNothingCostsTimeButLetsNothingThrough)
     scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.01)));
     btRigidBody* box =
         scene.body(scene.boxMesh(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(0, 0, 0.05)));
+    // Every time it may lose a third of its distance at most, until that is so small a part (1/32
+    // in single precision, 1/10000 in double) of 5/16 of the sum of the margins that it is left
+    // there.
+    const double leftAt = (kDouble ? 1e-4 : 1.0 / 32.0) * (5.0 / 16.0);
+    const double least = 2.0 * btCcdMeshShape::kDefaultMargin * leftAt * (2.0 / 3.0);
     for (int i = 0; i < 50; ++i)
     {
         box->setLinearVelocity(vec(0, 0, -50));
         scene.step(0.01);
-        EXPECT_GT(double(box->getWorldTransform().getOrigin().z()) - 0.01,
-                  0.01 * btCcdMeshShape::kDefaultMargin);
+        EXPECT_GT(double(box->getWorldTransform().getOrigin().z()) - 0.01, least);
     }
     EXPECT_GT(scene.ccd().getCcdCounters().m_eventLimits, 0);
 }

@@ -179,7 +179,7 @@ TEST(MultiBodyMotion, TheMotionThatHasJustEndedIsReadFromItsEnd)
         const auto after = make();
         step(*after, dt);
         btCcdMultiBodyMotion motion;
-        btCcdReadMotion(*after, dt, motion, -1.0);
+        btCcdReadMotion(*after, dt, motion, {.m_done = true});
         EXPECT_LT(largestDifference(*after, motion, 1.0), kExact) << "seed " << seed;
         for (const double fraction : {0.0, 0.5})
         {
@@ -225,6 +225,29 @@ TEST(MultiBodyMotion, FastTurnsEndWhereBulletsClampedFormulaEnds)
     // Continuous where the clamp sets in, and less than the velocity beyond.
     EXPECT_NEAR(btCcdTurn(vec(0, SIMD_HALF_PI * 0.5001, 0), 1).y(), 0.25 * std::numbers::pi, 1e-3);
     EXPECT_LT(btCcdTurn(vec(0, 0, SIMD_HALF_PI), 1).z(), 1.4);
+}
+
+TEST(MultiBodyMotion, ABodyIsPlacedBackOnTheWayItCame)
+{
+    const btScalar dt = btScalar(0.05);
+    for (std::uint64_t seed = 0; seed < 200; ++seed)
+    {
+        Random random(4000 + seed);
+        const auto body = randomBody(random, random.integer(1, 6));
+        if (!body->hasFixedBase() && seed % 2 == 0)
+        {
+            body->setBaseOmega(btCcdToBullet(random.inBox(40.0)));  // beyond Bullet's clamp
+        }
+        step(*body, dt);
+        btCcdMultiBodyMotion whole;
+        btCcdReadMotion(*body, dt, whole, {.m_done = true});
+        const double part = random.uniform(0.1, 1.0);
+        btCcdMultiBodyMotion last;
+        btCcdReadMotion(*body, dt, last, {.m_part = part, .m_done = true});
+        EXPECT_LT(largestDifference(*body, last, 1.0), kExact) << "seed " << seed;
+        btCcdPlaceAtStart(*body, last);
+        EXPECT_LT(largestDifference(*body, whole, 1.0 - part), 2.0 * kExact) << "seed " << seed;
+    }
 }
 
 TEST(MultiBodyMotion, ASleepingBodyStandsStill)

@@ -17,7 +17,7 @@ constexpr double kSampleAngle = 0.03;
 constexpr int kMaxSamples = 2000;
 
 /// The turn of a body between two records as angle times axis. Two poses do not tell whole turns;
-/// the spin does, unless Bullet has cut it off (it turns no body by more than 0.785 rad a step).
+/// the spin does, unless the integrator has cut it off.
 Eigen::Vector3d turnBetween(const Eigen::Isometry3d& from,
                             const Eigen::Isometry3d& to,
                             const Eigen::Vector3d& spunAngle)
@@ -146,7 +146,7 @@ void PathJudge::record(double sinceStep, bool isStepEnd)
 
 void PathJudge::watchWay(const Snapshot& after, double duration)
 {
-    const Way way = wayBetween(m_before, after, duration);
+    const Way way = wayBetween(m_before, after, m_wholeTurns ? duration : 0.0);
     const int samples = samplesOf(m_watched, way);
     std::vector<Eigen::Vector3d> last = probesInPlate(m_watched, m_before);
     for (int i = 1; i <= samples && !m_through; ++i)

@@ -62,6 +62,9 @@ public:
     [[nodiscard]] double closest() const { return m_closest; }
     /// Off where nobody asks for the distance: it is slow.
     void measureDistance(bool on) { m_measure = on; }
+    /// On where bodies may turn more than half a turn between two records; Bullet's own step turns
+    /// none by as much, whatever its spin.
+    void expectWholeTurns(bool on) { m_wholeTurns = on; }
 
 private:
     Watched m_watched;
@@ -69,6 +72,7 @@ private:
     double m_beforeTime = 0.0;  // since its step began, 0 if the step has ended [s]
     bool m_through = false;
     bool m_measure = true;
+    bool m_wholeTurns = false;
     double m_closest = 1e9;
 
     void watchWay(const Snapshot& after, double duration);

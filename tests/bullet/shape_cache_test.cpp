@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdShapeCache.h"
+#include "bullet_ccd/bullet/btCcdShapeOutline.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/bullet/scene.h"
@@ -244,6 +245,55 @@ TEST(ShapeCache, ReachContainsTheShapeAboutItsOrigin)
     mesh.setMargin(btScalar(0.125));
     EXPECT_NEAR(cache.find(&mesh)->m_reach, 2.125, kExact);
     EXPECT_EQ(onlyPart(cache, mesh).m_margin, 0.125);
+}
+
+TEST(ShapeCache, SimpleOutlinesAreThoseOfTheModels)
+{
+    Random random(43);
+    int simple = 0;
+    const auto check = [&](const btCollisionShape& shape, double slack)
+    {
+        const auto outline = btCcdSimpleOutline(shape);
+        if (!outline)
+        {
+            return;
+        }
+        btCcdShapeCache cache;
+        const btCcdShapeModel* model = cache.find(&shape);
+        ASSERT_NE(model, nullptr) << shape.getName();
+        EXPECT_GE(outline->m_reach, model->m_reach * (1.0 - 1e-12)) << shape.getName();
+        EXPECT_LE(outline->m_reach, model->m_reach * (slack + 1e-9)) << shape.getName();
+        EXPECT_NEAR(outline->m_reserve, model->m_reserve, 1e-12) << shape.getName();
+        EXPECT_NEAR(outline->m_depth, model->m_depth, 1e-12) << shape.getName();
+        EXPECT_EQ(outline->m_ownMargin, model->m_ownMargin) << shape.getName();
+        EXPECT_EQ(outline->m_hasMesh, model->m_hasMesh) << shape.getName();
+        ++simple;
+    };
+    for (int trial = 0; trial < 20; ++trial)
+    {
+        forRandomConvexShapes(random, [&](const btConvexShape& shape) { check(shape, 1.0); });
+    }
+    EXPECT_EQ(simple, 20 * 5);
+    btTriangleMesh triangles;
+    triangles.addTriangle(vec(0, 0, 0), vec(1, 0, 0), vec(0, 2, 0));
+    btBvhTriangleMeshShape mesh(&triangles, true);
+    mesh.setMargin(btScalar(0.125));
+    check(mesh, 1.5);
+    check(btScaledBvhTriangleMeshShape(&mesh, vec(2, 1, 1)), 1.6);
+    check(btStaticPlaneShape(vec(0, 0, 1), btScalar(0.5)), 1.0);
+    btSphereShape sphere(btScalar(0.25));
+    btBoxShape box(vec(0.5, 0.25, 1));
+    btCompoundShape compound;
+    compound.addChildShape(poseAt(vec(3, 4, 0)), &sphere);
+    compound.addChildShape(poseAt(vec(0, 0, 1)), &box);
+    check(compound, 1.2);
+    compound.addChildShape(poseAt(vec(0, 0, 1)), &mesh);
+    check(compound, 1.2);
+    EXPECT_EQ(simple, 20 * 5 + 5);
+    // Only the model can tell whether these are covered.
+    EXPECT_FALSE(btCcdSimpleOutline(btSphereShape(btScalar(0))));
+    EXPECT_FALSE(btCcdSimpleOutline(btEmptyShape()));
+    EXPECT_FALSE(btCcdSimpleOutline(btCompoundShape()));
 }
 
 TEST(ShapeCache, MeshesOfEveryKindKeepTheirTrianglesAndMargin)

@@ -28,6 +28,7 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
 {
     PathJudge judge(std::move(watched));
     judge.measureDistance(isOurs(kind));
+    judge.expectWholeTurns(kind == Kind::World);  // its steps are integrated in pieces
     CornerRecorder recorder(judge);
     // An action tells of impacts after it has answered: the path has no corners then.
     if (kind == Kind::World)

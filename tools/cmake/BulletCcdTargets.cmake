@@ -15,6 +15,41 @@ function(bullet_ccd_target_options target)
     endif()
 endfunction()
 
+# For targets with many files: parses Eigen and the given headers once; nothing where precompiled
+# headers are off.
+function(bullet_ccd_precompile target)
+    if(BULLET_CCD_PRECOMPILED_HEADERS)
+        target_precompile_headers(${target} PRIVATE <Eigen/Geometry> <algorithm> <functional> <map>
+                                  <memory> <string> <vector> ${ARGN})
+        bullet_ccd_precompiled_options(${target})
+    endif()
+endfunction()
+
+function(bullet_ccd_precompiled_options target)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+        # For ccache; and GCC 12 sees overlaps in std::string where that is precompiled.
+        target_compile_options(${target} PRIVATE -fpch-preprocess -Wno-restrict -Wno-array-bounds
+                                                 -Wno-stringop-overflow)
+    endif()
+endfunction()
+
+# Test programs share one set of precompiled headers.
+function(bullet_ccd_share_test_headers target)
+    if(NOT BULLET_CCD_PRECOMPILED_HEADERS)
+        return()
+    endif()
+    if(NOT TARGET bullet_ccd_test_headers)
+        set(_source "${PROJECT_BINARY_DIR}/test_headers.cpp")
+        file(CONFIGURE OUTPUT "${_source}" CONTENT "")
+        add_library(bullet_ccd_test_headers OBJECT "${_source}")
+        target_link_libraries(bullet_ccd_test_headers PRIVATE Eigen3::Eigen GTest::gmock)
+        bullet_ccd_target_options(bullet_ccd_test_headers)
+        bullet_ccd_precompile(bullet_ccd_test_headers <gmock/gmock.h> <gtest/gtest.h>)
+    endif()
+    target_precompile_headers(${target} REUSE_FROM bullet_ccd_test_headers)
+    bullet_ccd_precompiled_options(${target})
+endfunction()
+
 # A library with its alias; sources and headers are listed explicitly.
 # bullet_ccd_library(name ALIAS ns::name SOURCES ... HEADERS ... LINK ...)
 function(bullet_ccd_library name)
@@ -36,5 +71,6 @@ function(bullet_ccd_test name)
     add_executable(${name} ${arg_SOURCES})
     target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gmock GTest::gtest_main)
     bullet_ccd_target_options(${name})
+    bullet_ccd_share_test_headers(${name})
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 900)
 endfunction()
