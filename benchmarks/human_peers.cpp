@@ -55,7 +55,7 @@ double rigidTime(const HumanScene& scene,
                  double tolerance,
                  ToiWorkspace& work)
 {
-    double earliest = 2.0;
+    double earliest = kNever;
     for (std::size_t i = 0; i < scene.tree.size(); ++i)
     {
         const auto index = static_cast<std::int32_t>(i);
@@ -124,7 +124,7 @@ double FclHuman::firstSample(const HumanQuery& query, int samples) const
             }
         }
     }
-    return 2.0;
+    return kNever;
 }
 
 double FclHuman::distanceOf(const HumanQuery& query,

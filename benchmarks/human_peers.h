@@ -8,7 +8,10 @@
 
 namespace bullet_ccd::benchmarks
 {
-/// Earliest contact of all pairs by rigidToi(), one by one, without culling; 2 for none.
+inline constexpr double kNever = 2.0;  ///< time of no contact
+
+/// Earliest contact of all pairs by rigidToi(), one by one, without culling; kNever for
+/// none.
 [[nodiscard]] double rigidTime(const HumanScene& scene,
                                const HumanQuery& query,
                                double tolerance,
@@ -20,9 +23,9 @@ class FclHuman
 public:
     explicit FclHuman(const HumanScene& scene);
 
-    /// Earliest of `samples` times, 0 and 1 among them, at which a link intersects an obstacle; 2
-    /// for none. Pairs that intersect at the start are left out. All links are placed where they
-    /// are at each time; every pair is tested.
+    /// Earliest of `samples` times, 0 and 1 among them, at which a link intersects an obstacle;
+    /// kNever for none. Pairs that intersect at the start are left out. All links are placed where
+    /// they are at each time; every pair is tested.
     [[nodiscard]] double firstSample(const HumanQuery& query, int samples) const;
 
     /// Distance of a link and an obstacle at time t.

@@ -1,5 +1,6 @@
 #include "benchmarks/human_scene.h"
 
+#include "benchmarks/human_places.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
@@ -34,8 +35,6 @@ constexpr std::array<std::array<const char*, 2>, 15> kLinks{{{"root", ""},
                                                              {"right_hip", "root"},
                                                              {"right_knee", "right_hip"},
                                                              {"right_ankle", "right_knee"}}};
-
-constexpr std::array<const char*, 6> kPieces{"king", "queen", "bishop", "knight", "rook", "pawn"};
 
 std::size_t indexOf(const std::string& name)
 {
@@ -121,12 +120,29 @@ JointMotion motionOf(const KinematicTree& tree, const Recording& frames, std::si
     return motion;
 }
 
+/// Largest distance between an origin of a link and the recorded one at the starts of the queries.
+double poseErrorOf(const HumanScene& scene, const Recording& frames)
+{
+    double worst = 0.0;
+    for (std::size_t f = 0; f < scene.queries.size(); ++f)
+    {
+        for (std::size_t i = 0; i < scene.tree.size(); ++i)
+        {
+            const JointMotion& motion = scene.queries[f].motion;
+            const auto link = static_cast<std::int32_t>(i);
+            const Isometry3d X_WL = linkStateAt(scene.tree, motion, kNone, link, 0.0).X_W;
+            worst = std::max(worst, (X_WL.translation() - frames[f][i].translation()).norm());
+        }
+    }
+    return worst;
+}
+
 /// Upright, on y = 0, the tallest (the king) 0.9 m.
 std::vector<TriangleMesh> loadPieces(const fs::path& data)
 {
     std::vector<TriangleMesh> pieces;
     double kingHeight = 0.0;
-    for (const char* name : kPieces)
+    for (const char* name : kChessmen)
     {
         pieces.push_back(loadMeshFile(data / "objects/chess" / (std::string(name) + ".ply")).mesh);
         kingHeight = std::max(kingHeight, bounds(pieces.back()).sizes().maxCoeff());
@@ -173,25 +189,43 @@ void addObstacle(HumanScene& scene, std::size_t piece, const char* name, const V
     scene.obstacleTriangles += scene.pieces[piece].mesh().triangles.size();
 }
 
-/// Pieces on alternating sides of the path of the root, `aside` from it, on a board.
-void addChessmen(HumanScene& scene, const fs::path& data, const Recording& frames, double aside)
+const Places& placesOf(const std::string& name)
 {
-    for (TriangleMesh& mesh : loadPieces(data))
+    if (name == "walk")
+    {
+        return kWalkPlaces;
+    }
+    if (name == "run")
+    {
+        return kRunPlaces;
+    }
+    if (name == "kick")
+    {
+        return kKickPlaces;
+    }
+    throw std::runtime_error("motion \"" + name + "\" is not known: walk, run or kick");
+}
+
+/// On a board that the lowest foot nearly touches.
+void addChessmen(HumanScene& scene,
+                 const fs::path& data,
+                 const Recording& frames,
+                 const Places& places)
+{
+    scene.pieces.reserve(kChessmen.size() + 1);  // obstacles point to them
+    for (const TriangleMesh& mesh : loadPieces(data))
     {
         scene.pieces.push_back(buildSsvTree(mesh));
     }
-    scene.pieces.push_back(buildSsvTree(makeBox(Vector3d(4.0, 0.05, 4.0))));
-    constexpr std::array<std::size_t, 16> kMen{0, 5, 1, 5, 2, 5, 3, 5, 4, 5, 2, 5, 3, 5, 4, 5};
+    constexpr double kHalfThickness = 0.05;
+    scene.pieces.push_back(buildSsvTree(makeBox(Vector3d(4.0, kHalfThickness, 4.0))));
     const double floor = lowestPoint(scene, frames) - 1e-3;
-    for (std::size_t i = 0; i < kMen.size(); ++i)
+    for (const Place& place : places)
     {
-        const std::size_t f = i * (frames.size() - 1) / (kMen.size() - 1);
-        const Vector3d at = frames[f][0].translation();
-        const double side = i % 2 == 0 ? 1.0 : -1.0;
-        addObstacle(scene, kMen[i], kPieces[kMen[i]], {at.x(), floor, at.z() + side * aside});
+        addObstacle(scene, place.man, kChessmen[place.man], {place.x, floor, place.z});
     }
     const Vector3d middle = frames[frames.size() / 2][0].translation();
-    addObstacle(scene, kPieces.size(), "board", {middle.x(), floor - 0.05, middle.z()});
+    addObstacle(scene, kChessmen.size(), "board", {middle.x(), floor - kHalfThickness, middle.z()});
 }
 
 /// Exempts, at feature level, what intersects at the start.
@@ -238,8 +272,9 @@ ArticulatedBody HumanScene::body(const HumanQuery& query) const
             .masks = query.masks};
 }
 
-HumanScene makeHumanScene(const fs::path& data, const std::string& name, double aside)
+HumanScene makeHumanScene(const fs::path& data, const std::string& name)
 {
+    const Places& places = placesOf(name);
     const Recording frames = readRecording(data / "motions/humanoid" / (name + "_poses.csv"));
     HumanScene scene;
     scene.tree = makeTree(frames);
@@ -254,14 +289,14 @@ HumanScene makeHumanScene(const fs::path& data, const std::string& name, double 
     {
         scene.linkTrees.push_back(&tree);
     }
-    scene.pieces.reserve(kPieces.size() + 1);  // obstacles point to them
-    addChessmen(scene, data, frames, aside);
+    addChessmen(scene, data, frames, places);
     for (std::size_t f = 0; f + 1 < frames.size(); ++f)
     {
         HumanQuery& query = scene.queries.emplace_back();
         query.motion = motionOf(scene.tree, frames, f);
         addMasks(scene, query);
     }
+    scene.poseError = poseErrorOf(scene, frames);
     return scene;
 }
 }  // namespace bullet_ccd::benchmarks

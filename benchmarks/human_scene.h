@@ -42,14 +42,13 @@ struct HumanScene
     std::vector<HumanQuery> queries;
     std::size_t humanTriangles = 0;
     std::size_t obstacleTriangles = 0;
+    double poseError = 0.0;  ///< by which the tree's links miss the recorded positions [m]
 
     [[nodiscard]] ArticulatedBody body(const HumanQuery& query) const;
 };
 
-/// The recording of that name ("walk", "run", "kick"). Chessmen, the king 0.9 m tall, stand on
-/// alternate sides of the path, `aside` [m] from it, on a board just below the lowest foot.
-/// Throws std::runtime_error for files that are missing.
-[[nodiscard]] HumanScene makeHumanScene(const std::filesystem::path& data,
-                                        const std::string& name,
-                                        double aside);
+/// The recording of that name ("walk", "run", "kick"). Chessmen, the king 0.9 m tall, stand on a
+/// board just below the lowest foot (human_places.h). Throws std::runtime_error for another name
+/// and for files that are missing.
+[[nodiscard]] HumanScene makeHumanScene(const std::filesystem::path& data, const std::string& name);
 }  // namespace bullet_ccd::benchmarks
