@@ -26,6 +26,7 @@ struct Options
     int repeats = 7;
     bool fcl = true;
     bool list = false;
+    bool bounds = false;
 };
 
 double sumOf(const std::vector<double>& values)
@@ -36,7 +37,7 @@ double sumOf(const std::vector<double>& values)
 /// Times of all queries, and of those with and without a contact.
 struct Sums
 {
-    std::vector<double> stages = std::vector<double>(humanStages().size(), 0.0);
+    std::vector<double> stages;
     double rigid = 0.0;
     double fcl = 0.0;
     double hits = 0.0;  ///< of the whole query
@@ -45,6 +46,7 @@ struct Sums
 
 void add(Sums& sum, const Sums& more)
 {
+    sum.stages.resize(more.stages.size(), 0.0);
     for (std::size_t k = 0; k < sum.stages.size(); ++k)
     {
         sum.stages[k] += more.stages[k];
@@ -58,9 +60,9 @@ void add(Sums& sum, const Sums& more)
 Sums sumsOf(const HumanTimes& times, const std::vector<bool>& hits)
 {
     Sums sums;
-    for (std::size_t k = 0; k < times.stages.size(); ++k)
+    for (const std::vector<double>& stage : times.stages)
     {
-        sums.stages[k] = sumOf(times.stages[k]);
+        sums.stages.push_back(sumOf(stage));
     }
     sums.rigid = sumOf(times.rigid);
     sums.fcl = sumOf(times.fcl);
@@ -93,7 +95,7 @@ void printStage(const char* name, const Mix& mix, double micros)
         mix.early);
 }
 
-void printTable(const std::vector<Mix>& mixes, const Sums& sums)
+void printTable(const std::vector<Stage>& stages, const std::vector<Mix>& mixes, const Sums& sums)
 {
     const Mix& mix = mixes[0];
     const auto share = [&](int part) { return 100.0 * part / mix.queries; };
@@ -120,7 +122,6 @@ void printTable(const std::vector<Mix>& mixes, const Sums& sums)
                "halved",
                "late",
                "early");
-    const std::vector<Stage> stages = humanStages();
     for (std::size_t k = 0; k < stages.size(); ++k)
     {
         printStage(stages[k].name, mixes[k], sums.stages[k]);
@@ -185,7 +186,7 @@ bool judge(const Mix& mix, const Sums& sums, double unit)
 
 int run(const Options& options)
 {
-    const std::vector<Stage> stages = humanStages();
+    const std::vector<Stage> stages = humanStages(options.bounds);
     std::vector<Mix> mixes(stages.size());
     Sums sums;
     int wrong = 0;
@@ -203,11 +204,11 @@ int run(const Options& options)
             wrong += ofMotion[k].wrong;
         }
         const Sums ofTimes = sumsOf(motion.time(stages, options.repeats), motion.hits());
-        printTable(ofMotion, ofTimes);
+        printTable(stages, ofMotion, ofTimes);
         add(sums, ofTimes);
     }
     fmt::print("all: {} queries\n", mixes[0].queries);
-    printTable(mixes, sums);
+    printTable(stages, mixes, sums);
     const bool isRight = must("wrong answers of all stages", wrong, 0.0, true);
     return judge(mixes[0], sums, unit) && isRight ? 0 : 1;
 }
@@ -223,6 +224,7 @@ int main(int argc, char** argv)
     app.add_option("--repeats", options.repeats, "passes; the median counts")
         ->capture_default_str();
     app.add_flag("--list", options.list, "list pairs that intersect at the start");
+    app.add_flag("--bounds", options.bounds, "the other motion bounds, too: takes minutes");
     app.add_flag("!--no-fcl", options.fcl, "without FCL");
     app.footer("Exit codes: 0 all that must hold does, 1 not, 2 usage or missing files.");
     try

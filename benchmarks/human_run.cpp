@@ -35,20 +35,23 @@ std::vector<double> mediansOf(std::vector<std::vector<double>>& times)
 }
 }  // namespace
 
-std::vector<Stage> humanStages()
+std::vector<Stage> humanStages(bool withBounds)
 {
     const ArticulatedToiOptions whole{.toi = {.tolerance = kTolerance}};
     std::vector<Stage> all{{"articulatedToi", whole},
                            {"without halving", whole},
                            {"without space", whole},
-                           {"without time", whole},
-                           {"directional bound", whole},
-                           {"sum bound", whole}};
+                           {"without time", whole}};
     all[1].options.subdivide = false;
     all[2].options.cullBySpace = false;
     all[3].options.cullByTime = false;
-    all[4].options.bound = MotionBound::Directional;
-    all[5].options.bound = MotionBound::Sum;
+    if (withBounds)
+    {
+        all.push_back({"directional bound", whole});
+        all.back().options.bound = MotionBound::Directional;
+        all.push_back({"sum bound", whole});
+        all.back().options.bound = MotionBound::Sum;
+    }
     return all;
 }
 

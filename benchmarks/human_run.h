@@ -20,7 +20,8 @@ struct Stage
 };
 
 /// The whole query first.
-[[nodiscard]] std::vector<Stage> humanStages();
+/// @param withBounds with the other motion bounds, which take hundreds of times as long
+[[nodiscard]] std::vector<Stage> humanStages(bool withBounds);
 
 /// Sums over queries.
 struct Mix

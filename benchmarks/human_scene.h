@@ -19,7 +19,7 @@ using Recording = std::vector<std::vector<Eigen::Isometry3d>>;
 
 /// Triangles of a link and an obstacle that are this near at the start of a query at which the two
 /// intersect are exempt from each other [m].
-inline constexpr double kMaskReach = 1e-3;
+inline constexpr double kMaskReach = 1e-2;
 
 /// From one frame of the recording to the next.
 struct HumanQuery
