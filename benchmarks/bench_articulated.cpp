@@ -1,7 +1,10 @@
-/// A walking, running and kicking human of 15 links among 16 chessmen on their board, from one
-/// frame of the recorded motion to the next: answers checked, then timed in turns with each pair of
-/// a link and an obstacle on its own, with FCL's samples, and with stages of the query switched
-/// off.
+/// human: a walking, running and kicking human of 15 links among 16 chessmen on their board, from
+/// one frame of the recorded motion to the next: answers checked, then timed in turns with each
+/// pair of a link and an obstacle on its own, with FCL's samples, and with stages of the query
+/// switched off.
+/// hands, arms: joints that go through their whole range in one query, beside dense samples.
+#include "benchmarks/crossing_arms.h"
+#include "benchmarks/hand_closings.h"
 #include "benchmarks/human_run.h"
 #include "benchmarks/rigid_run.h"
 #include "benchmarks/timing.h"
@@ -12,6 +15,7 @@
 #include <exception>
 #include <fmt/format.h>
 #include <numeric>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -19,7 +23,7 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-struct Options
+struct HumanOptions
 {
     std::string data = defaultDataFolder().string();
     std::vector<std::string> motions{"walk", "run", "kick"};
@@ -140,7 +144,7 @@ void printTable(const std::vector<Stage>& stages, const std::vector<Mix>& mixes,
 }
 
 /// Mean time of FCL on the recorded bunny queries; 0 without FCL.
-double unitMicros(const Options& options)
+double unitMicros(const HumanOptions& options)
 {
     if (!options.fcl || !isFclPresent())
     {
@@ -184,7 +188,7 @@ bool judge(const Mix& mix, const Sums& sums, double unit)
     return holds;
 }
 
-int run(const Options& options)
+int runHuman(const HumanOptions& options)
 {
     const std::vector<Stage> stages = humanStages(options.bounds);
     std::vector<Mix> mixes(stages.size());
@@ -212,25 +216,72 @@ int run(const Options& options)
     const bool isRight = must("wrong answers of all stages", wrong, 0.0, true);
     return judge(mixes[0], sums, unit) && isRight ? 0 : 1;
 }
+struct Options
+{
+    HumanOptions human;
+    ClosingOptions hands{.data = {}, .share = BULLET_CCD_SHARE};
+    ArmsOptions arms;
+};
+
+void addHuman(CLI::App& app, HumanOptions& options)
+{
+    CLI::App* human = app.add_subcommand("human", "15 links among 16 chessmen, beside FCL");
+    human->add_option("--motion", options.motions, "walk, run, kick")->type_name("NAME");
+    human->add_option("--repeats", options.repeats, "passes; the median counts")
+        ->capture_default_str();
+    human->add_flag("--list", options.list, "list pairs that intersect at the start");
+    human->add_flag("--bounds", options.bounds, "the other motion bounds, too: takes minutes");
+    human->add_flag("!--no-fcl", options.fcl, "without FCL");
+}
+
+template <class Sampled>
+void addSampled(CLI::App* command, Sampled& options)
+{
+    command->add_option("-n,--configurations", options.configurations, "random queries")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--repeats", options.repeats, "passes; the median counts")
+        ->capture_default_str();
+    command->add_option("--seed", options.seed, "of the random queries")->capture_default_str();
+}
+
+int run(const CLI::App& app, Options& options)
+{
+    if (app.got_subcommand("human"))
+    {
+        return runHuman(options.human);
+    }
+    if (!isFclPresent())
+    {
+        throw std::runtime_error("hands and arms are compared with FCL: install libfcl-dev");
+    }
+    options.hands.data = options.human.data;
+    options.arms.data = options.human.data;
+    const bool isRight = app.got_subcommand("hands") ? runHandClosings(options.hands)
+                                                     : runCrossingArms(options.arms);
+    return isRight ? 0 : 1;
+}
 }  // namespace
 }  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
-    bullet_ccd::benchmarks::Options options;
-    CLI::App app("A human of 15 links among chessmen: answers checked, then timed beside FCL");
-    app.add_option("DATA", options.data, "data folder")->capture_default_str();
-    app.add_option("--motion", options.motions, "walk, run, kick")->type_name("NAME");
-    app.add_option("--repeats", options.repeats, "passes; the median counts")
+    using namespace bullet_ccd::benchmarks;
+    Options options;
+    CLI::App app("Queries of moving linkages: answers checked, then timed");
+    app.add_option("--data", options.human.data, "data folder")->capture_default_str();
+    app.require_subcommand(1);
+    addHuman(app, options.human);
+    CLI::App* hands = app.add_subcommand("hands", "hands that close around household objects");
+    hands->add_option("--hand", options.hands.hands, "folders in hands/ of the data")
         ->capture_default_str();
-    app.add_flag("--list", options.list, "list pairs that intersect at the start");
-    app.add_flag("--bounds", options.bounds, "the other motion bounds, too: takes minutes");
-    app.add_flag("!--no-fcl", options.fcl, "without FCL");
+    addSampled(hands, options.hands);
+    addSampled(app.add_subcommand("arms", "two arms that cross each other"), options.arms);
     app.footer("Exit codes: 0 all that must hold does, 1 not, 2 usage or missing files.");
     try
     {
         app.parse(argc, argv);
-        return bullet_ccd::benchmarks::run(options);
+        return run(app, options);
     }
     catch (const CLI::ParseError& error)
     {
