@@ -57,7 +57,7 @@ struct LinkageTally
     int samePair = 0;       ///< the pair of FCL's sample is in contact
     int betweenSteps = 0;   ///< contacts that no sample hits, or none within two steps
     int late = 0;           ///< after a sample that intersects, or missed
-    int apart = 0;          ///< FCL's distance at the time is 0 or above the tolerance
+    int notThere = 0;       ///< contacts at which FCL finds overlap or a gap above the tolerance
     double worstLag = 0.0;  ///< from the contact to the sample, of those within two steps [rad]
     double micros = 0.0;    ///< mean of the medians
     double sweepMicros = 0.0;
@@ -86,7 +86,7 @@ private:
     [[nodiscard]] Pairs pairsOf(const LinkageQuery& query, bool movingOnly) const;
     [[nodiscard]] SweepHit overlapAt(const LinkageQuery& query, const Pairs& pairs, double t) const;
     [[nodiscard]] SweepHit sweep(const LinkageQuery& query, double step) const;
-    [[nodiscard]] double distanceOf(const LinkageQuery& query, const LinkContact& contact) const;
+    [[nodiscard]] bool isContactAt(const LinkageQuery& query, const LinkContact& contact) const;
     void compare(const LinkageQuery& query,
                  const ArticulatedToiResult& result,
                  LinkageTally& tally) const;
