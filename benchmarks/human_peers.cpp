@@ -94,9 +94,10 @@ FclHuman::FclHuman(const HumanScene& scene) : m_scene(scene)
     }
 }
 
-double FclHuman::firstSample(const HumanQuery& query, int samples) const
+/// Pairs of a link and an obstacle that do not intersect at the start.
+FclHuman::Pairs FclHuman::pairsOf(const HumanQuery& query) const
 {
-    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    Pairs pairs;
     for (std::size_t i = 0; i < m_links.size(); ++i)
     {
         for (std::size_t k = 0; k < m_obstacles.size(); ++k)
@@ -107,21 +108,42 @@ double FclHuman::firstSample(const HumanQuery& query, int samples) const
             }
         }
     }
+    return pairs;
+}
+
+bool FclHuman::overlap(const HumanQuery& query, const Pairs& pairs, double t) const
+{
     std::vector<Isometry3d> X_WL(m_links.size());
+    for (std::size_t i = 0; i < m_links.size(); ++i)
+    {
+        X_WL[i] =
+            linkStateAt(m_scene.tree, query.motion, kNone, static_cast<std::int32_t>(i), t).X_W;
+    }
+    return std::any_of(
+        pairs.begin(),
+        pairs.end(),
+        [&](const auto& pair)
+        {
+            const auto& [i, k] = pair;
+            return fclOverlap(
+                m_links[i], X_WL[i], *m_obstacles[k], m_scene.obstacles[k].motion.X_W0);
+        });
+}
+
+bool FclHuman::overlaps(const HumanQuery& query, double t) const
+{
+    return overlap(query, pairsOf(query), t);
+}
+
+double FclHuman::firstSample(const HumanQuery& query, int samples) const
+{
+    const Pairs pairs = pairsOf(query);
     for (int sample = 0; sample < samples; ++sample)
     {
         const double t = static_cast<double>(sample) / (samples - 1);
-        for (std::size_t i = 0; i < m_links.size(); ++i)
+        if (overlap(query, pairs, t))
         {
-            X_WL[i] =
-                linkStateAt(m_scene.tree, query.motion, kNone, static_cast<std::int32_t>(i), t).X_W;
-        }
-        for (const auto& [i, k] : pairs)
-        {
-            if (fclOverlap(m_links[i], X_WL[i], *m_obstacles[k], m_scene.obstacles[k].motion.X_W0))
-            {
-                return t;
-            }
+            return t;
         }
     }
     return kNever;

@@ -4,6 +4,7 @@
 #include "benchmarks/fcl_peer.h"
 #include "benchmarks/human_scene.h"
 
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd::benchmarks
@@ -28,6 +29,9 @@ public:
     /// they are at each time; every pair is tested.
     [[nodiscard]] double firstSample(const HumanQuery& query, int samples) const;
 
+    /// Whether a link intersects an obstacle at time t; pairs that do at the start are left out.
+    [[nodiscard]] bool overlaps(const HumanQuery& query, double t) const;
+
     /// Distance of a link and an obstacle at time t.
     [[nodiscard]] double distanceOf(const HumanQuery& query,
                                     std::int32_t link,
@@ -35,6 +39,11 @@ public:
                                     double t) const;
 
 private:
+    using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+    [[nodiscard]] Pairs pairsOf(const HumanQuery& query) const;
+    [[nodiscard]] bool overlap(const HumanQuery& query, const Pairs& pairs, double t) const;
+
     const HumanScene& m_scene;
     std::vector<FclModel> m_links;
     std::vector<FclModel> m_pieces;
