@@ -211,9 +211,8 @@ ChartScene makeHumanChartScene(const std::string& motion, const HumanChartOption
 {
     const auto world = std::make_shared<const World>(options, motion);
     ChartScene scene{.name = motion,
-                     .title = fmt::format("human, {}: {} queries, {} x {} triangles",
+                     .title = fmt::format("human, {}: {} x {} triangles",
                                           motion,
-                                          world->queries.size(),
                                           world->scene.humanTriangles,
                                           world->scene.obstacleTriangles),
                      .truths = {},
