@@ -1,19 +1,21 @@
-/// A walking, running and kicking human of 15 links among 16 chessmen on their board: time per
-/// query from one frame of the recorded motion to the next, with every stage of the query switched
-/// off in turn, and with each pair of a link and an obstacle on its own.
+/// human: a walking, running and kicking human of 15 links among 16 chessmen on their board, from
+/// one frame of the recorded motion to the next: answers checked, then timed in turns with each
+/// pair of a link and an obstacle on its own, with FCL's samples, and with stages of the query
+/// switched off.
+/// hands, arms: joints that go through their whole range in one query, beside dense samples.
+#include "benchmarks/crossing_arms.h"
+#include "benchmarks/hand_closings.h"
+#include "benchmarks/human_run.h"
+#include "benchmarks/rigid_run.h"
 #include "benchmarks/timing.h"
-#include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "bullet_ccd/toi/articulated_toi.h"
 
-#include <algorithm>
+#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <fmt/format.h>
+#include <numeric>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -21,383 +23,273 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using Eigen::Isometry3d;
-using Eigen::Vector3d;
-namespace fs = std::filesystem;
-
-/// Links of the recording, parents first.
-constexpr std::array<std::array<const char*, 2>, 15> kLinks{{{"root", ""},
-                                                             {"chest", "root"},
-                                                             {"neck", "chest"},
-                                                             {"left_shoulder", "chest"},
-                                                             {"left_elbow", "left_shoulder"},
-                                                             {"left_wrist", "left_elbow"},
-                                                             {"right_shoulder", "chest"},
-                                                             {"right_elbow", "right_shoulder"},
-                                                             {"right_wrist", "right_elbow"},
-                                                             {"left_hip", "root"},
-                                                             {"left_knee", "left_hip"},
-                                                             {"left_ankle", "left_knee"},
-                                                             {"right_hip", "root"},
-                                                             {"right_knee", "right_hip"},
-                                                             {"right_ankle", "right_knee"}}};
-
-/// World poses of the links, frame by frame.
-using Recording = std::vector<std::vector<Isometry3d>>;
-
-std::size_t indexOf(const std::string& name)
+struct HumanOptions
 {
-    const auto* found =
-        std::find_if(kLinks.begin(), kLinks.end(), [&](const auto& l) { return name == l[0]; });
-    if (found == kLinks.end())
-    {
-        throw std::runtime_error("the recording has a link \"" + name + "\" that is not known");
-    }
-    return static_cast<std::size_t>(found - kLinks.begin());
-}
-
-Recording readRecording(const fs::path& path)
-{
-    std::ifstream file(path);
-    if (!file)
-    {
-        throw std::runtime_error(path.string() + ": cannot be read: name the data folder");
-    }
-    Recording frames;
-    std::string line;
-    std::getline(file, line);
-    while (std::getline(file, line))
-    {
-        std::replace(line.begin(), line.end(), ',', ' ');
-        std::istringstream fields(line);
-        std::size_t frame = 0;
-        double time = 0.0;
-        std::string link;
-        Vector3d p;
-        Eigen::Quaterniond q;
-        fields >> frame >> time >> link >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >>
-            q.z();
-        frames.resize(std::max(frames.size(), frame + 1), std::vector<Isometry3d>(kLinks.size()));
-        Isometry3d& X = frames[frame][indexOf(link)];
-        X = Isometry3d::Identity();
-        X.linear() = q.normalized().toRotationMatrix();
-        X.translation() = p;
-    }
-    return frames;
-}
-
-/// The tree with spherical joints whose offsets are the mean of those of the recording.
-KinematicTree makeTree(const Recording& frames)
-{
-    KinematicTree tree;
-    tree.links.resize(kLinks.size());
-    for (std::size_t i = 0; i < kLinks.size(); ++i)
-    {
-        Link& link = tree.links[i];
-        link.name = kLinks[i][0];
-        if (i == 0)
-        {
-            continue;
-        }
-        link.parent = static_cast<std::int32_t>(indexOf(kLinks[i][1]));
-        link.joint.type = JointType::Spherical;
-        for (const std::vector<Isometry3d>& poses : frames)
-        {
-            const Isometry3d& X_WP = poses[static_cast<std::size_t>(link.parent)];
-            link.X_PL0.translation() +=
-                X_WP.inverse() * poses[i].translation() / static_cast<double>(frames.size());
-        }
-    }
-    return tree;
-}
-
-/// From frame f to the next.
-JointMotion motionOf(const KinematicTree& tree, const Recording& frames, std::size_t f)
-{
-    JointMotion motion;
-    motion.positions.assign(tree.size(), 0.0);
-    motion.rates.assign(tree.size(), 0.0);
-    motion.balls.resize(tree.size());
-    motion.root = motionBetween(frames[f][0], frames[f + 1][0]);
-    for (std::size_t i = 1; i < tree.size(); ++i)
-    {
-        const auto parent = static_cast<std::size_t>(tree.links[i].parent);
-        const auto turn = [&](std::size_t frame) -> Eigen::Matrix3d
-        { return frames[frame][parent].linear().transpose() * frames[frame][i].linear(); };
-        motion.balls[i] = ballBetween(turn(f), turn(f + 1));
-    }
-    return motion;
-}
-
-struct Scene
-{
-    std::vector<SsvTree> links;
-    std::vector<SsvTree> pieces;
-    std::vector<const SsvTree*> linkTrees;
-    std::vector<RigidBody> obstacles;
-    std::size_t triangles = 0;
+    std::string data = defaultDataFolder().string();
+    std::vector<std::string> motions{"walk", "run", "kick"};
+    int repeats = 7;
+    bool fcl = true;
+    bool list = false;
+    bool bounds = false;
 };
 
-/// Upright, on y = 0, the tallest (the king) 0.9 m.
-std::vector<TriangleMesh> loadPieces(const fs::path& data)
+double sumOf(const std::vector<double>& values)
 {
-    std::vector<TriangleMesh> pieces;
-    double kingHeight = 0.0;
-    for (const char* name : {"king", "queen", "bishop", "knight", "rook", "pawn"})
-    {
-        pieces.push_back(loadMeshFile(data / "objects/chess" / (std::string(name) + ".ply")).mesh);
-        kingHeight = std::max(kingHeight, bounds(pieces.back()).sizes().maxCoeff());
-    }
-    for (TriangleMesh& piece : pieces)
-    {
-        const Eigen::AlignedBox3d box = bounds(piece);
-        Eigen::Index up = 0;
-        box.sizes().maxCoeff(&up);
-        Vector3d base = box.center();
-        base[up] = box.min()[up];
-        for (Vector3d& vertex : piece.vertices)
-        {
-            const Vector3d v = (vertex - base) * (0.9 / kingHeight);
-            vertex = Vector3d(v[(up + 1) % 3], v[up], v[(up + 2) % 3]);
-        }
-    }
-    return pieces;
+    return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-/// Pieces on alternating sides of the path of the root, `aside` from it.
-Scene makeScene(const fs::path& data, const Recording& frames, double aside)
+/// Times of all queries, and of those with and without a contact.
+struct Sums
 {
-    Scene scene;
-    const fs::path meshes = data / "motions/humanoid/meshes";
-    for (const auto& link : kLinks)
-    {
-        scene.links.push_back(
-            buildSsvTree(loadMeshFile(meshes / (std::string(link[0]) + ".obj")).mesh));
-    }
-    for (TriangleMesh& mesh : loadPieces(data))
-    {
-        scene.pieces.push_back(buildSsvTree(mesh));
-    }
-    scene.pieces.push_back(buildSsvTree(makeBox(Vector3d(4.0, 0.05, 4.0))));
-    for (const SsvTree& tree : scene.links)
-    {
-        scene.linkTrees.push_back(&tree);
-    }
-    constexpr std::array<std::size_t, 16> kMen{0, 5, 1, 5, 2, 5, 3, 5, 4, 5, 2, 5, 3, 5, 4, 5};
-    for (std::size_t i = 0; i < kMen.size(); ++i)
-    {
-        const std::size_t f = i * (frames.size() - 1) / (kMen.size() - 1);
-        Isometry3d X = Isometry3d::Identity();
-        const Vector3d at = frames[f][0].translation();
-        const double side = i % 2 == 0 ? 1.0 : -1.0;
-        X.translation() = Vector3d(at.x(), 0.0, at.z() + side * aside);
-        scene.obstacles.push_back({.tree = &scene.pieces[kMen[i]], .motion = restAt(X)});
-    }
-    Isometry3d X = Isometry3d::Identity();
-    X.translation() = Vector3d(frames[frames.size() / 2][0].translation().x(), -0.1, 0.0);
-    scene.obstacles.push_back({.tree = &scene.pieces.back(), .motion = restAt(X)});
-    for (const RigidBody& body : scene.obstacles)
-    {
-        scene.triangles += body.tree->mesh().triangles.size();
-    }
-    return scene;
-}
-
-/// A link as a motion that rigidToi() takes: what a caller without articulatedToi() would do.
-class LinkAsUserMotion : public UserMotion
-{
-public:
-    LinkAsUserMotion(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
-        : m_tree(tree),
-          m_motion(motion),
-          m_link(link),
-          m_bound(linkAccelerationBound(tree, motion, kNone, link))
-    {
-    }
-    [[nodiscard]] MotionState at(double t) const override
-    {
-        return linkStateAt(m_tree, m_motion, kNone, m_link, t);
-    }
-    [[nodiscard]] AccelerationBound accelerationBound() const override { return m_bound; }
-
-private:
-    const KinematicTree& m_tree;
-    const JointMotion& m_motion;
-    std::int32_t m_link;
-    AccelerationBound m_bound;
+    std::vector<double> stages;
+    double rigid = 0.0;
+    double fcl = 0.0;
+    double hits = 0.0;  ///< of the whole query
+    double free = 0.0;  ///< the same
 };
 
-/// Earliest contact of all pairs, one by one.
-double naiveTime(const Scene& scene,
-                 const KinematicTree& tree,
-                 const JointMotion& motion,
-                 ToiWorkspace& work)
+void add(Sums& sum, const Sums& more)
 {
-    double earliest = 2.0;
-    for (std::size_t i = 0; i < tree.size(); ++i)
+    sum.stages.resize(more.stages.size(), 0.0);
+    for (std::size_t k = 0; k < sum.stages.size(); ++k)
     {
-        const LinkAsUserMotion link(tree, motion, static_cast<std::int32_t>(i));
-        const RigidBody body{.tree = scene.linkTrees[i], .motion = {}, .userMotion = &link};
-        for (const RigidBody& obstacle : scene.obstacles)
-        {
-            const ToiResult result = rigidToi(body, obstacle, {.tolerance = 1e-5}, work);
-            if (isContact(result.status))
-            {
-                earliest = std::min(earliest, result.time);
-            }
-        }
+        sum.stages[k] += more.stages[k];
     }
-    return earliest;
+    sum.rigid += more.rigid;
+    sum.fcl += more.fcl;
+    sum.hits += more.hits;
+    sum.free += more.free;
 }
 
-struct Totals
+Sums sumsOf(const HumanTimes& times, const std::vector<bool>& hits)
 {
-    double microseconds = 0.0;
-    ArticulatedCounters counters;
-    int hits = 0;
-    int overlaps = 0;
-    int busy = 0;
-    double latest = 0.0;  ///< difference from the naive answer
-};
-
-struct Stage
-{
-    const char* name;
-    ArticulatedToiOptions options;
-};
-
-void add(ArticulatedCounters& sum, const ArticulatedCounters& more)
-{
-    sum.pairs += more.pairs;
-    sum.culledBySpace += more.culledBySpace;
-    sum.culledByTime += more.culledByTime;
-    sum.nodePairs += more.nodePairs;
-    sum.trianglePairs += more.trianglePairs;
-    sum.states += more.states;
-    sum.subdivisions += more.subdivisions;
-}
-
-/// All queries, once to count and a few times to measure.
-Totals measure(const Stage& stage,
-               const KinematicTree& tree,
-               const Scene& scene,
-               const std::vector<JointMotion>& motions,
-               const std::vector<double>& naive)
-{
-    constexpr int kRepeats = 5;
-    const Environment environment(scene.obstacles);
-    ToiWorkspace work;
-    Totals totals;
-    for (int repeat = 0; repeat <= kRepeats; ++repeat)
+    Sums sums;
+    for (const std::vector<double>& stage : times.stages)
     {
-        for (std::size_t i = 0; i < motions.size(); ++i)
-        {
-            const ArticulatedBody body{.tree = &tree,
-                                       .linkTrees = scene.linkTrees,
-                                       .motion = &motions[i],
-                                       .selfPairs = {}};
-            ArticulatedToiResult result;
-            const double time = microsecondsOf(
-                [&] { result = articulatedToi(body, environment, stage.options, work); });
-            if (repeat > 0)
-            {
-                totals.microseconds += time / kRepeats;
-                continue;
-            }
-            const bool isFree = result.status == ToiStatus::Separated;
-            const ArticulatedCounters& c = result.counters;
-            totals.hits += result.status == ToiStatus::Hit ? 1 : 0;
-            totals.overlaps += result.status == ToiStatus::Overlapping ? 1 : 0;
-            totals.busy += isFree && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
-            totals.latest = std::max(totals.latest, (isFree ? 2.0 : result.time) - naive[i]);
-            add(totals.counters, c);
-        }
+        sums.stages.push_back(sumOf(stage));
     }
-    return totals;
+    sums.rigid = sumOf(times.rigid);
+    sums.fcl = sumOf(times.fcl);
+    for (std::size_t f = 0; f < hits.size(); ++f)
+    {
+        (hits[f] ? sums.hits : sums.free) += times.stages[0][f];
+    }
+    return sums;
 }
 
-void print(const Stage& stage, const Totals& totals, double naiveMicroseconds, double count)
+void printStage(const char* name, const Mix& mix, double micros)
 {
-    const ArticulatedCounters& c = totals.counters;
-    const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / count; };
+    const ArticulatedCounters& c = mix.counters;
+    const auto mean = [&](std::int64_t sum) { return static_cast<double>(sum) / mix.queries; };
     const auto share = [&](std::int64_t part)
     { return 100.0 * static_cast<double>(part) / static_cast<double>(c.pairs); };
-    std::printf(
-        "  %-22s %9.2f us  x%.1f  hits %d, overlaps %d, free with 3 pairs %d; pairs %.0f, by space "
-        "%.1f %%, by time %.2f %%; nodes %.0f, triangles %.1f, states %.0f, halved %.2f; later "
-        "than naive by %.1e\n",
-        stage.name,
-        totals.microseconds / count,
-        naiveMicroseconds / totals.microseconds,
-        totals.hits,
-        totals.overlaps,
-        totals.busy,
-        mean(c.pairs),
+    fmt::print(
+        "  {:<20} {:9.1f} {:5} {:7.1f} {:7.2f} {:7.0f} {:7.1f} {:6.0f} {:6.2f} {:7.0e} "
+        "{:7.0e}\n",
+        name,
+        micros / mix.queries,
+        mix.wrong,
         share(c.culledBySpace),
         share(c.culledByTime),
         mean(c.nodePairs),
         mean(c.trianglePairs),
         mean(c.states),
         mean(c.subdivisions),
-        totals.latest);
+        mix.late,
+        mix.early);
 }
 
-void run(const fs::path& data, const std::string& name, double aside)
+void printTable(const std::vector<Stage>& stages, const std::vector<Mix>& mixes, const Sums& sums)
 {
-    const Recording frames = readRecording(data / "motions/humanoid" / (name + "_poses.csv"));
-    const KinematicTree tree = makeTree(frames);
-    const Scene scene = makeScene(data, frames, aside);
-    std::vector<JointMotion> motions;
-    for (std::size_t f = 0; f + 1 < frames.size(); ++f)
+    const Mix& mix = mixes[0];
+    const auto share = [&](int part) { return 100.0 * part / mix.queries; };
+    fmt::print(
+        "  contact in {} queries ({:.0f} %), {} of them by a pair that intersects at the "
+        "start\n  free with three pairs or more {} ({:.0f} %); with exempt pairs {} ({:.0f} "
+        "%)\n",
+        mix.contacts,
+        share(mix.contacts),
+        mix.exemptContacts,
+        mix.busy,
+        share(mix.busy),
+        mix.exempt,
+        share(mix.exempt));
+    fmt::print("  {:<20} {:>9} {:>5} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6} {:>7} {:>7}\n",
+               "",
+               "us",
+               "wrong",
+               "space %",
+               "time %",
+               "nodes",
+               "triang.",
+               "states",
+               "halved",
+               "late",
+               "early");
+    for (std::size_t k = 0; k < stages.size(); ++k)
     {
-        motions.push_back(motionOf(tree, frames, f));
+        printStage(stages[k].name, mixes[k], sums.stages[k]);
     }
-    std::printf("%s: %zu queries, 15 links, %zu obstacles of %zu triangles\n",
-                name.c_str(),
-                motions.size(),
-                scene.obstacles.size(),
-                scene.triangles);
-    ToiWorkspace work;
-    std::vector<double> naive;
-    double naiveMicroseconds = 0.0;
-    for (const JointMotion& motion : motions)
+    const int free = mix.queries - mix.contacts;
+    fmt::print("  {:<20} {:9.1f}\n  {:<20} {:9.1f}\n",
+               "  with contact",
+               mix.contacts == 0 ? 0.0 : sums.hits / mix.contacts,
+               "  free",
+               free == 0 ? 0.0 : sums.free / free);
+    fmt::print("  {:<20} {:9.1f}\n", "rigidToi on each", sums.rigid / mix.queries);
+    if (sums.fcl > 0.0)
     {
-        naive.push_back(0.0);
-        naiveMicroseconds +=
-            microsecondsOf([&] { naive.back() = naiveTime(scene, tree, motion, work); });
+        fmt::print("  {:<20} {:9.1f}\n", "FCL x 1,001", sums.fcl / mix.queries);
     }
-    const auto count = static_cast<double>(motions.size());
-    std::printf("  %-22s %9.2f us\n", "rigidToi per pair", naiveMicroseconds / count);
-    const std::array<Stage, 6> stages{
-        {{"articulatedToi", {}},
-         {"without subdivision", {.toi = {}, .subdivide = false}},
-         {"without space", {.toi = {}, .cullBySpace = false}},
-         {"without time", {.toi = {}, .cullByTime = false}},
-         {"directional bound", {.toi = {}, .bound = MotionBound::Directional}},
-         {"sum bound", {.toi = {}, .bound = MotionBound::Sum}}}};
-    for (const Stage& stage : stages)
+}
+
+/// Mean time of FCL on the recorded bunny queries; 0 without FCL.
+double unitMicros(const HumanOptions& options)
+{
+    if (!options.fcl || !isFclPresent())
     {
-        print(stage, measure(stage, tree, scene, motions, naive), naiveMicroseconds, count);
+        return 0.0;
     }
+    MeshLibrary meshes(options.data);
+    const std::array sets{makeRigidSet("bunny_ident", meshes)};
+    Hierarchies hierarchies;
+    NaiveCache cache("");
+    return runTogether(sets, {.repeats = 1, .fclRepeats = 3, .check = false}, hierarchies, cache)
+        .at(0)
+        .fclMicros;
+}
+
+bool must(const char* what, double value, double bound, bool isUpper)
+{
+    const bool holds = isUpper ? value <= bound : value >= bound;
+    fmt::print("  {:<45} {:9.3f}  must be {} {:<5} {}\n",
+               what,
+               value,
+               isUpper ? "<=" : ">=",
+               bound,
+               holds ? "holds" : "MISSED");
+    return holds;
+}
+
+bool judge(const Mix& mix, const Sums& sums, double unit)
+{
+    const double count = mix.queries;
+    const double ours = sums.stages[0];
+    bool holds = must("share of queries with contact", mix.contacts / count, 0.3, false);
+    holds = must("share free with three pairs or more", mix.busy / count, 0.3, false) && holds;
+    holds = must("rigidToi on each pair / ours (goal 10)", sums.rigid / ours, 3.0, false) && holds;
+    if (unit > 0.0)
+    {
+        holds = must("FCL x 1,001 per link / ours", sums.fcl / ours, 10.0, false) && holds;
+        fmt::print("  FCL x 1,001 on bunny_ident: {:.0f} us\n", unit);
+        holds =
+            must("ours / FCL on bunny_ident (goal 0.05)", ours / count / unit, 0.1, true) && holds;
+    }
+    return holds;
+}
+
+int runHuman(const HumanOptions& options)
+{
+    const std::vector<Stage> stages = humanStages(options.bounds);
+    std::vector<Mix> mixes(stages.size());
+    Sums sums;
+    int wrong = 0;
+    const double unit = unitMicros(options);
+    for (const std::string& name : options.motions)
+    {
+        HumanRun motion(options.data, name, options.fcl);
+        motion.describe(options.list);
+        motion.askPeers();
+        std::vector<Mix> ofMotion(stages.size());
+        for (std::size_t k = stages.size(); k-- > 0;)  // the whole query last: hits()
+        {
+            ofMotion[k] = motion.check(stages[k]);
+            add(mixes[k], ofMotion[k]);
+            wrong += ofMotion[k].wrong;
+        }
+        const Sums ofTimes = sumsOf(motion.time(stages, options.repeats), motion.hits());
+        printTable(stages, ofMotion, ofTimes);
+        add(sums, ofTimes);
+    }
+    fmt::print("all: {} queries\n", mixes[0].queries);
+    printTable(stages, mixes, sums);
+    const bool isRight = must("wrong answers of all stages", wrong, 0.0, true);
+    return judge(mixes[0], sums, unit) && isRight ? 0 : 1;
+}
+struct Options
+{
+    HumanOptions human;
+    ClosingOptions hands{.data = {}, .share = BULLET_CCD_SHARE};
+    ArmsOptions arms;
+};
+
+void addHuman(CLI::App& app, HumanOptions& options)
+{
+    CLI::App* human = app.add_subcommand("human", "15 links among 16 chessmen, beside FCL");
+    human->add_option("--motion", options.motions, "walk, run, kick")->type_name("NAME");
+    human->add_option("--repeats", options.repeats, "passes; the median counts")
+        ->capture_default_str();
+    human->add_flag("--list", options.list, "list pairs that intersect at the start");
+    human->add_flag("--bounds", options.bounds, "the other motion bounds, too: takes minutes");
+    human->add_flag("!--no-fcl", options.fcl, "without FCL");
+}
+
+template <class Sampled>
+void addSampled(CLI::App* command, Sampled& options)
+{
+    command->add_option("-n,--configurations", options.configurations, "random queries")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--repeats", options.repeats, "passes; the median counts")
+        ->capture_default_str();
+    command->add_option("--seed", options.seed, "of the random queries")->capture_default_str();
+}
+
+int run(const CLI::App& app, Options& options)
+{
+    if (app.got_subcommand("human"))
+    {
+        return runHuman(options.human);
+    }
+    if (!isFclPresent())
+    {
+        throw std::runtime_error("hands and arms are compared with FCL: install libfcl-dev");
+    }
+    options.hands.data = options.human.data;
+    options.arms.data = options.human.data;
+    const bool isRight = app.got_subcommand("hands") ? runHandClosings(options.hands)
+                                                     : runCrossingArms(options.arms);
+    return isRight ? 0 : 1;
 }
 }  // namespace
 }  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
+    using namespace bullet_ccd::benchmarks;
+    Options options;
+    CLI::App app("Queries of moving linkages: answers checked, then timed");
+    app.add_option("--data", options.human.data, "data folder")->capture_default_str();
+    app.require_subcommand(1);
+    addHuman(app, options.human);
+    CLI::App* hands = app.add_subcommand("hands", "hands that close around household objects");
+    hands->add_option("--hand", options.hands.hands, "folders in hands/ of the data")
+        ->capture_default_str();
+    addSampled(hands, options.hands);
+    addSampled(app.add_subcommand("arms", "two arms that cross each other"), options.arms);
+    app.footer("Exit codes: 0 all that must hold does, 1 not, 2 usage or missing files.");
     try
     {
-        const std::filesystem::path data = argc > 1 ? argv[1] : "../shared/data";
-        const double aside = argc > 2 ? std::atof(argv[2]) : 0.45;
-        for (const char* name : {"walk", "run", "kick"})
-        {
-            bullet_ccd::benchmarks::run(data, name, aside);
-        }
+        app.parse(argc, argv);
+        return run(app, options);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return app.exit(error) == 0 ? 0 : 2;
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "bench_articulated: %s\n", error.what());
-        return 1;
+        return 2;
     }
-    return 0;
 }

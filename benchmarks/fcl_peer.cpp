@@ -95,14 +95,17 @@ FclAnswer fclAdvancement(const FclBody& a, const FclBody& b, double timeToleranc
 
 bool fclOverlap(const FclBody& a, const FclBody& b, double t)
 {
+    return fclOverlap(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
+}
+
+bool fclOverlap(const FclModel& a,
+                const Eigen::Isometry3d& X_WA,
+                const FclModel& b,
+                const Eigen::Isometry3d& X_WB)
+{
     const fcl::CollisionRequest<double> request;
     fcl::CollisionResult<double> result;
-    return fcl::collide<double>(&a.model.data().model,
-                                a.motion.at(t).X_W,
-                                &b.model.data().model,
-                                b.motion.at(t).X_W,
-                                request,
-                                result) > 0;
+    return fcl::collide<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result) > 0;
 }
 
 std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double from, double end)

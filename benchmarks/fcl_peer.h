@@ -57,6 +57,12 @@ struct FclAnswer
 /// Whether the surfaces intersect at time t.
 [[nodiscard]] bool fclOverlap(const FclBody& a, const FclBody& b, double t);
 
+/// Whether the surfaces intersect at these poses.
+[[nodiscard]] bool fclOverlap(const FclModel& a,
+                              const Eigen::Isometry3d& X_WA,
+                              const FclModel& b,
+                              const Eigen::Isometry3d& X_WB);
+
 /// First overlap in (from, end], to 1e-12: steps that double, then bisection, so that one that
 /// lasts shorter than its distance from `from` may be stepped over. None if nothing overlaps.
 [[nodiscard]] std::optional<double> firstOverlap(const FclBody& a,

@@ -51,6 +51,14 @@ bool fclOverlap(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
     refuse();
 }
 
+bool fclOverlap(const FclModel& /*a*/,
+                const Eigen::Isometry3d& /*X_WA*/,
+                const FclModel& /*b*/,
+                const Eigen::Isometry3d& /*X_WB*/)
+{
+    refuse();
+}
+
 std::optional<double> firstOverlap(const FclBody& /*a*/,
                                    const FclBody& /*b*/,
                                    double /*from*/,

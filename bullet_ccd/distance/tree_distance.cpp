@@ -22,6 +22,7 @@ struct Descent
     Eigen::Matrix3d R;  // tree frame of A in tree frame of B
     Eigen::Vector3d p;
     double bound;
+    NodeMarks exempt;
     Leaf& leaf;
 
     [[nodiscard]] const SsvNode& nodeA(std::int32_t i) const
@@ -66,7 +67,7 @@ struct Descent
         const std::span near(children.data(), static_cast<std::size_t>(count));
         for (const auto& [lowerBound, childA, childB] : near)
         {
-            if (lowerBound <= bound && bound >= 0.0)
+            if (lowerBound <= bound && bound >= 0.0 && !exempt.exempts(childA, childB))
             {
                 run(childA, childB);
             }
@@ -95,6 +96,7 @@ void descend(const SsvTree& treeA,
              const SsvTree& treeB,
              const Eigen::Isometry3d& X_BA,
              double bound,
+             const NodeMarks& exempt,
              Leaf leaf)
 {
     Descent<Leaf> descent{.treeA = treeA,
@@ -102,8 +104,9 @@ void descend(const SsvTree& treeA,
                           .R = X_BA.linear(),
                           .p = X_BA * treeA.origin() - treeB.origin(),
                           .bound = bound,
+                          .exempt = exempt,
                           .leaf = leaf};
-    if (descent.separationOf(0, 0) <= bound)
+    if (descent.separationOf(0, 0) <= bound && !exempt.exempts(0, 0))
     {
         descent.run(0, 0);
     }
@@ -113,13 +116,15 @@ void descend(const SsvTree& treeA,
 TrianglePair treeDistance(const SsvTree& treeA,
                           const SsvTree& treeB,
                           const Eigen::Isometry3d& X_BA,
-                          double upperBound)
+                          double upperBound,
+                          const NodeMarks& exempt)
 {
     TrianglePair best{.distance = upperBound};
     descend(treeA,
             treeB,
             X_BA,
             upperBound,
+            exempt,
             [&](auto& descent, std::int32_t a, std::int32_t b)
             {
                 const TrianglePair pair = descent.measure(a, b);
@@ -144,6 +149,7 @@ void trianglePairsWithin(const SsvTree& treeA,
             treeB,
             X_BA,
             threshold,
+            {},
             [&](auto& descent, std::int32_t a, std::int32_t b)
             {
                 const TrianglePair pair = descent.measure(a, b);

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace bullet_ccd
@@ -20,12 +21,27 @@ struct TrianglePair
     Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
 };
 
+/// One mark a node of both trees, or nothing: two nodes that are both marked are left out with all
+/// that is below them. The marks of leaves decide which triangles are.
+struct NodeMarks
+{
+    std::span<const std::uint8_t> a{};
+    std::span<const std::uint8_t> b{};
+
+    [[nodiscard]] bool exempts(std::int32_t nodeA, std::int32_t nodeB) const
+    {
+        return !a.empty() && a[static_cast<std::size_t>(nodeA)] != 0 &&
+               b[static_cast<std::size_t>(nodeB)] != 0;
+    }
+};
+
 /// Distance of two meshes if it is below `upperBound`, else `upperBound` with triangles kNone.
 /// @param X_BA pose of A's frame in B's
 [[nodiscard]] TrianglePair treeDistance(const SsvTree& treeA,
                                         const SsvTree& treeB,
                                         const Eigen::Isometry3d& X_BA,
-                                        double upperBound);
+                                        double upperBound,
+                                        const NodeMarks& exempt = {});
 
 /// All pairs of triangles at a distance <= `threshold`, ordered by (triangleA, triangleB), appended
 /// to `pairs` (frame of B).

@@ -288,22 +288,8 @@ private:
     {
         const SsvTree& treeA = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyA)].tree;
         const SsvTree& treeB = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyB)].tree;
-        if (pair.mask == nullptr)
-        {
-            return treeDistance(treeA, treeB, X_BA, threshold);
-        }
-        std::vector<TrianglePair> near;
-        trianglePairsWithin(treeA, treeB, X_BA, threshold, near);
-        TrianglePair best{.distance = threshold};
-        for (const TrianglePair& found : near)
-        {
-            const bool isExempt = pair.mask->exemptsTriangles(found.triangleA, found.triangleB);
-            if (!isExempt && (best.triangleA == kNone || found.distance < best.distance))
-            {
-                best = found;
-            }
-        }
-        return best;
+        const NodeMarks exempt = pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{};
+        return treeDistance(treeA, treeB, X_BA, threshold, exempt);
     }
 
     /// Distance of a pair at time t if it is at most `threshold`, as a contact in W.

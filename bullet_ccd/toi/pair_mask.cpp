@@ -1,6 +1,5 @@
 #include "bullet_ccd/toi/pair_mask.h"
 
-#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 
 #include <algorithm>

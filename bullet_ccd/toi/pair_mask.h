@@ -2,6 +2,7 @@
 /// where a body rests on another from the start.
 #pragma once
 
+#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
@@ -34,6 +35,8 @@ public:
         return m_marksA[static_cast<std::size_t>(triangleA)] != 0 &&
                m_marksB[static_cast<std::size_t>(triangleB)] != 0;
     }
+    /// For treeDistance().
+    [[nodiscard]] NodeMarks nodeMarks() const { return {.a = m_nodesA, .b = m_nodesB}; }
     /// True if no pair is exempt.
     [[nodiscard]] bool isEmpty() const { return m_isEmpty; }
 

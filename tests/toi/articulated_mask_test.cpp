@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -129,6 +130,50 @@ TEST(PairMask, ABodyThatStandsOnTheFloorCanMoveItsArms)
     // The lower edge of the tip: (1, -0.02) about (0, 0.5) reaches y = 0.
     const double angle = std::asin(0.5 / std::hypot(1.0, 0.02)) - std::atan2(0.02, 1.0);
     EXPECT_NEAR(result.time, (1.0 + angle) / 2.0, 2e-5);
+}
+
+TEST(PairMask, DistancesLeaveOutExemptPairsOnly)
+{
+    Random random(47);
+    int exemptWereNearest = 0;
+    int allExempt = 0;
+    constexpr int kScenes = 100;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        const TriangleMesh a = soup(random, random.integer(1, 20), 1.0, 0.5);
+        const TriangleMesh b = soup(random, random.integer(1, 20), 1.0, 0.5);
+        const SsvTree treeA = buildSsvTree(a);
+        const SsvTree treeB = buildSsvTree(b);
+        const Eigen::Isometry3d X_BA = random.pose(1.0);
+        const auto marks = [&](const TriangleMesh& mesh)
+        {
+            std::vector<std::uint8_t> result;
+            const double share = random.uniform(0.3, 1.0);
+            for (std::size_t k = 0; k < mesh.triangles.size(); ++k)
+            {
+                result.push_back(random.uniform(0.0, 1.0) < share ? 1 : 0);
+            }
+            return result;
+        };
+        const PairMask mask(treeA, treeB, marks(a), marks(b));
+        std::vector<TrianglePair> all;
+        trianglePairsWithin(treeA, treeB, X_BA, 1e3, all);
+        double nearest = 1e3;
+        for (const TrianglePair& pair : all)
+        {
+            if (!mask.exemptsTriangles(pair.triangleA, pair.triangleB))
+            {
+                nearest = std::min(nearest, pair.distance);
+            }
+        }
+        const TrianglePair found = treeDistance(treeA, treeB, X_BA, 1e3, mask.nodeMarks());
+        ASSERT_EQ(found.distance, nearest) << i;
+        ASSERT_EQ(found.triangleA == kNone, nearest == 1e3) << i;
+        allExempt += found.triangleA == kNone ? 1 : 0;
+        exemptWereNearest += treeDistance(treeA, treeB, X_BA, 1e3).distance < nearest ? 1 : 0;
+    }
+    EXPECT_GT(exemptWereNearest, kScenes / 10);
+    EXPECT_LT(allExempt, kScenes / 3);
 }
 
 TEST(PairMask, RefusesMarksOfAnotherMesh)
