@@ -7,6 +7,10 @@
 
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 
+#include <bit>
+#include <cstdint>
+#include <type_traits>
+
 /// What there is to know about a shape, while that stays the same.
 struct btCcdKnownShape
 {
@@ -30,6 +34,12 @@ struct btCcdKnownShape
     }
 
 private:
+    /// To the bit, which is cheaper than comparing numbers.
+    [[nodiscard]] static bool isSame(btScalar a, btScalar b)
+    {
+        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+        return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+    }
     [[nodiscard]] bool isSimpleOne(const btCollisionShape& shape) const
     {
         if (m_shape != &shape || m_type != shape.getShapeType())
@@ -39,9 +49,11 @@ private:
         // The scaling matters to a sphere only; to the others it is in the dimensions.
         const auto& simple = static_cast<const btConvexInternalShape&>(shape);
         const btVector3& dimensions = simple.getImplicitShapeDimensions();
-        return m_dimensions.x() == dimensions.x() && m_dimensions.y() == dimensions.y() &&
-               m_dimensions.z() == dimensions.z() &&
-               m_scaling.x() == simple.getLocalScalingNV().x() && m_margin == simple.getMarginNV();
+        return isSame(m_dimensions.x(), dimensions.x()) &&
+               isSame(m_dimensions.y(), dimensions.y()) &&
+               isSame(m_dimensions.z(), dimensions.z()) &&
+               isSame(m_scaling.x(), simple.getLocalScalingNV().x()) &&
+               isSame(m_margin, simple.getMarginNV());
     }
     [[nodiscard]] bool isOther(const btCollisionShape& shape) const;
 };

@@ -32,12 +32,8 @@ class btCcdNeighbours
 public:
     /// Nothing is in a box of the list any more.
     void clear();
-    [[nodiscard]] bool contains(std::size_t index,
-                                const btVector3& low,
-                                const btVector3& high) const
-    {
-        return index < m_boxes.size() && m_boxes[index].contains(low, high);
-    }
+    /// Where the object with this index is. Valid until the list is made anew.
+    [[nodiscard]] const btCcdBox& box(std::size_t index) const { return m_boxes[index]; }
     /// Makes the list anew. Boxes that nothing is in meet nothing.
     void list(const std::vector<btCcdBox>& boxes);
     /// Smaller index first, in ascending order.

@@ -103,7 +103,12 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     m_fast.clear();
     if (m_tracker->look(m_timeStep))
     {
-        findPairs();
+        m_tracker->findNeighbours();
+        if (m_tracker->moversCanCross())
+        {
+            findPairs(m_tracker->movers());
+        }
+        findPairs(m_tracker->others());
     }
     return !m_pairs.empty();
 }
@@ -139,9 +144,9 @@ inline bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b,
 }
 
 /// In the order of what it costs to see that a pair cannot meet.
-void btCcdStepper::findPairs()
+void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
 {
-    for (btCcdNeighbourPair& pair : m_tracker->findNeighbours())
+    for (btCcdNeighbourPair& pair : neighbours)
     {
         // What Bullet asks of links first, without the detours.
         if (pair.m_child != nullptr &&

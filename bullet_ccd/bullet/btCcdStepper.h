@@ -13,6 +13,7 @@
 #include <vector>
 
 class btCcdTracker;
+struct btCcdNeighbourPair;
 struct btCcdTracked;
 
 /// Two colliders that have come too near each other.
@@ -153,7 +154,7 @@ private:
     [[nodiscard]] btCcdTracked& at(int index);
     [[nodiscard]] const btCcdTracked& at(int index) const;
     [[nodiscard]] int indexOf(const btCcdTracked& tracked) const;
-    void findPairs();
+    void findPairs(std::vector<btCcdNeighbourPair>& neighbours);
     KnownMultiBody& known(const btMultiBody& body);
     void readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose);
     [[nodiscard]] double wayApart(const btCcdTracked& a, const btCcdTracked& b) const;

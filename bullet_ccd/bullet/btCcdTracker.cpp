@@ -138,7 +138,9 @@ void btCcdTracker::lookAtAll()
     const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
     m_isStale = false;
     m_neighbours.clear();
-    m_pairs.clear();
+    m_movers.clear();
+    m_others.clear();
+    m_compares = false;
     m_shapes.clear();
     m_unsupported = 0;
     m_objects.resize(std::size_t(objects.size()));
@@ -148,9 +150,13 @@ void btCcdTracker::lookAtAll()
         lookAt(m_objects[std::size_t(i)], *objects[i]);
         ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
     }
+    m_moversMayLose = kNever;
     for (btCcdTracked& tracked : m_objects)
     {
         const btCcdShapeOutline& outline = tracked.outline();
+        const bool isStock = !outline.m_hasMesh && outline.m_ownMargin == kNever;
+        m_moversMayLose =
+            std::min(m_moversMayLose, isStock ? 2.0 * kUnseen * outline.m_depth : 0.0);
         // Half of what a mesh can lose is its partner's.
         tracked.m_slow = kUnseen * std::min(outline.m_reserve, kPartnersShare * ownMargin);
         // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
@@ -232,39 +238,62 @@ bool btCcdTracker::readMotions(bool check)
         return false;
     }
     m_isClamped = false;
-    m_isListed = m_context.m_tolerance == m_listedTolerance;
+    bool listed = m_context.m_tolerance == m_listedTolerance;
     double most = -kNever;
     double second = -kNever;
-    for (std::size_t i = 0; i < count; ++i)
+    btCcdTracked* tracked = m_objects.data();
+    for (std::size_t i = 0; i < count; ++i, ++tracked)
     {
-        btCcdTracked& tracked = m_objects[i];
         const btCollisionObject& object = *objects[int(i)];
-        if (check && !isAsSeen(tracked, object))
+        if (check && !isAsSeen(*tracked, object))
         {
             return false;
         }
-        if (!tracked.m_usable)
+        if (!tracked->m_usable)
         {
             continue;
         }
-        if (btCcdIsMoved(object))
-        {
-            tracked.m_moves = true;
-            read(tracked);
-        }
-        else
-        {
-            readAtRest(tracked, i);
-        }
-        tracked.m_beyond = tracked.m_motion - tracked.m_unseen;
-        second = std::max(second, std::min(most, tracked.m_beyond));
-        most = std::max(most, tracked.m_beyond);
+        const bool inside = btCcdIsMoved(object) ? read(*tracked) : readAtRest(*tracked);
+        listed = listed && inside;
+        tracked->m_beyond = tracked->m_motion - tracked->m_unseen;
+        second = std::max(second, std::min(most, tracked->m_beyond));
+        most = std::max(most, tracked->m_beyond);
     }
+    m_isListed = listed;
     m_beyondTwo = most + second;
+    m_apart = kNever;
+    if (m_compares && m_beyondTwo > 0.0)
+    {
+        compareMotions();
+    }
     return true;
 }
 
-inline void btCcdTracker::readAtRest(btCcdTracked& tracked, std::size_t index)
+/// How far any two rigid bodies get from each other in the step, at most.
+void btCcdTracker::compareMotions()
+{
+    const btCcdTracked* reference = nullptr;
+    double most = 0.0;
+    double second = 0.0;
+    for (const btCcdTracked& tracked : m_objects)
+    {
+        if (!tracked.m_moves)
+        {
+            continue;
+        }
+        reference = reference == nullptr ? &tracked : reference;
+        const btCcdCourse& course = tracked.m_course;
+        const double apart =
+            m_timeStep *
+            (norm(course.m_velocity - reference->m_course.m_velocity) + course.m_turning);
+        second = std::max(second, std::min(most, apart));
+        most = std::max(most, apart);
+    }
+    m_apart = most + second;
+}
+
+/// These two are false if the object is not where the list of neighbours has it.
+inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
 {
     if (tracked.m_moves)
     {
@@ -274,14 +303,15 @@ inline void btCcdTracker::readAtRest(btCcdTracked& tracked, std::size_t index)
     }
     const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
     tracked.m_tracked = proxy != nullptr;
-    m_isListed = m_isListed && (proxy == nullptr ||
-                                m_neighbours.contains(index, proxy->m_aabbMin, proxy->m_aabbMax));
+    return proxy == nullptr || (tracked.m_listedBox != nullptr &&
+                                tracked.m_listedBox->contains(proxy->m_aabbMin, proxy->m_aabbMax));
 }
 
 /// Where the object is and how it moves.
-inline void btCcdTracker::read(btCcdTracked& tracked)
+inline bool btCcdTracker::read(btCcdTracked& tracked)
 {
     const double reach = tracked.outline().m_reach;
+    tracked.m_moves = true;
     if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
     {
         btCcdCourse& course = tracked.m_course;
@@ -305,11 +335,12 @@ inline void btCcdTracker::read(btCcdTracked& tracked)
     tracked.m_tracked = true;
     const btVector3 moved = (tracked.m_origin - tracked.m_listed).absolute();
     const double farthest = double(std::max(std::max(moved.x(), moved.y()), moved.z()));
-    if (!(farthest + tracked.m_motion <= tracked.m_room))
+    if (farthest + tracked.m_motion <= tracked.m_room)
     {
-        m_isListed = false;
-        tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
+        return true;
     }
+    tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
+    return false;
 }
 
 inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider)
@@ -500,20 +531,29 @@ void btCcdTracker::listNeighbours()
         m_boxes.push_back(box);
     }
     m_neighbours.list(m_boxes);
-    m_pairs.clear();
+    for (std::size_t i = 0; i < m_objects.size(); ++i)
+    {
+        m_objects[i].m_listedBox = m_objects[i].m_moves ? nullptr : &m_neighbours.box(i);
+    }
+    m_movers.clear();
+    m_others.clear();
+    bool hasLinks = false;
     for (const auto& [first, second] : m_neighbours.pairs())
     {
-        const btCollisionObject& a = *m_objects[std::size_t(first)].m_object;
-        const btCollisionObject& b = *m_objects[std::size_t(second)].m_object;
-        m_pairs.push_back({first, second, -1.0, childOf(a, b)});
+        const btCcdTracked& a = m_objects[std::size_t(first)];
+        const btCcdTracked& b = m_objects[std::size_t(second)];
+        const btCcdNeighbourPair pair{first, second, -1.0, childOf(*a.m_object, *b.m_object)};
+        (a.m_moves && b.m_moves ? m_movers : m_others).push_back(pair);
+        hasLinks = hasLinks || pair.m_child != nullptr;
     }
+    // Links move relative to each other more than it seems from their speeds.
+    m_compares = !hasLinks && m_movers.size() > m_objects.size();
 }
 
-std::vector<btCcdNeighbourPair>& btCcdTracker::findNeighbours()
+void btCcdTracker::findNeighbours()
 {
     if (!m_isListed)
     {
         listNeighbours();
     }
-    return m_pairs;
 }

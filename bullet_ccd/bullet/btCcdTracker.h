@@ -58,6 +58,7 @@ struct btCcdTracked
     btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
     double m_turned = 0.0;
     btVector3 m_listed = btVector3(0, 0, 0);  // origin when the neighbours were listed
+    const btCcdBox* m_listedBox = nullptr;    // of what was at rest then
     double m_room = -1.0;  // how far from there it may pass through; negative: not listed [m]
     btCcdBox m_sweep;      // what it passes through from its last impact on, if it is fast
 
@@ -95,8 +96,16 @@ public:
 
     /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
     [[nodiscard]] bool look(double timeStep);
-    /// All pairs that may meet in this step, and some more; after look().
-    std::vector<btCcdNeighbourPair>& findNeighbours();
+    /// Lists all pairs that may meet in this step, and some more; after look().
+    void findNeighbours();
+    /// Of two that moved when the list was made, by index; and all others.
+    [[nodiscard]] std::vector<btCcdNeighbourPair>& movers() { return m_movers; }
+    [[nodiscard]] std::vector<btCcdNeighbourPair>& others() { return m_others; }
+    /// False if no two objects that move can cross each other: they move along together.
+    [[nodiscard]] bool moversCanCross() const
+    {
+        return !(m_apart <= m_moversMayLose) || !m_pressedPairs.empty();
+    }
     /// True if the two are in boxes that do not meet.
     [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
     {
@@ -148,7 +157,8 @@ private:
     const Speeds* m_lastBody = nullptr;
     std::vector<std::pair<int, int>> m_pressedPairs;
     btCcdNeighbours m_neighbours;
-    std::vector<btCcdNeighbourPair> m_pairs;  // that the list has
+    std::vector<btCcdNeighbourPair> m_movers;
+    std::vector<btCcdNeighbourPair> m_others;
     std::vector<btCcdBox> m_boxes;
     std::int64_t m_unsupported = 0;
     double m_listedTolerance = -1.0;
@@ -158,6 +168,9 @@ private:
     bool m_isStale = false;  // to be looked at anew
     bool m_touched = false;  // see noteChanges()
 
+    double m_moversMayLose = 0.0;  // at least, of any two
+    double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
+    bool m_compares = false;  // worth the while
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_isListed = false;   // everything is in its box of the list
 
@@ -169,8 +182,9 @@ private:
     void lookAtShape(btCcdKnownShape& shape);
     [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
     [[nodiscard]] bool readMotions(bool check);
-    void read(btCcdTracked& tracked);
-    void readAtRest(btCcdTracked& tracked, std::size_t index);
+    [[nodiscard]] bool read(btCcdTracked& tracked);
+    [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
+    void compareMotions();
     void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);
     [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body)
     {

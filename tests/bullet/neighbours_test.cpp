@@ -81,10 +81,8 @@ TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
     EXPECT_EQ(neighbours.pairs(), expected);
     EXPECT_GT(expected.size(), std::size_t(count) / 3);
     EXPECT_LT(expected.size(), std::size_t(count * count) / 3);
-    EXPECT_TRUE(neighbours.contains(3, boxes[3].m_low, boxes[3].m_high));
-    EXPECT_FALSE(neighbours.contains(5, boxes[3].m_low, boxes[3].m_high));
-    neighbours.clear();
-    EXPECT_FALSE(neighbours.contains(3, boxes[3].m_low, boxes[3].m_high));
+    EXPECT_TRUE(neighbours.box(3).contains(boxes[3].m_low, boxes[3].m_high));
+    EXPECT_FALSE(neighbours.box(5).contains(boxes[3].m_low, boxes[3].m_high));
 }
 
 // Few boxes are compared each with each, many in order.
