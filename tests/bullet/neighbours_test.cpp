@@ -61,8 +61,8 @@ TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
     for (btCcdBox& box : boxes)
     {
         box.m_low = vec(uniform(random), uniform(random), uniform(random));
-        box.m_high =
-            box.m_low + vec(uniform(random), uniform(random), uniform(random)) * btScalar(0.3);
+        box.m_high = box.m_low + vec(uniform(random), uniform(random), uniform(random)) *
+                                     btScalar(18.0 / count);
     }
     boxes[5] = {};
     std::vector<std::pair<int, int>> expected;
