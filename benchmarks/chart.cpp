@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
@@ -108,5 +110,24 @@ nlohmann::json chartPoints(const ChartScene& scene,
         }
     }
     return points;
+}
+
+void writeChart(const std::string& output,
+                const std::string& family,
+                const std::vector<std::string>& peers,
+                const nlohmann::json& points)
+{
+    std::ofstream out(output);
+    out << nlohmann::json{{"family", family},
+                          {"compiler", BULLET_CCD_COMPILER},
+                          {"flags", BULLET_CCD_FLAGS},
+                          {"peers", peers},
+                          {"points", points}}
+               .dump(1)
+        << '\n';
+    if (!out)
+    {
+        throw std::runtime_error(output + ": cannot be written: name another file");
+    }
 }
 }  // namespace bullet_ccd::benchmarks

@@ -58,4 +58,11 @@ struct ChartScene
 ///         says so and is never left out
 [[nodiscard]] nlohmann::json chartPoints(const ChartScene& scene,
                                          const std::function<void(const std::string&)>& progress);
+
+/// Writes the file that tools/chart draws: points of all scenes of a family, and what built them.
+/// Throws std::runtime_error if it cannot be written.
+void writeChart(const std::string& output,
+                const std::string& family,
+                const std::vector<std::string>& peers,
+                const nlohmann::json& points);
 }  // namespace bullet_ccd::benchmarks

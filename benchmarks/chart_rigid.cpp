@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -50,18 +49,7 @@ int main(int argc, char** argv)
                 points.push_back(point);
             }
         }
-        std::ofstream out(output);
-        out << nlohmann::json{{"family", "rigid"},
-                              {"compiler", BULLET_CCD_COMPILER},
-                              {"flags", BULLET_CCD_FLAGS},
-                              {"peers", {fclVersion(), isBulletPresent() ? "Bullet" : ""}},
-                              {"points", points}}
-                   .dump(1)
-            << '\n';
-        if (!out)
-        {
-            throw std::runtime_error(output + ": cannot be written: name another file");
-        }
+        writeChart(output, "rigid", {fclVersion(), isBulletPresent() ? "Bullet" : ""}, points);
     }
     catch (const std::exception& error)
     {

@@ -65,13 +65,7 @@ void add(Mix& sum, const Mix& more)
     sum.wrong += more.wrong;
     sum.late = std::max(sum.late, more.late);
     sum.early = std::max(sum.early, more.early);
-    sum.counters.pairs += more.counters.pairs;
-    sum.counters.culledBySpace += more.counters.culledBySpace;
-    sum.counters.culledByTime += more.counters.culledByTime;
-    sum.counters.nodePairs += more.counters.nodePairs;
-    sum.counters.trianglePairs += more.counters.trianglePairs;
-    sum.counters.states += more.counters.states;
-    sum.counters.subdivisions += more.counters.subdivisions;
+    sum.counters += more.counters;
 }
 
 HumanRun::HumanRun(const std::filesystem::path& data, const std::string& name, bool withFcl)

@@ -42,17 +42,6 @@ std::vector<RigidBody> obstaclesOf(const LinkageQuery& query)
     }
     return {{.tree = &query.object->tree, .motion = restAt(query.X_WO)}};
 }
-
-void add(ArticulatedCounters& sum, const ArticulatedCounters& more)
-{
-    sum.nodePairs += more.nodePairs;
-    sum.trianglePairs += more.trianglePairs;
-    sum.states += more.states;
-    sum.pairs += more.pairs;
-    sum.culledBySpace += more.culledBySpace;
-    sum.culledByTime += more.culledByTime;
-    sum.subdivisions += more.subdivisions;
-}
 }  // namespace
 
 LinkageObject::LinkageObject(const TriangleMesh& mesh)
@@ -185,7 +174,7 @@ void Linkage::compare(const LinkageQuery& query,
     SweepHit sample;
     tally.sweepMicros += microsecondsOf([&] { sample = sweep(query, kSweepStep); });
     ++tally.queries;
-    add(tally.counters, result.counters);
+    tally.counters += result.counters;
     if (result.status != ToiStatus::Hit)
     {
         tally.late += sample.found || result.status != ToiStatus::Separated ? 1 : 0;

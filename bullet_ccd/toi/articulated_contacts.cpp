@@ -63,7 +63,7 @@ private:
         body.motion = &m_rest;
         const ArticulatedToiResult found = articulatedToi(body, environment, m_query, m_work);
         ++m_result.queries;
-        add(found.counters);
+        m_result.counters += found.counters;
         const double left = 1.0 - elapsed;
         if (found.status == ToiStatus::Separated)
         {
@@ -83,18 +83,6 @@ private:
         }
         // Where nothing can stop any more, an obstacle presses on: the motion ends there.
         return found.status == ToiStatus::Hit && stopsSome;
-    }
-
-    void add(const ArticulatedCounters& more)
-    {
-        ArticulatedCounters& sum = m_result.counters;
-        sum.nodePairs += more.nodePairs;
-        sum.trianglePairs += more.trianglePairs;
-        sum.states += more.states;
-        sum.pairs += more.pairs;
-        sum.culledBySpace += more.culledBySpace;
-        sum.culledByTime += more.culledByTime;
-        sum.subdivisions += more.subdivisions;
     }
 
     /// Stops what the rule says; false if all of that rests already.

@@ -70,6 +70,18 @@ struct ArticulatedCounters : ToiCounters
     /// looked at.
     std::int64_t culledByTime = 0;
     std::int64_t subdivisions = 0;  ///< intervals that were halved
+
+    ArticulatedCounters& operator+=(const ArticulatedCounters& more)
+    {
+        nodePairs += more.nodePairs;
+        trianglePairs += more.trianglePairs;
+        states += more.states;
+        pairs += more.pairs;
+        culledBySpace += more.culledBySpace;
+        culledByTime += more.culledByTime;
+        subdivisions += more.subdivisions;
+        return *this;
+    }
 };
 
 struct ArticulatedToiResult

@@ -5,6 +5,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/sim/hand_multi_body.h"
+#include "grasp/sim/hand_pairs.h"
 
 #include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
@@ -28,8 +29,15 @@ constexpr double kLongestStep = 0.2;  // [s]
 // Surfaces closer than this intersect, for all that double precision can tell [m].
 constexpr double kTouching = 1e-12;
 
-/// All that Bullet needs to make a world, as small as it comes: two meshes make no discrete
-/// contacts.
+/// Links stop at their times of impact and move as they are driven: contacts would be found and
+/// solved only to be overruled.
+void makeNoContacts(btBroadphasePair& /*pair*/,
+                    btCollisionDispatcher& /*dispatcher*/,
+                    const btDispatcherInfo& /*info*/)
+{
+}
+
+/// All that Bullet needs to make a world, as small as it comes.
 struct BulletParts
 {
     static btDefaultCollisionConstructionInfo sizes()
@@ -43,45 +51,13 @@ struct BulletParts
     explicit BulletParts(int objects)
         : configuration(sizes()), dispatcher(&configuration), broadphase(objects)
     {
+        dispatcher.setNearCallback(makeNoContacts);
     }
 
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher;
     btSimpleBroadphase broadphase;
     btMultiBodyConstraintSolver solver;
-};
-
-/// Lets only those pairs of links meet that the hand lists, and every link the object.
-class HandPairs : public btOverlapFilterCallback
-{
-public:
-    explicit HandPairs(const HandModel& hand)
-    {
-        for (const auto& [a, b] : hand.selfPairs)
-        {
-            m_pairs.emplace_back(std::min(a, b), std::max(a, b));
-        }
-        std::sort(m_pairs.begin(), m_pairs.end());
-    }
-
-    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
-    {
-        const std::int32_t linkA = linkOf(static_cast<btCollisionObject*>(a->m_clientObject));
-        const std::int32_t linkB = linkOf(static_cast<btCollisionObject*>(b->m_clientObject));
-        const std::pair pair(std::min(linkA, linkB), std::max(linkA, linkB));
-        return linkA == kNone || linkB == kNone ||
-               std::binary_search(m_pairs.begin(), m_pairs.end(), pair);
-    }
-
-    /// Index in the hand, or kNone for the object.
-    static std::int32_t linkOf(const btCollisionObject* object)
-    {
-        const auto* collider = btMultiBodyLinkCollider::upcast(object);
-        return collider != nullptr ? collider->m_link + 1 : kNone;
-    }
-
-private:
-    std::vector<std::pair<std::int32_t, std::int32_t>> m_pairs;
 };
 
 /// A CCD world in which the hand's joints move at prescribed speeds: what a velocity servo that

@@ -6,11 +6,11 @@
 #include "tools/ccd_cli/obstacle_list.h"
 #include "tools/ccd_cli/pose_text.h"
 #include "tools/ccd_cli/progress_line.h"
+#include "tools/ccd_cli/stopwatch.h"
 #include "tools/ccd_cli/text_file.h"
 #include "tools/option_values.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
@@ -39,19 +39,6 @@ struct ArticulatedArguments
     int repeat = 1;
     bool summary = false;
     ToiOptions toi;
-};
-
-class Stopwatch
-{
-public:
-    [[nodiscard]] double seconds() const
-    {
-        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - m_start;
-        return elapsed.count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
 };
 
 void requireUsage(bool condition, const char* option, const char* what)

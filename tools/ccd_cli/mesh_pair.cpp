@@ -1,8 +1,8 @@
 #include "tools/ccd_cli/mesh_pair.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "tools/ccd_cli/stopwatch.h"
 
-#include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
 #include <utility>
@@ -12,19 +12,6 @@ namespace bullet_ccd::tools
 namespace
 {
 namespace fs = std::filesystem;
-
-class Stopwatch
-{
-public:
-    [[nodiscard]] double seconds() const
-    {
-        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - m_start;
-        return elapsed.count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
-};
 
 std::shared_ptr<const SsvTree> loadTree(const fs::path& path, MeshPair& times)
 {

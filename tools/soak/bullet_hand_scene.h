@@ -3,6 +3,7 @@
 
 #include "bullet_ccd/examples/example_support.h"
 #include "grasp/sim/hand_multi_body.h"
+#include "grasp/sim/hand_pairs.h"
 #include "tests/bullet/audit/world_audit.h"
 #include "tests/support/random.h"
 #include "tools/soak/bullet_hand_soak.h"
@@ -12,9 +13,7 @@
 
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace bullet_ccd::tests
@@ -36,32 +35,6 @@ struct SoakObject
 /// Household object `index` of the soak: all families in turn, first in their usual sizes.
 [[nodiscard]] SoakObject makeSoakObject(int index, std::uint64_t seed);
 
-/// Links meet as the hand lists it; everything else as always.
-class HandPairs : public btOverlapFilterCallback
-{
-public:
-    explicit HandPairs(const HandModel& hand)
-        : m_pairs(hand.selfPairs.begin(), hand.selfPairs.end())
-    {
-    }
-    [[nodiscard]] bool mayMeet(std::int32_t a, std::int32_t b) const
-    {
-        return m_pairs.contains(std::minmax(a, b));
-    }
-    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
-    {
-        const auto* linkA =
-            btMultiBodyLinkCollider::upcast(static_cast<btCollisionObject*>(a->m_clientObject));
-        const auto* linkB =
-            btMultiBodyLinkCollider::upcast(static_cast<btCollisionObject*>(b->m_clientObject));
-        return linkA == nullptr || linkB == nullptr ||
-               mayMeet(linkA->m_link + 1, linkB->m_link + 1);
-    }
-
-private:
-    std::set<std::pair<std::int32_t, std::int32_t>> m_pairs;
-};
-
 /// One hand and one object, no gravity.
 class HandScene
 {
@@ -82,7 +55,7 @@ public:
 private:
     const HandModel& m_hand;
     double m_timeStep;
-    HandPairs m_pairs;
+    grasp::HandPairs m_pairs;
     grasp::HandMultiBody m_body;
     std::vector<std::shared_ptr<const AuditMesh>> m_linkMeshes;  // one a link, null without
     examples::World m_world{examples::Engine::Ccd};
