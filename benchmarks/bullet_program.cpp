@@ -41,6 +41,7 @@ const Kind* kindOf(const std::string& code)
 void runSteps(const ProgramEntry& entry, Kind kind, int steps)
 {
     Program program = entry.make(kind);
+    program.scene->addHooks();
     stepProgram(program, steps);
     std::printf("time-of-impact events: %lld\n",
                 static_cast<long long>(program.scene->counters().m_impacts));

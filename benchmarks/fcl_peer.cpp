@@ -136,16 +136,20 @@ std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double fr
 
 double fclDistance(const FclBody& a, const FclBody& b, double t)
 {
+    return fclDistance(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
+}
+
+double fclDistance(const FclModel& a,
+                   const Eigen::Isometry3d& X_WA,
+                   const FclModel& b,
+                   const Eigen::Isometry3d& X_WB)
+{
     fcl::DistanceRequest<double> request(false);
     request.rel_err = 0.0;
     request.abs_err = 0.0;
     fcl::DistanceResult<double> result;
-    const double distance = fcl::distance<double>(&a.model.data().model,
-                                                  a.motion.at(t).X_W,
-                                                  &b.model.data().model,
-                                                  b.motion.at(t).X_W,
-                                                  request,
-                                                  result);
+    const double distance =
+        fcl::distance<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result);
     return std::max(0.0, distance);
 }
 

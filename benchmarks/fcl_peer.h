@@ -73,6 +73,12 @@ struct FclAnswer
 /// Exact distance of the surfaces at time t; 0 where they intersect.
 [[nodiscard]] double fclDistance(const FclBody& a, const FclBody& b, double t);
 
+/// The same at these poses.
+[[nodiscard]] double fclDistance(const FclModel& a,
+                                 const Eigen::Isometry3d& X_WA,
+                                 const FclModel& b,
+                                 const Eigen::Isometry3d& X_WB);
+
 /// Bytes of hierarchy and triangles.
 [[nodiscard]] std::size_t fclBytes(const FclModel& model);
 }  // namespace bullet_ccd::benchmarks

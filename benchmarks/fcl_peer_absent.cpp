@@ -72,6 +72,14 @@ double fclDistance(const FclBody& /*a*/, const FclBody& /*b*/, double /*t*/)
     refuse();
 }
 
+double fclDistance(const FclModel& /*a*/,
+                   const Eigen::Isometry3d& /*X_WA*/,
+                   const FclModel& /*b*/,
+                   const Eigen::Isometry3d& /*X_WB*/)
+{
+    refuse();
+}
+
 std::size_t fclBytes(const FclModel& /*model*/)
 {
     refuse();

@@ -139,6 +139,7 @@ btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
       m_stepper(world),
       m_solver(world)
 {
+    m_stepper.prepare();
 }
 
 btCcdControl::~btCcdControl() = default;

@@ -65,25 +65,24 @@ double btCcdGap(const btCcdExtent& a,
                : isPlane(a)             ? gapToPlane(a, poseA, b, poseB) - rounding
                                         : gapToPlane(b, poseB, a, poseA) - rounding;
     }
-    const btVector3 between = poseB * b.m_center - poseA * a.m_center;
-    const btScalar distance = between.length();
-    if (!(distance > btScalar(0)))
+    // Along the axes of both boxes and the line of their centers, all in A's frame.
+    const btMatrix3x3 R_AB = poseA.getBasis().transposeTimes(poseB.getBasis());
+    const btVector3 between_A = (poseB * b.m_center - poseA * a.m_center) * poseA.getBasis();
+    const btVector3 between_B = between_A * R_AB;
+    const btVector3 farA = between_A.absolute();
+    const btVector3 farB = between_B.absolute();
+    const btMatrix3x3 turn = R_AB.absolute();
+    const btVector3 gapA = farA - a.m_half - turn * b.m_half;
+    const btVector3 gapB = farB - b.m_half - a.m_half * turn;
+    const btScalar distance = between_A.length();
+    btScalar gap = -1;
+    if (distance > btScalar(0))
     {
-        return -1.0;
+        gap = std::max(gap, distance - (farA.dot(a.m_half) + farB.dot(b.m_half)) / distance);
     }
-    btVector3 directions[7] = {between / distance};
     for (int i = 0; i < 3; ++i)
     {
-        directions[1 + i] = poseA.getBasis().getColumn(i);
-        directions[4 + i] = poseB.getBasis().getColumn(i);
-    }
-    btScalar gap = -1;
-    for (const btVector3& direction : directions)
-    {
-        gap =
-            std::max(gap,
-                     std::abs(direction.dot(between)) - reachAlong(a, poseA.getBasis(), direction) -
-                         reachAlong(b, poseB.getBasis(), direction));
+        gap = std::max(gap, std::max(gapA[i], gapB[i]));
     }
     return double(gap) - rounding;
 }

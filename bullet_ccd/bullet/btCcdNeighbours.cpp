@@ -1,16 +1,12 @@
 #include "bullet_ccd/bullet/btCcdNeighbours.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace
 {
 /// Up to so many boxes are compared each with each: sorting would take longer.
 constexpr std::size_t kFew = 32;
-
-bool isUsed(const btCcdBox& box)
-{
-    return box.m_low.x() <= box.m_high.x();
-}
 }  // namespace
 
 void btCcdNeighbours::clear()
@@ -19,11 +15,10 @@ void btCcdNeighbours::clear()
     m_pairs.clear();
 }
 
-void btCcdNeighbours::list(const std::vector<btCcdBox>& boxes)
+void btCcdNeighbours::list()
 {
-    m_boxes = boxes;
     m_pairs.clear();
-    if (boxes.size() <= kFew)
+    if (m_boxes.size() <= kFew)
     {
         listAll();
     }
@@ -35,11 +30,13 @@ void btCcdNeighbours::list(const std::vector<btCcdBox>& boxes)
 
 void btCcdNeighbours::listAll()
 {
+    m_pairs.reserve(kFew * kFew / 2);
     for (std::size_t a = 0; a < m_boxes.size(); ++a)
     {
+        const btCcdBox box = m_boxes[a];
         for (std::size_t b = a + 1; b < m_boxes.size(); ++b)
         {
-            if (isUsed(m_boxes[a]) && isUsed(m_boxes[b]) && m_boxes[a].meets(m_boxes[b]))
+            if (box.meets(m_boxes[b]))
             {
                 m_pairs.emplace_back(int(a), int(b));
             }
@@ -49,14 +46,8 @@ void btCcdNeighbours::listAll()
 
 void btCcdNeighbours::listByOrder()
 {
-    m_order.clear();
-    for (std::size_t i = 0; i < m_boxes.size(); ++i)
-    {
-        if (isUsed(m_boxes[i]))
-        {
-            m_order.push_back(int(i));
-        }
-    }
+    m_order.resize(m_boxes.size());
+    std::iota(m_order.begin(), m_order.end(), 0);
     const auto box = [&](int index) -> const btCcdBox& { return m_boxes[std::size_t(index)]; };
     std::sort(m_order.begin(),
               m_order.end(),

@@ -10,8 +10,9 @@
 
 struct btCcdBox
 {
-    btVector3 m_low = btVector3(1, 1, 1);
-    btVector3 m_high = btVector3(-1, -1, -1);  ///< below m_low: nothing is in the box
+    /// Nothing is in the box, and it meets none.
+    btVector3 m_low = btVector3(BT_INFINITY, BT_INFINITY, BT_INFINITY);
+    btVector3 m_high = btVector3(-BT_INFINITY, -BT_INFINITY, -BT_INFINITY);
 
     /// NaN is in no box.
     [[nodiscard]] bool contains(const btVector3& low, const btVector3& high) const
@@ -32,10 +33,10 @@ class btCcdNeighbours
 public:
     /// Nothing is in a box of the list any more.
     void clear();
-    /// Where the object with this index is. Valid until the list is made anew.
-    [[nodiscard]] const btCcdBox& box(std::size_t index) const { return m_boxes[index]; }
-    /// Makes the list anew. Boxes that nothing is in meet nothing.
-    void list(const std::vector<btCcdBox>& boxes);
+    /// Where the objects are, by index.
+    [[nodiscard]] std::vector<btCcdBox>& boxes() { return m_boxes; }
+    /// Makes the list anew, after a change of the boxes.
+    void list();
     /// Smaller index first, in ascending order.
     [[nodiscard]] const std::vector<std::pair<int, int>>& pairs() const { return m_pairs; }
 

@@ -78,6 +78,12 @@ void btCcdStepper::forgetShapes()
     m_tracker->forgetShapes();
 }
 
+void btCcdStepper::prepare()
+{
+    m_tracker->prepare();
+    m_poses.resize(m_tracker->objects().size());
+}
+
 inline btCcdTracked& btCcdStepper::at(int index)
 {
     return m_tracker->objects()[std::size_t(index)];
@@ -154,8 +160,8 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         {
             continue;
         }
-        const btCcdTracked& a = at(pair.m_a);
-        const btCcdTracked& b = at(pair.m_b);
+        const btCcdTracked& a = *pair.m_a;
+        const btCcdTracked& b = *pair.m_b;
         const bool pressed = a.m_pressed && b.m_pressed;
         if ((!(a.m_beyond + b.m_beyond > 0.0) && !pressed) || !a.m_tracked || !b.m_tracked ||
             (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)) ||
@@ -170,7 +176,7 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
             !(btCcdClearance(m_context, a, b) > a.m_motion + b.m_motion))
         {
-            m_pairs.push_back({pair.m_a, pair.m_b, kNever, {}});
+            m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
         }
     }
 }

@@ -77,6 +77,8 @@ public:
     /// Shapes have been changed in place.
     void forgetShapes();
 
+    /// Looks at what is there already, so that no step has to begin with that.
+    void prepare();
     /// Looks at all objects. False if no pair can be lost in this step: then that is all there is
     /// to do. May be called again if velocities have been changed.
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion);

@@ -183,14 +183,25 @@ inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObjec
 bool btCcdTracker::isAlone() const
 {
     const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
-    return objects.size() == 1 && m_objects.size() == 1 && !m_isStale && !m_touched &&
-           m_objects[0].m_object == objects[0] &&
+    return objects.size() == 1 && !m_isStale && !m_touched && m_objects[0].m_object == objects[0] &&
            m_objects[0].m_collisionShape == objects[0]->getCollisionShape();
+}
+
+void btCcdTracker::prepare()
+{
+    lookAtAll();
+    for (const auto& [shape, known] : m_shapes)
+    {
+        if (btCcdSimpleOutline(*shape))
+        {
+            (void)m_context.model(shape);
+        }
+    }
 }
 
 bool btCcdTracker::look(double timeStep)
 {
-    if (isAlone())
+    if (m_objects.size() == 1 && isAlone())
     {
         return false;
     }
@@ -206,7 +217,10 @@ bool btCcdTracker::look(double timeStep)
         lookAtAll();
         (void)readMotions(false);
     }
-    findPressed();
+    if (const int count = m_world.getDispatcher()->getNumManifolds(); count > 0)
+    {
+        findPressed(m_world.getDispatcher()->getInternalManifoldPointer(), count);
+    }
     return m_beyondTwo > 0.0 || m_touched;
 }
 
@@ -319,7 +333,7 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
         course.m_turning = norm(body->getAngularVelocity()) * reach;
         tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
-        m_isClamped = m_isClamped || body->getCcdMotionThreshold() != btScalar(0);
+        m_isClamped |= body->getCcdMotionThreshold() != btScalar(0);
     }
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
@@ -443,15 +457,8 @@ inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
     return -double(deepest) > (1.0 - kUnseen) * reserve;
 }
 
-void btCcdTracker::findPressed()
+void btCcdTracker::findPressed(btPersistentManifold** manifolds, int count)
 {
-    btDispatcher& dispatcher = *m_world.getDispatcher();
-    const int count = dispatcher.getNumManifolds();
-    if (count == 0)
-    {
-        return;
-    }
-    btPersistentManifold** manifolds = dispatcher.getInternalManifoldPointer();
     for (int i = 0; i < count; ++i)
     {
         const btCcdTracked* a = nullptr;
@@ -513,7 +520,9 @@ bool btCcdTracker::isBoxApart(const btCcdTracked& mover, const btCcdTracked& oth
 
 void btCcdTracker::listNeighbours()
 {
-    m_boxes.clear();
+    std::vector<btCcdBox>& boxes = m_neighbours.boxes();
+    boxes.clear();
+    boxes.reserve(m_objects.size());
     m_listedTolerance = m_context.m_tolerance;
     for (btCcdTracked& tracked : m_objects)
     {
@@ -528,21 +537,20 @@ void btCcdTracker::listNeighbours()
             tracked.m_room = tracked.m_motion + double(room);
             tracked.m_listed = tracked.m_origin;
         }
-        m_boxes.push_back(box);
+        boxes.push_back(box);  // there is room: the others stay where they are
+        tracked.m_listedBox = tracked.m_moves ? nullptr : &boxes.back();
     }
-    m_neighbours.list(m_boxes);
-    for (std::size_t i = 0; i < m_objects.size(); ++i)
-    {
-        m_objects[i].m_listedBox = m_objects[i].m_moves ? nullptr : &m_neighbours.box(i);
-    }
+    m_neighbours.list();
     m_movers.clear();
     m_others.clear();
+    m_movers.reserve(m_neighbours.pairs().size());
+    m_others.reserve(m_neighbours.pairs().size());
     bool hasLinks = false;
     for (const auto& [first, second] : m_neighbours.pairs())
     {
-        const btCcdTracked& a = m_objects[std::size_t(first)];
-        const btCcdTracked& b = m_objects[std::size_t(second)];
-        const btCcdNeighbourPair pair{first, second, -1.0, childOf(*a.m_object, *b.m_object)};
+        btCcdTracked& a = m_objects[std::size_t(first)];
+        btCcdTracked& b = m_objects[std::size_t(second)];
+        const btCcdNeighbourPair pair{&a, &b, -1.0, childOf(*a.m_object, *b.m_object)};
         (a.m_moves && b.m_moves ? m_movers : m_others).push_back(pair);
         hasLinks = hasLinks || pair.m_child != nullptr;
     }

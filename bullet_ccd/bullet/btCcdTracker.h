@@ -70,8 +70,8 @@ struct btCcdTracked
 /// Two objects that are near each other.
 struct btCcdNeighbourPair
 {
-    int m_a;
-    int m_b;
+    btCcdTracked* m_a;
+    btCcdTracked* m_b;
     double m_mayLose = -1.0;                   ///< see btCcdMayLose(); negative: not asked yet
     const btMultibodyLink* m_child = nullptr;  ///< one of the two, if the other is its parent
 };
@@ -94,11 +94,13 @@ public:
     /// Shapes have been changed in place.
     void forgetShapes() { m_isStale = true; }
 
+    /// Looks at all objects and makes the models of simple shapes, before the first step.
+    void prepare();
     /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
     [[nodiscard]] bool look(double timeStep);
     /// Lists all pairs that may meet in this step, and some more; after look().
     void findNeighbours();
-    /// Of two that moved when the list was made, by index; and all others.
+    /// Of two that moved when the list was made; and all others.
     [[nodiscard]] std::vector<btCcdNeighbourPair>& movers() { return m_movers; }
     [[nodiscard]] std::vector<btCcdNeighbourPair>& others() { return m_others; }
     /// False if no two objects that move can cross each other: they move along together.
@@ -159,7 +161,6 @@ private:
     btCcdNeighbours m_neighbours;
     std::vector<btCcdNeighbourPair> m_movers;
     std::vector<btCcdNeighbourPair> m_others;
-    std::vector<btCcdBox> m_boxes;
     std::int64_t m_unsupported = 0;
     double m_listedTolerance = -1.0;
     double m_timeStep = 0.0;
@@ -193,7 +194,7 @@ private:
                                                                     : findSpeeds(body);
     }
     [[nodiscard]] const Speeds& findSpeeds(const btMultiBody& body);
-    void findPressed();
+    void findPressed(btPersistentManifold** manifolds, int count);
     [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
                                  const btCcdTracked*& a,
                                  const btCcdTracked*& b) const;

@@ -20,7 +20,7 @@ struct ClosingResult
     ToiStatus status = ToiStatus::Separated;  ///< Overlapping or IterationLimit: the closing failed
     std::vector<double> positions;            ///< one entry a link
     std::vector<StopEvent> stops;             ///< in the order of time
-    std::int64_t steps = 0;                   ///< simulation steps taken
+    std::int64_t steps = 0;                   ///< queries or simulation steps
 };
 
 /// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its
@@ -32,4 +32,15 @@ using CloseHand = std::function<ClosingResult(const HandModel& hand,
                                               const Eigen::Isometry3d& X_WH,
                                               const std::vector<double>& positions,
                                               const ClosingOptions& options)>;
+/// Makes one closing engine per thread.
+using MakeCloseHand = std::function<CloseHand()>;
+
+/// Surfaces closer than this intersect, for all that double precision can tell [m].
+inline constexpr double kTouching = 1e-12;
+
+/// True if a link intersects the object or a link that it is paired with. One position a link.
+[[nodiscard]] bool handOverlaps(const HandModel& hand,
+                                const GraspObject& object,
+                                const Eigen::Isometry3d& X_WH,
+                                const std::vector<double>& positions);
 }  // namespace bullet_ccd::grasp

@@ -4,6 +4,7 @@
 #include "grasp/planner/plan_candidate.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
@@ -79,6 +80,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     arena.execute(
         [&]
         {
+            const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
+            const Environment environment(bodies);
             // Every candidate has its own place and its own random numbers, so neither the order
             // nor the number of threads matters.
             tbb::parallel_for(
@@ -93,6 +96,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                     }
                     CandidateContext context{.hand = hand,
                                              .object = object,
+                                             .environment = environment,
                                              .options = options,
                                              .close = worker->close,
                                              .work = worker->work};

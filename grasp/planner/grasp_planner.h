@@ -24,8 +24,6 @@ struct PlannerOptions
 
 /// Called from any thread after each candidate.
 using PlanProgress = std::function<void(const Grasp&)>;
-/// Makes one closing engine per thread.
-using MakeCloseHand = std::function<CloseHand()>;
 
 /// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
 /// grasps, then the rejected ones by candidate number.

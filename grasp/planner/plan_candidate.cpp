@@ -1,7 +1,7 @@
 #include "grasp/planner/plan_candidate.h"
 
 #include "bullet_ccd/contact/find_contacts.h"
-#include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/approach/approach_motion.h"
 #include "grasp/planner/penetration_check.h"
 
 #include <algorithm>
@@ -24,24 +24,18 @@ constexpr int kMaxCentring = 2;
 /// Ties in epsilon are decided by the number of contacts.
 constexpr double kEpsilonTie = 1e-9;
 
-/// Motion of the hand by `shift` (world) over the step, all joints at rest.
 ArticulatedToiResult translateUntilContact(const Eigen::Isometry3d& X_WH,
                                            const std::vector<double>& positions,
                                            const Eigen::Vector3d& shift,
                                            CandidateContext& context)
 {
-    const JointMotion motion{.root = {.X_W0 = X_WH, .v_W = shift},
-                             .positions = positions,
-                             .rates = std::vector<double>(positions.size(), 0.0)};
-    const ArticulatedBody body{.tree = &context.hand.robot.tree,
-                               .linkTrees = context.hand.linkTrees,
-                               .motion = &motion,
-                               .selfPairs = {}};
-    const std::array obstacles{RigidBody{.tree = &context.object.tree, .motion = {}}};
-    return articulatedToi(body,
-                          obstacles,
-                          {.tolerance = context.options.closing.tolerance, .aim = 0.5},
-                          context.work);
+    return approachUntilContact(context.hand,
+                                context.environment,
+                                X_WH,
+                                positions,
+                                shift,
+                                context.options.closing.tolerance,
+                                context.work);
 }
 
 Eigen::Isometry3d shifted(Eigen::Isometry3d X_W, const Eigen::Vector3d& by)

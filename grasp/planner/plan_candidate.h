@@ -1,7 +1,7 @@
 /// One candidate from the start of its approach to its quality.
 #pragma once
 
-#include "bullet_ccd/toi/first_contact.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 #include "grasp/planner/grasp_planner.h"
 
 namespace bullet_ccd::grasp
@@ -11,6 +11,7 @@ struct CandidateContext
 {
     const HandModel& hand;
     const GraspObject& object;
+    const Environment& environment;  ///< the object
     const PlannerOptions& options;
     const CloseHand& close;
     ToiWorkspace& work;

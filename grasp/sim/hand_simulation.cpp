@@ -2,8 +2,8 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
-#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "grasp/closing/closing_drives.h"
 #include "grasp/sim/hand_multi_body.h"
 #include "grasp/sim/hand_pairs.h"
 
@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -21,13 +20,9 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr double kRevoluteSpeed = 1.0;   // [rad/s]
-constexpr double kPrismaticSpeed = 0.1;  // [m/s]
 // A step is one time-of-impact query if nothing is hit. Queries bound the curvature of the motion
 // over the whole step, so a few steps are faster than one; more than that gain nothing.
 constexpr double kLongestStep = 0.2;  // [s]
-// Surfaces closer than this intersect, for all that double precision can tell [m].
-constexpr double kTouching = 1e-12;
 
 /// Links stop at their times of impact and move as they are driven: contacts would be found and
 /// solved only to be overruled.
@@ -88,14 +83,6 @@ private:
     std::map<std::pair<btMultiBody*, int>, btScalar> m_speeds;
 };
 
-/// The joints that move as one: a closing joint and its mimics.
-struct Drive
-{
-    double speed = 0.0;     ///< of the closing joint, signed; 0: this joint drives nothing
-    double timeLeft = 0.0;  ///< until its limit [s]
-    bool running = false;
-};
-
 std::size_t at(std::int32_t index)
 {
     return static_cast<std::size_t>(index);
@@ -117,21 +104,10 @@ struct HandSimulation::World : btCcdImpactListener
 private:
     void setTolerance(double tolerance);
     void place(const Eigen::Isometry3d& X_WH, const std::vector<double>& positions);
-    [[nodiscard]] bool overlapsAtStart(const Eigen::Isometry3d& X_WH,
-                                       const std::vector<double>& positions) const;
-    void start(const std::vector<double>& positions, const std::vector<double>& closed);
-    [[nodiscard]] double stepLength() const;
-    void advance(double step, const std::vector<double>& closed);
+    void step();
+    void applySpeeds();
     void setPosition(std::size_t link, double position);
-    void stopDrive(std::size_t driver);
-    void stopLink(std::int32_t link, double time, bool byObject);
 
-    /// The joint that moves joint i: itself or the one that it mimics.
-    [[nodiscard]] std::size_t driverOf(std::size_t i) const
-    {
-        const Joint& joint = m_hand.robot.tree.links[i].joint;
-        return joint.mimicOf == kNone ? i : at(joint.mimicOf);
-    }
     [[nodiscard]] bool isMovable(std::size_t i) const
     {
         return i > 0 && m_hand.robot.tree.links[i].joint.isMovable();
@@ -146,9 +122,8 @@ private:
     BulletParts m_parts;
     DrivenWorld m_world;
 
-    std::vector<Drive> m_drives;  // one entry a link; used where the link's joint is a driver
-    std::vector<StopEvent> m_stops;
-    double m_time = 0.0;  // when the current step began [s]
+    ClosingDrives* m_drives = nullptr;  // while it closes
+    double m_time = 0.0;                // when the current step began [s]
 };
 
 HandSimulation::World::World(const HandModel& handModel, const GraspObject& graspObject)
@@ -230,121 +205,36 @@ void HandSimulation::World::place(const Eigen::Isometry3d& X_WH,
         if (isMovable(i))
         {
             setPosition(i, positions[i]);
-            m_world.drive(body, static_cast<int>(i) - 1, 0.0);
         }
     }
 }
 
-bool HandSimulation::World::overlapsAtStart(const Eigen::Isometry3d& X_WH,
-                                            const std::vector<double>& positions) const
+void HandSimulation::World::applySpeeds()
 {
-    const std::vector<Eigen::Isometry3d> X_WL = linkPoses(m_hand.robot.tree, X_WH, positions);
-    const auto overlap = [](const SsvTree* a, const SsvTree* b, const Eigen::Isometry3d& X_BA)
+    for (std::size_t i = 1; i < m_drives->speeds().size(); ++i)
     {
-        return a != nullptr && b != nullptr &&
-               treeDistance(*a, *b, X_BA, kTouching).distance < kTouching;
-    };
-    for (std::size_t i = 0; i < X_WL.size(); ++i)
-    {
-        if (overlap(m_hand.linkTrees[i], &m_object.tree, X_WL[i]))
+        if (isMovable(i))
         {
-            return true;
-        }
-    }
-    return std::any_of(m_hand.selfPairs.begin(),
-                       m_hand.selfPairs.end(),
-                       [&](const auto& pair)
-                       {
-                           const auto [a, b] = pair;
-                           return overlap(m_hand.linkTrees[at(a)],
-                                          m_hand.linkTrees[at(b)],
-                                          X_WL[at(b)].inverse() * X_WL[at(a)]);
-                       });
-}
-
-void HandSimulation::World::start(const std::vector<double>& positions,
-                                  const std::vector<double>& closed)
-{
-    const KinematicTree& tree = m_hand.robot.tree;
-    m_stops.clear();
-    m_time = 0.0;
-    m_drives.assign(tree.size(), Drive{});
-    for (std::size_t i = 1; i < tree.size(); ++i)
-    {
-        const Joint& joint = tree.links[i].joint;
-        const int direction = m_hand.closingDirections[i];
-        if (!joint.isMovable() || joint.mimicOf != kNone || direction == 0)
-        {
-            continue;
-        }
-        const double speed = joint.type == JointType::Revolute ? kRevoluteSpeed : kPrismaticSpeed;
-        Drive& drive = m_drives[i];
-        drive.speed = direction * speed;
-        drive.timeLeft = (closed[i] - positions[i]) / drive.speed;
-        drive.running = drive.timeLeft > 0.0;
-    }
-    for (std::size_t i = 1; i < tree.size(); ++i)
-    {
-        const Drive& drive = m_drives[driverOf(i)];
-        if (isMovable(i) && drive.running)
-        {
-            const double ratio = driverOf(i) == i ? 1.0 : tree.links[i].joint.mimicMultiplier;
-            m_world.drive(*m_multiBody.body, static_cast<int>(i) - 1, ratio * drive.speed);
+            m_world.drive(*m_multiBody.body, static_cast<int>(i) - 1, m_drives->speeds()[i]);
         }
     }
 }
 
-double HandSimulation::World::stepLength() const
+void HandSimulation::World::step()
 {
-    double step = std::numeric_limits<double>::infinity();
-    for (const Drive& drive : m_drives)
+    const double end = std::min(m_drives->nextLimit(), m_time + kLongestStep);
+    m_world.stepSimulation(end - m_time, 0);
+    m_time = end;
+    const std::vector<double> speeds = m_drives->speeds();
+    m_drives->advanceTo(end);
+    for (std::size_t i = 1; i < speeds.size(); ++i)
     {
-        if (drive.running)
+        if (speeds[i] != 0.0 && m_drives->speeds()[i] == 0.0)
         {
-            step = std::min({step, drive.timeLeft, kLongestStep});
+            setPosition(i, m_drives->positions()[i]);  // at its limit, within rounding of there
         }
     }
-    return std::isfinite(step) ? step : 0.0;
-}
-
-void HandSimulation::World::advance(double step, const std::vector<double>& closed)
-{
-    m_world.stepSimulation(step, 0);
-    m_time += step;
-    for (std::size_t driver = 0; driver < m_drives.size(); ++driver)
-    {
-        Drive& drive = m_drives[driver];
-        if (!drive.running)
-        {
-            continue;
-        }
-        drive.timeLeft -= step;
-        if (drive.timeLeft > 0.0)
-        {
-            continue;
-        }
-        stopDrive(driver);
-        // Within rounding of where they are.
-        for (std::size_t i = 1; i < closed.size(); ++i)
-        {
-            if (isMovable(i) && driverOf(i) == driver)
-            {
-                setPosition(i, closed[i]);
-            }
-        }
-    }
-}
-
-void HandSimulation::World::stopDrive(std::size_t driver)
-{
-    m_drives[driver].running = false;
-    for (std::size_t i = 1; i < m_drives.size(); ++i)
-    {
-        if (isMovable(i) && driverOf(i) == driver)
-        {
-            m_world.drive(*m_multiBody.body, static_cast<int>(i) - 1, 0.0);
-        }
-    }
+    applySpeeds();
 }
 
 btCcdAfterImpact HandSimulation::World::onImpact(const btCcdImpact& impact)
@@ -353,81 +243,56 @@ btCcdAfterImpact HandSimulation::World::onImpact(const btCcdImpact& impact)
     const std::int32_t linkB = HandPairs::linkOf(impact.m_objectB);
     const double time = m_time + impact.m_time;
     const bool byObject = linkA == kNone || linkB == kNone;
+    m_drives->advanceTo(time);
     for (const std::int32_t link : {linkA, linkB})
     {
         if (link != kNone)
         {
-            stopLink(link, time, byObject);
+            m_drives->stopLink(link, time, byObject);
         }
     }
+    applySpeeds();
     return btCcdAfterImpact::Continue;
-}
-
-void HandSimulation::World::stopLink(std::int32_t link, double time, bool byObject)
-{
-    // A link that another contact at this very time has stopped is in contact all the same.
-    bool stopped = !m_stops.empty() && m_stops.back().time == time;
-    for (std::int32_t i = link; i > 0; i = m_hand.robot.tree.links[at(i)].parent)
-    {
-        const std::size_t driver = driverOf(at(i));
-        if (isMovable(at(i)) && m_drives[driver].running)
-        {
-            stopDrive(driver);
-            stopped = true;
-        }
-    }
-    const bool known = std::any_of(
-        m_stops.begin(), m_stops.end(), [&](const StopEvent& event) { return event.link == link; });
-    if (stopped && !known)
-    {
-        m_stops.push_back({.link = link, .time = time, .byObject = byObject});
-    }
 }
 
 ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
                                            const std::vector<double>& positions,
                                            const ClosingOptions& options)
 {
-    const KinematicTree& tree = m_hand.robot.tree;
-    require(positions.size() == tree.size(),
-            "closing: positions: one entry a link is needed, as in the hand's preshapes");
-    require(std::all_of(positions.begin(),
-                        positions.end(),
-                        [](double position) { return std::isfinite(position); }) &&
-                X_WH.matrix().allFinite(),
-            "closing: a position or the pose of the hand is NaN or infinite");
+    require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
     require(options.tolerance > 0.0, "closing: the tolerance must be positive");
-
+    ClosingDrives drives(m_hand, positions);
     ClosingResult result;
-    result.positions = positions;
-    applyMimics(tree, result.positions);
-    if (overlapsAtStart(X_WH, result.positions))
+    result.positions = drives.positions();
+    if (handOverlaps(m_hand, m_object, X_WH, result.positions))
     {
         result.status = ToiStatus::Overlapping;
         return result;
     }
-    const std::vector<double> closed = closedPositions(m_hand, result.positions);
     setTolerance(options.tolerance);
     m_world.resetCcdCounters();
     place(X_WH, result.positions);
-    start(result.positions, closed);
+    m_drives = &drives;
+    m_time = 0.0;
+    applySpeeds();
     const btCcdCounters& counters = m_world.getCcdCounters();
     const auto gaveUp = [&] { return counters.m_iterationLimits + counters.m_eventLimits > 0; };
-    for (double step = stepLength(); step > 0.0 && !gaveUp(); step = stepLength())
+    while (drives.isRunning() && !gaveUp())
     {
-        advance(step, closed);
+        step();
         ++result.steps;
     }
+    m_drives = nullptr;
 
-    for (std::size_t i = 1; i < tree.size(); ++i)
+    for (std::size_t i = 1; i < result.positions.size(); ++i)
     {
         if (isMovable(i))
         {
             result.positions[i] = m_multiBody.body->getJointPos(static_cast<int>(i) - 1);
         }
     }
-    result.stops = m_stops;
-    result.status = m_stops.empty() ? ToiStatus::Separated : ToiStatus::Hit;
+    result.stops = drives.stops();
+    result.status = result.stops.empty() ? ToiStatus::Separated : ToiStatus::Hit;
     if (gaveUp())
     {
         result.status = ToiStatus::IterationLimit;

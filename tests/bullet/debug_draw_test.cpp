@@ -161,6 +161,7 @@ namespace
 /// What a world draws beyond Bullet's own lines, in that mode.
 Lines linesOfOurs(Scene& scene, int mode)
 {
+    scene.addHooks();
     RecordingDrawer drawer;
     drawer.setDebugMode(mode);
     scene.world().setDebugDrawer(&drawer);

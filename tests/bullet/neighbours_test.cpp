@@ -77,12 +77,13 @@ TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
         }
     }
     btCcdNeighbours neighbours;
-    neighbours.list(boxes);
+    neighbours.boxes() = boxes;
+    neighbours.list();
     EXPECT_EQ(neighbours.pairs(), expected);
     EXPECT_GT(expected.size(), std::size_t(count) / 3);
     EXPECT_LT(expected.size(), std::size_t(count * count) / 3);
-    EXPECT_TRUE(neighbours.box(3).contains(boxes[3].m_low, boxes[3].m_high));
-    EXPECT_FALSE(neighbours.box(5).contains(boxes[3].m_low, boxes[3].m_high));
+    EXPECT_TRUE(neighbours.boxes()[3].contains(boxes[3].m_low, boxes[3].m_high));
+    EXPECT_FALSE(neighbours.boxes()[5].contains(boxes[3].m_low, boxes[3].m_high));
 }
 
 // Few boxes are compared each with each, many in order.

@@ -66,18 +66,22 @@ Scene::Scene(Kind kind, WorldClass worldClass) : m_dispatcher(&m_configuration),
     {
         makeRigidWorld();
     }
-    if (kind == Kind::Action)
-    {
-        m_action = std::make_unique<btCcdAction>(m_world.get());
-        m_world->addAction(m_action.get());
-        m_ccd = m_action.get();
-    }
     if (kind == Kind::StockCcd)
     {
         // Below this much per step Bullet ignores its own hits; 40 mm by default.
         m_world->getDispatchInfo().m_allowedCcdPenetration = btScalar(1e-4);
     }
     m_world->setGravity(vec(0, 0, 0));
+}
+
+void Scene::addHooks()
+{
+    if (m_kind == Kind::Action && m_action == nullptr)
+    {
+        m_action = std::make_unique<btCcdAction>(m_world.get());
+        m_world->addAction(m_action.get());
+        m_ccd = m_action.get();
+    }
 }
 
 void Scene::makeMultiBodyWorld()

@@ -68,13 +68,24 @@ public:
     Scene& operator=(const Scene&) = delete;
 
     btDiscreteDynamicsWorld& world() { return *m_world; }
+    /// Adds the action, if that is the kind and it is not there yet. step() and ccd() do so: the
+    /// action comes last and can look at all objects before the first step.
+    void addHooks();
     /// Of ours.
-    btCcdControl& ccd() { return *m_ccd; }
+    btCcdControl& ccd()
+    {
+        addHooks();
+        return *m_ccd;
+    }
     /// Of ours; all zero for the other kinds.
     [[nodiscard]] btCcdCounters counters() const;
     /// Of ours: of the object that lost most [s].
     [[nodiscard]] double lostTime() const;
-    void step(double seconds) { m_world->stepSimulation(btScalar(seconds), 0); }
+    void step(double seconds)
+    {
+        addHooks();
+        m_world->stepSimulation(btScalar(seconds), 0);
+    }
 
     btBoxShape* box(const btVector3& halfExtents);
     btCcdMeshShape* mesh(TriangleMesh triangles);

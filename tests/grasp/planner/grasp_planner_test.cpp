@@ -1,13 +1,14 @@
 #include "grasp/planner/grasp_planner.h"
 
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/closing/kinematic_closing.h"
 #include "grasp/planner/penetration_check.h"
 #include "grasp/planner/plan_candidate.h"
 #include "tests/grasp/planner/test_hands.h"
-#include "tests/grasp/planner/toi_closing.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <set>
 
@@ -15,7 +16,6 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-using tests::closeByToi;
 using tests::makeGripper;
 using tests::makeThreeFingers;
 
@@ -27,7 +27,7 @@ GraspObject makeObject(TriangleMesh mesh)
 
 std::vector<Grasp> plan(const HandModel& hand, const GraspObject& object, PlannerOptions options)
 {
-    return planGrasps(hand, object, options, [] { return CloseHand(closeByToi); });
+    return planGrasps(hand, object, options, [] { return kinematicClosing(); });
 }
 
 std::size_t countOf(const std::vector<Grasp>& grasps, RejectReason reason)
@@ -171,7 +171,7 @@ TEST(GraspPlanner, ReportsEveryCandidateOnce)
         hand,
         object,
         {.candidates = 6, .jobs = 2},
-        [] { return CloseHand(closeByToi); },
+        [] { return kinematicClosing(); },
         [&](const Grasp&) { ++calls; }));
     EXPECT_EQ(calls, 6);
 }
@@ -236,8 +236,11 @@ class PlanCandidate : public ::testing::Test
 protected:
     [[nodiscard]] Grasp planFrom(const ApproachCandidate& candidate)
     {
+        const std::array bodies{RigidBody{.tree = &m_object.tree, .motion = {}}};
+        const Environment environment(bodies);
         CandidateContext context{.hand = m_hand,
                                  .object = m_object,
+                                 .environment = environment,
                                  .options = m_options,
                                  .close = m_close,
                                  .work = m_work};
@@ -247,7 +250,7 @@ protected:
     HandModel m_hand = makeThreeFingers();
     GraspObject m_object = makeObject(makeSphere(0.03, 3));
     PlannerOptions m_options;
-    CloseHand m_close = closeByToi;
+    CloseHand m_close = kinematicClosing();
     ToiWorkspace m_work;
 };
 

@@ -1,4 +1,4 @@
-#include "tests/grasp/sim/finger_hand.h"
+#include "tests/grasp/closing/finger_hand.h"
 
 #include "tests/support/shapes.h"
 

@@ -1,5 +1,6 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
+#include "grasp/closing/kinematic_closing.h"
 #include "grasp/hand/hand_file.h"
 #include "grasp/planner/penetration_check.h"
 #include "grasp/sim/hand_simulation.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <thread>
 
 namespace bullet_ccd::tests
@@ -149,6 +151,60 @@ TEST_P(RealHand, NeverPenetratesOnTheWayNorAtTheEnd)
     }
     EXPECT_GE(closed, 3) << "the test is vacuous";
     EXPECT_GE(stops, static_cast<std::size_t>(closed));
+}
+
+namespace
+{
+std::set<std::int32_t> linksOf(const ClosingResult& result)
+{
+    std::set<std::int32_t> links;
+    for (const grasp::StopEvent& stop : result.stops)
+    {
+        links.insert(stop.link);
+    }
+    return links;
+}
+
+/// Same links in contact, and every joint within 0.01 (rad or m).
+bool alike(const ClosingResult& a, const ClosingResult& b)
+{
+    bool near = a.status == b.status && linksOf(a) == linksOf(b);
+    for (std::size_t i = 0; i < a.positions.size(); ++i)
+    {
+        near = near && std::abs(a.positions[i] - b.positions[i]) <= 0.01;
+    }
+    return near;
+}
+}  // namespace
+
+TEST_P(RealHand, KinematicAndSimulatedClosingAgree)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(handFile, std::string("hands/") + GetParam().hand);
+    BULLET_CCD_TEST_DATA_OR_SKIP(objectFile, std::string("objects/") + GetParam().object);
+    const HandModel hand = handFrom(handFile);
+    const GraspObject object = grasp::makeGraspObject("object", loadMeshFile(objectFile).mesh);
+    const std::vector<double>& open = hand.preshapes.front().positions;
+    HandSimulation simulation(hand, object);
+    const grasp::CloseHand kinematic = grasp::kinematicClosing();
+    Random random(11);
+    int closed = 0;
+    int same = 0;
+    for (int trial = 0; trial < 200 && closed < 20; ++trial)
+    {
+        const Isometry3d X_WH = randomApproach(random, hand, object);
+        const ClosingResult expected = simulation.close(X_WH, open, {});
+        const ClosingResult result = kinematic(hand, object, X_WH, open, {});
+        EXPECT_EQ(result.status == ToiStatus::Overlapping,
+                  expected.status == ToiStatus::Overlapping);
+        if (expected.status != ToiStatus::Overlapping)
+        {
+            ++closed;
+            same += alike(result, expected) ? 1 : 0;
+            EXPECT_TRUE(grasp::checkPenetration(hand, object, X_WH, result.positions).clean());
+        }
+    }
+    EXPECT_GE(closed, 5) << "the test is vacuous";
+    EXPECT_GE(same, closed - closed / 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,0 +1,234 @@
+#include "benchmarks/closing_run.h"
+
+#include "benchmarks/fcl_peer.h"
+#include "benchmarks/timing.h"
+#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach_sampler.h"
+#include "grasp/closing/kinematic_closing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+#include <optional>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+using Eigen::Isometry3d;
+using grasp::ApproachCandidate;
+using grasp::ClosingResult;
+using grasp::DiscreteOptions;
+using grasp::GraspObject;
+using grasp::HandModel;
+using grasp::LinkProximity;
+
+constexpr double kTolerance = 2e-5;    // [m]
+constexpr double kSamePosture = 0.02;  // [rad]; of sliding joints a tenth [m]
+constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
+
+/// The baseline's collision library is the peer's.
+class FclProximity : public LinkProximity
+{
+public:
+    FclProximity(const HandModel& hand, const GraspObject& object) : m_object(object.tree.mesh())
+    {
+        for (const SsvTree* tree : hand.linkTrees)
+        {
+            m_links.push_back(tree != nullptr ? std::optional<FclModel>(FclModel(tree->mesh()))
+                                              : std::nullopt);
+        }
+    }
+
+    void place(std::span<const Isometry3d> X_WL) override
+    {
+        m_poses.assign(X_WL.begin(), X_WL.end());
+    }
+
+    bool overlap(std::int32_t link, std::int32_t other) override
+    {
+        return fclOverlap(modelOf(link), poseOf(link), modelOf(other), poseOf(other));
+    }
+
+    double distance(std::int32_t link, std::int32_t other, double /*bound*/) override
+    {
+        return fclDistance(modelOf(link), poseOf(link), modelOf(other), poseOf(other));
+    }
+
+private:
+    [[nodiscard]] const FclModel& modelOf(std::int32_t link) const
+    {
+        return link == kNone ? m_object : *m_links[static_cast<std::size_t>(link)];
+    }
+    [[nodiscard]] Isometry3d poseOf(std::int32_t link) const
+    {
+        return link == kNone ? Isometry3d::Identity() : m_poses[static_cast<std::size_t>(link)];
+    }
+
+    FclModel m_object;
+    std::vector<std::optional<FclModel>> m_links;
+    std::vector<Isometry3d> m_poses;
+};
+
+/// A candidate and where ours closes it.
+struct Start
+{
+    Isometry3d X_WStart;
+    Eigen::Vector3d shift;
+    std::vector<double> open;
+    Isometry3d X_WH;
+};
+
+class Ours
+{
+public:
+    Ours(const HandModel& hand, const GraspObject& object)
+        : m_hand(hand),
+          m_object(object),
+          m_bodies{RigidBody{.tree = &object.tree, .motion = {}}},
+          m_environment(m_bodies),
+          m_close(grasp::kinematicClosing())
+    {
+    }
+
+    [[nodiscard]] ArticulatedToiResult approach(const Start& start)
+    {
+        return grasp::approachUntilContact(
+            m_hand, m_environment, start.X_WStart, start.open, start.shift, kTolerance, m_work);
+    }
+
+    [[nodiscard]] ClosingOutcome run(const Start& start)
+    {
+        ClosingOutcome outcome;
+        outcome.microseconds = microsecondsOf(
+            [&]
+            {
+                const ArticulatedToiResult found = approach(start);
+                outcome.travel = found.status == ToiStatus::Hit ? found.time : INFINITY;
+                outcome.closing =
+                    m_close(m_hand, m_object, start.X_WH, start.open, {.tolerance = kTolerance});
+            });
+        return outcome;
+    }
+
+private:
+    const HandModel& m_hand;
+    const GraspObject& m_object;
+    std::array<RigidBody, 1> m_bodies;
+    Environment m_environment;
+    grasp::CloseHand m_close;
+    ToiWorkspace m_work;
+};
+
+ClosingOutcome runDiscrete(LinkProximity& proximity,
+                           const HandModel& hand,
+                           const Start& start,
+                           const DiscreteOptions& options)
+{
+    ClosingOutcome outcome;
+    outcome.microseconds = microsecondsOf(
+        [&]
+        {
+            outcome.travel = grasp::discreteApproach(
+                proximity, hand, start.X_WStart, start.shift, start.open, options);
+            outcome.closing =
+                grasp::discreteClosing(proximity, hand, start.X_WH, start.open, options);
+        });
+    return outcome;
+}
+
+std::vector<Start> startsOf(const ClosingCase& scene, Ours& ours)
+{
+    std::vector<Start> starts;
+    for (int number = 0; number < scene.candidates; ++number)
+    {
+        const ApproachCandidate candidate =
+            grasp::sampleApproach(scene.hand, scene.object, scene.seed, number, scene.candidates);
+        Start start{.X_WStart = candidate.X_WStart,
+                    .shift = candidate.distance * candidate.direction_W,
+                    .open = scene.hand.preshapes[candidate.preshape].positions,
+                    .X_WH = candidate.X_WStart};
+        const ArticulatedToiResult found = ours.approach(start);
+        if (found.status == ToiStatus::Hit)
+        {
+            start.X_WH.translation() += found.time * start.shift;
+            starts.push_back(std::move(start));
+        }
+    }
+    return starts;
+}
+
+/// The largest difference of a joint, of sliding ones ten times that.
+double difference(const HandModel& hand, const ClosingResult& a, const ClosingResult& b)
+{
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.positions.size(); ++i)
+    {
+        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
+        largest =
+            std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a.positions[i] - b.positions[i]));
+    }
+    return largest;
+}
+
+double meanOf(const std::vector<ClosingOutcome>& outcomes)
+{
+    double sum = 0.0;
+    for (const ClosingOutcome& outcome : outcomes)
+    {
+        sum += outcome.microseconds;
+    }
+    return outcomes.empty() ? 0.0 : sum / static_cast<double>(outcomes.size());
+}
+}  // namespace
+
+ClosingComparison compareClosing(const ClosingCase& scene, bool withFcl)
+{
+    Ours ours(scene.hand, scene.object);
+    const std::vector<Start> starts = startsOf(scene, ours);
+    ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
+    const auto add = [&](std::string name, const std::function<ClosingOutcome(const Start&)>& run)
+    {
+        MethodResult method{.name = std::move(name), .outcomes = {}};
+        for (const Start& start : starts)
+        {
+            method.outcomes.push_back(run(start));
+        }
+        method.meanMicroseconds = meanOf(method.outcomes);
+        comparison.methods.push_back(std::move(method));
+    };
+    add("ours", [&](const Start& start) { return ours.run(start); });
+    if (withFcl)
+    {
+        FclProximity fcl(scene.hand, scene.object);
+        add("FCL, default step",
+            [&](const Start& start) { return runDiscrete(fcl, scene.hand, start, {}); });
+    }
+    const std::unique_ptr<LinkProximity> trees = grasp::treeProximity(scene.hand, scene.object);
+    for (const double factor : kFactors)
+    {
+        const DiscreteOptions options{.closingStep = 0.01 * factor};
+        add(fmt::format("own trees, step x {:g}", factor),
+            [&](const Start& start) { return runDiscrete(*trees, scene.hand, start, options); });
+    }
+    const DiscreteOptions fine{.closingStep = 0.001, .contactGap = kTolerance, .maxSteps = 100'000};
+    for (std::size_t i = 0; i < starts.size(); ++i)
+    {
+        const ClosingResult reference =
+            grasp::discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
+        for (MethodResult& method : comparison.methods)
+        {
+            const double by = difference(scene.hand, method.outcomes[i].closing, reference);
+            method.otherPosture += by > kSamePosture ? 1 : 0;
+            if (&method == comparison.methods.data())
+            {
+                comparison.worstOther = std::max(comparison.worstOther, by);
+            }
+        }
+    }
+    comparison.oursOther = comparison.methods.front().otherPosture;
+    return comparison;
+}
+}  // namespace bullet_ccd::benchmarks

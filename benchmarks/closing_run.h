@@ -1,0 +1,52 @@
+/// Approach and closing of one hand on one object by several methods.
+#pragma once
+
+#include "grasp/closing/discrete_closing.h"
+
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::benchmarks
+{
+/// Where one method ended.
+struct ClosingOutcome
+{
+    double travel = 0.0;  ///< of the approach, part of what is sensible; infinite without contact
+    grasp::ClosingResult closing;
+    double microseconds = 0.0;  ///< approach and closing
+};
+
+/// A method over all candidates.
+struct MethodResult
+{
+    std::string name;
+    std::vector<ClosingOutcome> outcomes;  ///< one a candidate
+    double meanMicroseconds = 0.0;
+    /// Candidates of which a joint ends more than 0.02 rad (or 2 mm) from the reference.
+    int otherPosture = 0;
+};
+
+struct ClosingCase
+{
+    const grasp::HandModel& hand;
+    const grasp::GraspObject& object;
+    int candidates = 20;
+    std::uint64_t seed = 1;
+};
+
+/// Of one hand and object; candidates whose approach meets nothing are left out of all.
+struct ClosingComparison
+{
+    int candidates = 0;
+    std::vector<MethodResult> methods;  ///< ours first, then the baselines
+    int oursOther = 0;                  ///< ours against the fine sweep
+    double worstOther = 0.0;            ///< by so much [rad or m]
+};
+
+/// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
+/// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.
+///
+/// Every method makes its own approach; all close from where ours ended, so that the postures can
+/// be compared.
+[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, bool withFcl);
+}  // namespace bullet_ccd::benchmarks

@@ -1,0 +1,70 @@
+/// Approach and closing by overlap tests at small steps, as grasp planners have long done it: the
+/// baseline that continuous queries are measured against, and their differential oracle.
+#pragma once
+
+#include "grasp/closing/closing.h"
+
+#include <limits>
+#include <memory>
+#include <span>
+
+namespace bullet_ccd::grasp
+{
+/// What the baseline asks of a collision library: links of a hand against the object (kNone) and
+/// against each other.
+class LinkProximity
+{
+public:
+    LinkProximity() = default;
+    virtual ~LinkProximity() = default;
+    LinkProximity(const LinkProximity&) = delete;
+    LinkProximity& operator=(const LinkProximity&) = delete;
+
+    /// Puts the links there; one pose a link. The object rests in W.
+    virtual void place(std::span<const Eigen::Isometry3d> X_WL) = 0;
+    [[nodiscard]] virtual bool overlap(std::int32_t link, std::int32_t other) = 0;
+    /// Distance of the surfaces, 0 if they intersect [m]; any value >= `bound` if it is no less.
+    [[nodiscard]] virtual double distance(std::int32_t link, std::int32_t other, double bound) = 0;
+};
+
+/// On the project's own hierarchies. Keeps references to both.
+[[nodiscard]] std::unique_ptr<LinkProximity> treeProximity(const HandModel& hand,
+                                                           const GraspObject& object);
+
+/// The defaults are GraspIt!'s: one hundredth of a second at its default joint speeds a step, 10 mm
+/// of approach, contact between 0 and 0.1 mm, links in contact within 0.2 mm, 500 steps at most.
+struct DiscreteOptions
+{
+    double closingStep = 0.01;   ///< [s]; joints close at ClosingDrives' speeds
+    double approachStep = 0.01;  ///< [m]
+    double contactGap = 1e-4;    ///< bisection ends at a distance between 0 and this [m]
+    double contactLayer = 2e-4;  ///< pairs that were bisected and are this close are contacts [m]
+    std::int64_t maxSteps = 500;
+    int maxHalvings = 66;
+};
+
+/// Moves the hand, joints at rest, along `shift` (W) in steps; at the first overlap the step is
+/// bisected until the pairs that overlap are apart by less than the contact gap.
+/// Returns the part of `shift` travelled; infinite if nothing was hit.
+///
+/// No guarantee: what is thinner than a step may be passed.
+[[nodiscard]] double discreteApproach(LinkProximity& proximity,
+                                      const HandModel& hand,
+                                      const Eigen::Isometry3d& X_WStart,
+                                      const Eigen::Vector3d& shift,
+                                      const std::vector<double>& positions,
+                                      const DiscreteOptions& options);
+
+/// Closes as CloseHand says, but in steps: all running joints move by one step; where pairs
+/// overlap, the step is bisected over these pairs alone, until they are apart by less than the
+/// contact gap, then all pairs are tested again; links in contact stop with the joints between them
+/// and the palm. After maxSteps it stops where it is (status IterationLimit).
+///
+/// No guarantee: contact may be jumped over, and links may end where a finer step would not let
+/// them.
+[[nodiscard]] ClosingResult discreteClosing(LinkProximity& proximity,
+                                            const HandModel& hand,
+                                            const Eigen::Isometry3d& X_WH,
+                                            const std::vector<double>& positions,
+                                            const DiscreteOptions& options);
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,243 @@
+#include "grasp/closing/kinematic_closing.h"
+
+#include "bullet_ccd/math/check.h"
+#include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/closing/closing_drives.h"
+#include "grasp/closing/closing_groups.h"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// What stops a group next.
+struct Event
+{
+    double time = kNever;  ///< since closing began [s]
+    ToiStatus status = ToiStatus::Separated;
+    std::vector<LinkContact> contacts;  ///< none: a joint is at its limit
+};
+
+/// One closing. Every group has its next event; only those that an event changes are asked again.
+class Closing
+{
+public:
+    Closing(const HandModel& hand,
+            const ClosingGroups& groups,
+            const Environment& environment,
+            const Eigen::Isometry3d& X_WH,
+            const ClosingOptions& options,
+            ClosingDrives& drives,
+            ToiWorkspace& work)
+        : m_hand(hand),
+          m_groups(groups),
+          m_environment(environment),
+          m_drives(drives),
+          m_work(work),
+          // A query stops half a tolerance short: there is room to go on from.
+          m_query{.toi = {.tolerance = options.tolerance, .aim = 0.5}},
+          m_events(groups.groups.size())
+    {
+        m_motion.root = restAt(X_WH);
+    }
+
+    ClosingResult run()
+    {
+        for (std::size_t group = 0; group < m_events.size(); ++group)
+        {
+            ask(group);
+        }
+        while (!m_failed && m_drives.isRunning())
+        {
+            const auto next =
+                std::min_element(m_events.begin(),
+                                 m_events.end(),
+                                 [](const Event& a, const Event& b) { return a.time < b.time; });
+            Event event = crossing(next->time);
+            if (event.time == kNever)
+            {
+                event = *next;
+            }
+            const std::vector<double> before = m_drives.speeds();
+            take(event);
+            m_failed = m_failed || m_drives.speeds() == before;
+            askChanged(before);
+        }
+        m_result.positions = m_drives.positions();
+        m_result.stops = m_drives.stops();
+        return std::move(m_result);
+    }
+
+private:
+    /// The motion of some links, the others at rest, from the present time to `end`.
+    template <typename IsMoving>
+    void setMotion(double end, const IsMoving& isMoving)
+    {
+        m_drives.positionsAt(m_time, m_motion.positions);
+        m_motion.rates = m_drives.speeds();
+        for (std::size_t link = 0; link < m_motion.rates.size(); ++link)
+        {
+            m_motion.rates[link] *= isMoving(m_groups.groupOf[link]) ? end - m_time : 0.0;
+        }
+    }
+
+    Event askFor(std::span<const SsvTree* const> trees,
+                 std::span<const LinkPair> pairs,
+                 const Environment& environment,
+                 double end)
+    {
+        const ArticulatedBody body{.tree = &m_hand.robot.tree,
+                                   .linkTrees = trees,
+                                   .motion = &m_motion,
+                                   .selfPairs = pairs};
+        ArticulatedToiResult found = articulatedToi(body, environment, m_query, m_work);
+        ++m_result.steps;
+        const bool ends = isContact(found.status) || found.status == ToiStatus::IterationLimit;
+        return {.time = ends ? m_time + found.time * (end - m_time) : end,
+                .status = found.status,
+                .contacts = std::move(found.contacts)};
+    }
+
+    /// What a group meets if it goes on as it does now.
+    void ask(std::size_t index)
+    {
+        const ClosingGroup& group = m_groups.groups[index];
+        Event& event = m_events[index];
+        const double end = m_drives.nextLimit(group.links);
+        event = {};
+        if (end < kNever)
+        {
+            setMotion(end, [&](std::int32_t g) { return g == static_cast<std::int32_t>(index); });
+            event = askFor(group.linkTrees, group.selfPairs, m_environment, end);
+        }
+    }
+
+    /// Contact of two groups between now and `end`.
+    Event crossing(double end)
+    {
+        if (m_groups.crossPairs.empty() || !(end > m_time))
+        {
+            return {};
+        }
+        setMotion(end, [](std::int32_t g) { return g != kNone; });
+        Event event = askFor(m_groups.crossTrees, m_groups.crossPairs, m_nothing, end);
+        return isContact(event.status) || event.status == ToiStatus::IterationLimit ? event
+                                                                                    : Event{};
+    }
+
+    void take(const Event& event)
+    {
+        m_time = event.time;
+        m_drives.advanceTo(m_time);
+        if (event.status == ToiStatus::Overlapping || event.status == ToiStatus::IterationLimit)
+        {
+            m_result.status = event.status;
+            m_failed = true;
+            return;
+        }
+        if (isContact(event.status))
+        {
+            m_result.status = ToiStatus::Hit;
+            for (const LinkContact& contact : event.contacts)
+            {
+                m_drives.stopLink(contact.link, m_time, contact.obstacle != kNone);
+                if (contact.otherLink != kNone)
+                {
+                    m_drives.stopLink(contact.otherLink, m_time, false);
+                }
+            }
+        }
+    }
+
+    void askChanged(const std::vector<double>& before)
+    {
+        for (std::size_t index = 0; index < m_events.size() && !m_failed; ++index)
+        {
+            const std::vector<std::int32_t>& links = m_groups.groups[index].links;
+            const bool changed = std::any_of(links.begin(),
+                                             links.end(),
+                                             [&](std::int32_t link)
+                                             {
+                                                 const auto i = static_cast<std::size_t>(link);
+                                                 return before[i] != m_drives.speeds()[i];
+                                             });
+            if (changed)
+            {
+                ask(index);
+            }
+        }
+    }
+
+    const HandModel& m_hand;
+    const ClosingGroups& m_groups;
+    const Environment& m_environment;
+    const Environment m_nothing;
+    ClosingDrives& m_drives;
+    ToiWorkspace& m_work;
+    ArticulatedToiOptions m_query;
+    JointMotion m_motion;
+    std::vector<Event> m_events;  // one a group
+    double m_time = 0.0;
+    bool m_failed = false;
+    ClosingResult m_result;
+};
+
+/// What is kept from closing to closing.
+class Engine
+{
+public:
+    explicit Engine(std::span<const RigidBody> obstacles) : m_bodies(1)
+    {
+        m_bodies.insert(m_bodies.end(), obstacles.begin(), obstacles.end());
+    }
+
+    ClosingResult close(const HandModel& hand,
+                        const GraspObject& object,
+                        const Eigen::Isometry3d& X_WH,
+                        const std::vector<double>& positions,
+                        const ClosingOptions& options)
+    {
+        require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
+        require(options.tolerance > 0.0, "closing: the tolerance must be positive");
+        if (m_hand != &hand || m_bodies.front().tree != &object.tree)
+        {
+            m_hand = &hand;
+            m_bodies.front() = {.tree = &object.tree, .motion = {}};
+            m_environment.reset(m_bodies);
+            m_groups = closingGroups(hand);
+        }
+        ClosingDrives drives(hand, positions);
+        if (handOverlaps(hand, object, X_WH, drives.positions()))
+        {
+            return {.status = ToiStatus::Overlapping,
+                    .positions = drives.positions(),
+                    .stops = {},
+                    .steps = 0};
+        }
+        return Closing(hand, m_groups, m_environment, X_WH, options, drives, m_work).run();
+    }
+
+private:
+    const HandModel* m_hand = nullptr;
+    std::vector<RigidBody> m_bodies;  // the object first
+    Environment m_environment;
+    ClosingGroups m_groups;
+    ToiWorkspace m_work;
+};
+}  // namespace
+
+CloseHand kinematicClosing(std::span<const RigidBody> obstacles)
+{
+    return [engine = std::make_shared<Engine>(obstacles)](const HandModel& hand,
+                                                          const GraspObject& object,
+                                                          const Eigen::Isometry3d& X_WH,
+                                                          const std::vector<double>& positions,
+                                                          const ClosingOptions& options)
+    { return engine->close(hand, object, X_WH, positions, options); };
+}
+}  // namespace bullet_ccd::grasp
