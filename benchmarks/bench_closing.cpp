@@ -80,6 +80,30 @@ void print(const Row& row)
                    method.meanMicroseconds / row.comparison.methods.front().meanMicroseconds,
                    method.otherPosture);
     }
+    const std::vector<ClosingOutcome>& ours = row.comparison.methods.front().outcomes;
+    double queries = 0.0;
+    ArticulatedCounters counters;
+    for (const ClosingOutcome& outcome : ours)
+    {
+        queries += static_cast<double>(outcome.closing.steps);
+        counters += outcome.closing.counters;
+    }
+    const double count = static_cast<double>(std::max<std::size_t>(1, ours.size()));
+    const auto share = [&](std::int64_t culled)
+    {
+        return 100.0 * static_cast<double>(culled) /
+               static_cast<double>(std::max<std::int64_t>(1, counters.pairs));
+    };
+    fmt::print(
+        "  ours, a closing: {:.1f} queries, {:.1f} pairs of links and objects ({:.0f} % culled "
+        "by space, {:.0f} % by time), {:.0f} node and {:.0f} triangle pairs, {:.0f} states\n",
+        queries / count,
+        static_cast<double>(counters.pairs) / count,
+        share(counters.culledBySpace),
+        share(counters.culledByTime),
+        static_cast<double>(counters.nodePairs) / count,
+        static_cast<double>(counters.trianglePairs) / count,
+        static_cast<double>(counters.states) / count);
     std::fflush(stdout);
 }
 

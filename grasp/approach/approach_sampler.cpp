@@ -256,9 +256,18 @@ ApproachCandidate sampleApproach(const HandModel& hand,
                                  std::int64_t number,
                                  std::int64_t count)
 {
+    return sampleApproach(hand, object, objectShape(object), seed, number, count);
+}
+
+ApproachCandidate sampleApproach(const HandModel& hand,
+                                 const GraspObject& object,
+                                 const ObjectShape& shape,
+                                 std::uint64_t seed,
+                                 std::int64_t number,
+                                 std::int64_t count)
+{
     require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
     require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
-    const ObjectShape shape = objectShape(object);
     const std::vector<std::size_t> fitting = fittingPreshapes(hand, shape);
     const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
     const OpenHand open = openHand(hand, hand.preshapes[preshape]);

@@ -1,7 +1,7 @@
 /// Candidate hand poses around an object.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/approach/object_shape.h"
 #include "grasp/hand/hand_model.h"
 
 #include <cstdint>
@@ -31,6 +31,14 @@ struct ApproachCandidate
 /// std::invalid_argument for count <= 0, number < 0 or a hand without preshapes.
 [[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
                                                const GraspObject& object,
+                                               std::uint64_t seed,
+                                               std::int64_t number,
+                                               std::int64_t count);
+
+/// The same for many candidates of one object: `shape` is objectShape(object).
+[[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
+                                               const GraspObject& object,
+                                               const ObjectShape& shape,
                                                std::uint64_t seed,
                                                std::int64_t number,
                                                std::int64_t count);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -148,14 +149,48 @@ ObjectShape objectShape(const GraspObject& object)
     return shape;
 }
 
+namespace
+{
+/// Calls visit(triangle) for all triangles whose bounding volumes reach the tube |y|, |z| <=
+/// spacing about the x axis of G.
+template <typename Visit>
+void forTrianglesInTube(const SsvTree& tree,
+                        const Eigen::Isometry3d& X_GW,
+                        double spacing,
+                        const Visit& visit)
+{
+    const Eigen::Isometry3d X_GT = X_GW * Eigen::Translation3d(tree.origin());
+    std::vector<std::int32_t> open{0};
+    while (!open.empty())
+    {
+        const SsvNode& node = tree.nodes()[static_cast<std::size_t>(open.back())];
+        open.pop_back();
+        const Eigen::Vector3d center =
+            X_GT * Eigen::Map<const Eigen::Vector3f>(node.center).cast<double>();
+        if (center.tail<2>().cwiseAbs().maxCoeff() > spacing + double{node.size()})
+        {
+            continue;
+        }
+        if (node.isLeaf())
+        {
+            visit(tree.triangle(node.first));
+        }
+        for (std::int32_t child = 0; child < node.count; ++child)
+        {
+            open.push_back(node.first + child);
+        }
+    }
+}
+}  // namespace
+
 LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, double spacing)
 {
     const Eigen::Isometry3d X_GW = X_WG.inverse();
     std::array<RaySpan, LocalWidth::kRays> spans;
     const TriangleMesh& mesh = object.tree.mesh();
-    for (const Triangle& triangle : mesh.triangles)
+    const auto extendBy = [&](std::int32_t index)
     {
-        const auto [a, b, c] = cornersOf(mesh, triangle);
+        const auto [a, b, c] = cornersOf(mesh, mesh.triangles[static_cast<std::size_t>(index)]);
         const TriangleCorners corners{X_GW * a, X_GW * b, X_GW * c};
         if (reachesGrid(corners, spacing))
         {
@@ -165,7 +200,8 @@ LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, 
                 extend(spans[static_cast<std::size_t>(ray)], corners, at);
             }
         }
-    }
+    };
+    forTrianglesInTube(object.tree, X_GW, spacing, extendBy);
     LocalWidth result;
     Eigen::Vector3d opposition = Eigen::Vector3d::Zero();
     for (const RaySpan& span : spans)

@@ -6,6 +6,11 @@
 
 namespace bullet_ccd::grasp
 {
+const char* toString(ClosingEngine engine)
+{
+    return engine == ClosingEngine::Kinematic ? "kinematic" : "simulated";
+}
+
 bool handOverlaps(const HandModel& hand,
                   const GraspObject& object,
                   const Eigen::Isometry3d& X_WH,

@@ -1,7 +1,7 @@
 /// What a closing engine is asked and what it answers.
 #pragma once
 
-#include "bullet_ccd/toi/toi.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 #include "grasp/grasp.h"
 #include "grasp/hand/hand_model.h"
 
@@ -9,6 +9,13 @@
 
 namespace bullet_ccd::grasp
 {
+enum class ClosingEngine : std::uint8_t
+{
+    Kinematic,  ///< kinematicClosing(): time-of-impact queries alone
+    Simulated,  ///< simulatedClosing(): staged steps of Bullet's multibody world
+};
+[[nodiscard]] const char* toString(ClosingEngine engine);
+
 struct ClosingOptions
 {
     double tolerance = 2e-5;         ///< links stop at this distance from the object [m]
@@ -21,6 +28,7 @@ struct ClosingResult
     std::vector<double> positions;            ///< one entry a link
     std::vector<StopEvent> stops;             ///< in the order of time
     std::int64_t steps = 0;                   ///< queries or simulation steps
+    ArticulatedCounters counters = {};        ///< of the queries, of a kinematic engine
 };
 
 /// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its

@@ -97,6 +97,7 @@ private:
                                    .selfPairs = pairs};
         ArticulatedToiResult found = articulatedToi(body, environment, m_query, m_work);
         ++m_result.steps;
+        m_result.counters += found.counters;
         const bool ends = isContact(found.status) || found.status == ToiStatus::IterationLimit;
         return {.time = ends ? m_time + found.time * (end - m_time) : end,
                 .status = found.status,
@@ -214,10 +215,7 @@ public:
         ClosingDrives drives(hand, positions);
         if (handOverlaps(hand, object, X_WH, drives.positions()))
         {
-            return {.status = ToiStatus::Overlapping,
-                    .positions = drives.positions(),
-                    .stops = {},
-                    .steps = 0};
+            return {.status = ToiStatus::Overlapping, .positions = drives.positions(), .stops = {}};
         }
         return Closing(hand, m_groups, m_environment, X_WH, options, drives, m_work).run();
     }

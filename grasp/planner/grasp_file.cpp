@@ -54,6 +54,7 @@ Json planToJson(const PlannerOptions& options)
 {
     return {{"seed", options.seed},
             {"candidates", options.candidates},
+            {"closing_engine", toString(options.engine)},
             {"tolerance_m", options.closing.tolerance},
             {"contact_threshold_m", options.closing.contactThreshold},
             {"min_contact_spacing_m", options.minContactSpacing},
@@ -269,6 +270,10 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     PlannerOptions& options = source.run.options;
     options.seed = value<std::uint64_t>(plan, "seed", place);
     options.candidates = value<std::int64_t>(plan, "candidates", place);
+    // Files of versions that only simulated do not say so.
+    options.engine = plan.value("closing_engine", "simulated") == std::string("kinematic")
+                         ? ClosingEngine::Kinematic
+                         : ClosingEngine::Simulated;
     options.closing.tolerance = value<double>(plan, "tolerance_m", place);
     options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);
     options.minContactSpacing = value<double>(plan, "min_contact_spacing_m", place);

@@ -82,6 +82,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
         {
             const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
             const Environment environment(bodies);
+            const ObjectShape shape = objectShape(object);
             // Every candidate has its own place and its own random numbers, so neither the order
             // nor the number of threads matters.
             tbb::parallel_for(
@@ -102,7 +103,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                                              .work = worker->work};
                     Grasp& grasp = grasps[static_cast<std::size_t>(number)];
                     grasp = planCandidate(
-                        sampleApproach(hand, object, options.seed, number, options.candidates),
+                        sampleApproach(
+                            hand, object, shape, options.seed, number, options.candidates),
                         context);
                     if (progress)
                     {

@@ -16,6 +16,8 @@ struct PlannerOptions
     std::uint64_t seed = 1;
     int jobs = 0;  ///< threads; 0: one a core. Results do not depend on it.
     ClosingOptions closing = {};
+    /// That the caller hands to planGrasps(); kept here for the record.
+    ClosingEngine engine = ClosingEngine::Kinematic;
     double friction = 0.5;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;

@@ -1,5 +1,6 @@
 #include "tools/grasp_cli/plan_run.h"
 
+#include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/progress.h"
 #include "tools/grasp_cli/text_table.h"
@@ -43,11 +44,12 @@ PlanRun runPlan(LoadedHand hand,
     Progress progress(
         fmt::format("{} x {}", model.robot.name, target.name), options.candidates, quiet);
     const auto start = std::chrono::steady_clock::now();
-    run.grasps = grasp::planGrasps(model,
-                                   target,
-                                   options,
-                                   grasp::simulatedClosing(),
-                                   [&](const grasp::Grasp& grasp) { progress.add(grasp); });
+    const grasp::MakeCloseHand close =
+        options.engine == grasp::ClosingEngine::Kinematic
+            ? grasp::MakeCloseHand([] { return grasp::kinematicClosing(); })
+            : grasp::simulatedClosing();
+    run.grasps = grasp::planGrasps(
+        model, target, options, close, [&](const grasp::Grasp& grasp) { progress.add(grasp); });
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
 }

@@ -17,7 +17,7 @@ struct PlanRun
     double seconds = 0.0;              ///< planning alone
 };
 
-/// Plans with the fingers closed in Bullet's multibody world.
+/// Plans with the closing engine that the options name.
 [[nodiscard]] PlanRun runPlan(LoadedHand hand,
                               LoadedObject object,
                               const grasp::PlannerOptions& options,

@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/commands.h"
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 namespace bullet_ccd::tools
@@ -36,6 +37,19 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
         "N",
         "threads, 0 for one a core; the result does not depend on it")
         ->check(within(0, 1024))
+        ->group("Search");
+    command
+        .add_option("--engine",
+                    options.engine,
+                    "how fingers close: kinematic, by time-of-impact queries alone,\n"
+                    "or simulated, in Bullet's multibody world")
+        ->type_name("ENGINE")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, grasp::ClosingEngine>{
+                {"kinematic", grasp::ClosingEngine::Kinematic},
+                {"simulated", grasp::ClosingEngine::Simulated}},
+            CLI::ignore_case))
+        ->default_str(grasp::toString(options.engine))
         ->group("Search");
     add("--friction", options.friction, "MU", "Coulomb coefficient of all contacts")
         ->check(within(1e-3, 10.0))
