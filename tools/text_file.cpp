@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void failTo(const fs::path& path, const std::string& reason)
 {
-    throw std::runtime_error(fmt::format(
-        "{}: cannot be written ({}): choose another file", path.string(), reason));
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written ({}): choose another file", path.string(), reason));
 }
 
 /// Where the content goes if `path` is a link.

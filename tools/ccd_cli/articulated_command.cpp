@@ -7,8 +7,8 @@
 #include "tools/ccd_cli/pose_text.h"
 #include "tools/ccd_cli/progress_line.h"
 #include "tools/ccd_cli/stopwatch.h"
-#include "tools/text_file.h"
 #include "tools/option_values.h"
+#include "tools/text_file.h"
 
 #include <algorithm>
 #include <cstdio>
