@@ -82,11 +82,6 @@ public:
 private:
     std::map<std::pair<btMultiBody*, int>, btScalar> m_speeds;
 };
-
-std::size_t at(std::int32_t index)
-{
-    return static_cast<std::size_t>(index);
-}
 }  // namespace
 
 struct HandSimulation::World : btCcdImpactListener
