@@ -1,5 +1,6 @@
 #include "grasp/hand/srdf_to_hand.h"
 
+#include "bullet_ccd/io/nearest_name.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "grasp/hand/hand_inference.h"
 #include "grasp/hand/self_pairs.h"
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,25 +18,6 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-/// Number of insertions, deletions and replacements that turn one word into the other.
-std::size_t editDistance(const std::string& a, const std::string& b)
-{
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i)
-    {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t k = 1; k <= b.size(); ++k)
-        {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[k - 1] ? 0 : 1);
-            diagonal = row[k];
-            row[k] = std::min({replaced, row[k] + 1, row[k - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
 /// Applies one SRDF to a hand of which only `robot` and the trees are filled in.
 class SrdfToHand
 {
@@ -381,15 +362,11 @@ private:
                                const std::string& name,
                                const std::vector<std::string>& names)
     {
-        const auto nearest =
-            std::min_element(names.begin(),
-                             names.end(),
-                             [&](const std::string& a, const std::string& b)
-                             { return editDistance(name, a) < editDistance(name, b); });
+        const std::string nearest = nearestName(name, names);
         fail(where,
              kind + " '" + name + "' does not exist",
-             nearest == names.end() ? "there is none to name, drop the element"
-                                    : "did you mean '" + *nearest + "'?");
+             nearest.empty() ? "there is none to name, drop the element"
+                             : "did you mean '" + nearest + "'?");
     }
 
     [[noreturn]] void fail(const std::string& where,

@@ -57,9 +57,10 @@ struct Pair
 class March
 {
 public:
-    March(const OracleBody& a, const OracleBody& b)
-        : m_a(a), m_b(b), m_piecesA(piecesOf(*a.mesh)), m_piecesB(piecesOf(*b.mesh))
+    March(const OracleBody& a, const OracleBody& b, double until)
+        : m_a(a), m_b(b), m_until(until), m_piecesA(piecesOf(*a.mesh)), m_piecesB(piecesOf(*b.mesh))
     {
+        m_result.low = until;
         for (std::size_t i = 0; i < m_piecesA.size(); ++i)
         {
             for (std::size_t j = 0; j < m_piecesB.size(); ++j)
@@ -71,7 +72,7 @@ public:
 
     OracleToi run()
     {
-        while (!m_pairs.empty() && m_pairs.top().safeUntil <= 1.0 && !m_result.contact)
+        while (!m_pairs.empty() && m_pairs.top().safeUntil <= m_until && !m_result.contact)
         {
             Pair pair = m_pairs.top();
             m_pairs.pop();
@@ -134,7 +135,7 @@ private:
         else
         {
             m_result.low = std::min(m_result.low, t);
-            pair.safeUntil = t < 1.0 ? std::min(1.0, t + pair.floorStep) : 2.0;
+            pair.safeUntil = t < m_until ? std::min(m_until, t + pair.floorStep) : 2.0;
             pair.floorStep *= 2.0;
         }
     }
@@ -157,6 +158,7 @@ private:
 
     const OracleBody& m_a;
     const OracleBody& m_b;
+    double m_until;
     std::vector<Piece> m_piecesA;
     std::vector<Piece> m_piecesB;
     std::priority_queue<Pair> m_pairs;
@@ -265,8 +267,8 @@ double oracleDistanceAt(const OracleBody& a, const OracleBody& b, double t)
     return bruteForceMeshDistance(*a.mesh, *b.mesh, X_BA).distance;
 }
 
-OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b)
+OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b, double until)
 {
-    return March(a, b).run();
+    return March(a, b, until).run();
 }
 }  // namespace bullet_ccd::tests

@@ -27,7 +27,7 @@ struct OracleBody
 
 struct OracleToi
 {
-    double low = 1.0;  ///< certified: no contact in [0, low)
+    double low = 1.0;  ///< certified: no contact in [0, low); at most `until`
     /// A time at which the surfaces cross, while they do not cross 1e-15 earlier. The first contact
     /// is not later. None if no crossing was seen.
     std::optional<double> contact;
@@ -52,5 +52,6 @@ struct OracleToi
 
 [[nodiscard]] double oracleDistanceAt(const OracleBody& a, const OracleBody& b, double t);
 
-[[nodiscard]] OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b);
+/// Looks at [0, until], until <= 1.
+[[nodiscard]] OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b, double until = 1.0);
 }  // namespace bullet_ccd::tests

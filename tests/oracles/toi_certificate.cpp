@@ -476,8 +476,8 @@ std::string Judgement::text() const
 {
     std::ostringstream text;
     text.precision(17);
-    text << nameOf(verdict) << " (distance " << distance << " at time " << time << ", "
-         << evaluations << " evaluations)";
+    text << nameOf(verdict) << " (" << pair << (pair.empty() ? "" : ": ") << "distance " << distance
+         << " at time " << time << ", " << evaluations << " evaluations)";
     return text.str();
 }
 

@@ -37,6 +37,7 @@ struct Judgement
     double time = 0.0;             ///< of the counterexample, or where the proof got stuck
     double distance = 0.0;         ///< there
     std::int64_t evaluations = 0;  ///< pairs of triangles times instants
+    std::string pair = {};         ///< which bodies, of answers about many
 
     [[nodiscard]] std::string text() const;
 };

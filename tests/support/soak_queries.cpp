@@ -1,10 +1,11 @@
 #include "tests/support/soak_queries.h"
 
 #include "bullet_ccd/toi/rigid_toi.h"
-#include "tests/support/shapes.h"
+#include "tests/support/print_scene.h"
 #include "tests/support/soak_families.h"
 
 #include <algorithm>
+#include <array>
 #include <ostream>
 #include <sstream>
 
@@ -48,21 +49,20 @@ const char* nameOf(SoakFamily family)
     return kNames[static_cast<std::size_t>(family)];
 }
 
+std::vector<std::string> soakFamilyNames()
+{
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < kSoakFamilies; ++i)
+    {
+        names.emplace_back(nameOf(static_cast<SoakFamily>(i)));
+    }
+    return names;
+}
+
 const char* nameOf(ToiStrategy strategy)
 {
     constexpr std::array<const char*, 3> kNames{"best-first", "interval", "c2a"};
     return kNames[static_cast<std::size_t>(strategy)];
-}
-
-const char* nameOf(ToiStatus status)
-{
-    constexpr std::array<const char*, 6> kNames{"separated",
-                                                "hit",
-                                                "overlapping",
-                                                "touching_leaving",
-                                                "touching_pressing",
-                                                "iteration_limit"};
-    return kNames[static_cast<std::size_t>(status)];
 }
 
 SoakQuery soakQuery(std::uint64_t seed)
@@ -92,31 +92,6 @@ SoakQuery soakQuery(std::uint64_t seed)
     return query;
 }
 
-namespace
-{
-void printMesh(std::ostream& out, const char* name, const TriangleMesh& mesh)
-{
-    out << name << ": " << mesh.vertices.size() << " vertices, " << mesh.triangles.size()
-        << " triangles\n";
-    for (const Eigen::Vector3d& v : mesh.vertices)
-    {
-        out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-    }
-    for (const Triangle& t : mesh.triangles)
-    {
-        out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-    }
-}
-
-void printMotion(std::ostream& out, const char* name, const RigidMotion& motion)
-{
-    const Eigen::IOFormat rows(Eigen::FullPrecision, Eigen::DontAlignCols, ", ", "; ");
-    out << name << ": pose " << motion.X_W0.matrix().topRows<3>().format(rows) << "\n  v "
-        << motion.v_W.transpose() << "  w " << motion.w_W.transpose() << "  reference "
-        << motion.reference_B.transpose() << '\n';
-}
-}  // namespace
-
 void print(std::ostream& out, const SoakQuery& query)
 {
     std::ostringstream text;
@@ -143,64 +118,5 @@ SoakOutcome runSoakQuery(const SoakQuery& query)
                                            work)};
     outcome.judgement = judgeToi(query.scene, query.options, outcome.result);
     return outcome;
-}
-
-void SoakTally::add(const SoakOutcome& outcome)
-{
-    ++queries;
-    const ToiStatus status = outcome.result.status;
-    hits += status == ToiStatus::Hit || status == ToiStatus::TouchingPressing ? 1 : 0;
-    overlapping += status == ToiStatus::Overlapping ? 1 : 0;
-    free += status == ToiStatus::Separated || status == ToiStatus::TouchingLeaving ? 1 : 0;
-    ++verdicts[static_cast<std::size_t>(outcome.judgement.verdict)];
-}
-
-void SoakTally::add(const SoakTally& other)
-{
-    queries += other.queries;
-    hits += other.hits;
-    overlapping += other.overlapping;
-    free += other.free;
-    for (std::size_t i = 0; i < verdicts.size(); ++i)
-    {
-        verdicts[i] += other.verdicts[i];
-    }
-}
-
-std::int64_t SoakTally::wrong() const
-{
-    return queries - undecided() - verdicts[static_cast<std::size_t>(Verdict::Right)];
-}
-
-std::int64_t SoakTally::undecided() const
-{
-    return verdicts[static_cast<std::size_t>(Verdict::Undecided)];
-}
-
-std::string vacuity(const SoakTallies& tallies)
-{
-    constexpr std::int64_t kEnough = 200;
-    std::ostringstream complaints;
-    for (std::size_t i = 0; i < kSoakFamilies; ++i)
-    {
-        const SoakTally& tally = tallies[i];
-        if (tally.queries < kEnough)
-        {
-            continue;
-        }
-        const auto percent = [&](std::int64_t part) { return 100 * part / tally.queries; };
-        if (percent(tally.hits) < 10 || percent(tally.free) < 5 || percent(tally.overlapping) > 50)
-        {
-            complaints << nameOf(static_cast<SoakFamily>(i)) << ": " << percent(tally.hits)
-                       << " % hits, " << percent(tally.free) << " % free, "
-                       << percent(tally.overlapping) << " % overlapping at the start\n";
-        }
-        if (1000 * tally.undecided() > tally.queries)
-        {
-            complaints << nameOf(static_cast<SoakFamily>(i)) << ": " << tally.undecided() << " of "
-                       << tally.queries << " undecided\n";
-        }
-    }
-    return complaints.str();
 }
 }  // namespace bullet_ccd::tests

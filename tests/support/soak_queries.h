@@ -6,10 +6,10 @@
 #include "tests/oracles/toi_certificate.h"
 #include "tests/support/rigid_scene.h"
 
-#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -35,8 +35,9 @@ enum class SoakFamily : std::uint8_t
 inline constexpr std::size_t kSoakFamilies = 16;
 
 [[nodiscard]] const char* nameOf(SoakFamily family);
+/// In the order of SoakFamily.
+[[nodiscard]] std::vector<std::string> soakFamilyNames();
 [[nodiscard]] const char* nameOf(ToiStrategy strategy);
-[[nodiscard]] const char* nameOf(ToiStatus status);
 
 struct SoakQuery
 {
@@ -59,24 +60,4 @@ struct SoakOutcome
 
 /// Answers the query by the library and judges the answer.
 [[nodiscard]] SoakOutcome runSoakQuery(const SoakQuery& query);
-
-/// Counts of one family.
-struct SoakTally
-{
-    std::int64_t queries = 0;
-    std::int64_t hits = 0;  ///< contact after the start
-    std::int64_t overlapping = 0;
-    std::int64_t free = 0;
-    std::array<std::int64_t, 8> verdicts = {};  ///< by Verdict
-
-    void add(const SoakOutcome& outcome);
-    void add(const SoakTally& other);
-    [[nodiscard]] std::int64_t wrong() const;  ///< neither right nor undecided
-    [[nodiscard]] std::int64_t undecided() const;
-};
-using SoakTallies = std::array<SoakTally, kSoakFamilies>;
-
-/// Complaints about tallies that prove little: a family that nearly always or never hits, too many
-/// undecided. Empty if all is well.
-[[nodiscard]] std::string vacuity(const SoakTallies& tallies);
 }  // namespace bullet_ccd::tests

@@ -2,9 +2,9 @@
 #include "bullet_ccd/toi/articulated_contacts.h"
 
 #include "tests/oracles/brute_force_toi.h"
+#include "tests/support/articulated_scene.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
-#include "tests/toi/articulated_scene.h"
 
 #include <gtest/gtest.h>
 

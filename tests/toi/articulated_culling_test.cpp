@@ -3,10 +3,10 @@
 #include "bullet_ccd/toi/articulated_culling.h"
 
 #include "tests/oracles/brute_force_toi.h"
+#include "tests/support/articulated_scene.h"
 #include "tests/support/random_scenes.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
-#include "tests/toi/articulated_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -48,23 +48,6 @@ ArticulatedScene randomChain(Random& random, int joints, double fastest)
         scene.obstacleMotions.push_back(motion);
     }
     return scene;
-}
-
-TEST(ArticulatedToi, AgreesWithBruteForceOnChainsOfTwoToTenJoints)
-{
-    Random random(2501);
-    Tally tally;
-    constexpr int kScenes = 600;
-    for (int i = 0; i < kScenes; ++i)
-    {
-        SCOPED_TRACE(i);
-        const ArticulatedScene scene =
-            randomChain(random, random.integer(2, 10), random.logUniform(0.1, 5.0));
-        checkScene(scene, random.logUniform(1e-7, 1e-3), tally);
-    }
-    EXPECT_GT(tally.hits, kScenes / 5);
-    EXPECT_LT(tally.hits + tally.overlapping, kScenes * 9 / 10);
-    EXPECT_GT(tally.selfHits, kScenes / 60);
 }
 
 /// The gap of the earliest contact lies within the tolerance, so that answers can differ by the

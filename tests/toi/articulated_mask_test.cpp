@@ -1,8 +1,8 @@
 /// Self-collision of joined links at the level of triangles, and bodies that rest on each other.
 #include "bullet_ccd/toi/pair_mask.h"
+#include "tests/support/articulated_scene.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
-#include "tests/toi/articulated_scene.h"
 
 #include <gtest/gtest.h>
 

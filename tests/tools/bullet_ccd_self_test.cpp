@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 
 namespace bullet_ccd::tools
@@ -38,6 +39,22 @@ std::string pincer()
     text += finger("left", 0.1, -1);
     text += finger("right", -0.1, 1);
     return text + "</robot>\n";
+}
+
+/// A forearm, half thickness 0.01, that overlaps the upper arm about its elbow at (1, 0); the upper
+/// arm carries a post at x = 0.19 to 0.21 that reaches up to y = 0.5. Up to 2.5 rad, the limit, the
+/// forearm stays clear of it.
+std::string foldingArm(double limit)
+{
+    return fmt::format(R"(<robot name="folding"><link name="upper">
+  <collision><origin xyz="0.5 0 0"/><geometry><box size="1.04 0.02 0.02"/></geometry></collision>
+  <collision><origin xyz="0.2 0.26 0"/><geometry><box size="0.02 0.48 0.02"/></geometry></collision>
+  </link><link name="fore">
+  <collision><origin xyz="0.48 0 0"/><geometry><box size="1.04 0.02 0.02"/></geometry></collision>
+  </link><joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/>
+  <origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+  <limit lower="0" upper="{}" effort="1" velocity="1"/></joint></robot>)",
+                       limit);
 }
 
 class SelfCollision : public ArticulatedProgram
@@ -81,6 +98,55 @@ TEST_F(SelfCollision, TheSrdfSaysWhichLinksAreNotTested)
     ASSERT_EQ(done.exitCode, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr("separated: "));
     EXPECT_THAT(done.err, HasSubstr("robot does not have are ignored: tail"));
+}
+
+class JoinedLinks : public ArticulatedProgram
+{
+protected:
+    /// The elbow bends from 0 to `to`.
+    [[nodiscard]] Outcome fold(double limit, double to, const std::string& more = "") const
+    {
+        m_temp.write("folding.urdf", foldingArm(limit));
+        return run("articulated " + file("folding.urdf") + "--from " +
+                   joints("from.csv", "elbow\n0\n") + "--to " +
+                   joints("to.csv", fmt::format("elbow\n{}\n", to)) +
+                   "--self --tolerance 1e-7 --json " + more);
+    }
+};
+
+TEST_F(JoinedLinks, MeetWhereNeitherIsPartOfTheJoint)
+{
+    const Outcome done = fold(2.5, 3.0);
+    ASSERT_EQ(done.exitCode, 0) << done.err;
+    const Json json = Json::parse(done.out);
+    ASSERT_EQ(json["status"], "hit") << done.out;
+    const Json& contact = json["contacts"][0];
+    EXPECT_EQ(contact["link"], "upper");
+    EXPECT_EQ(contact["other_link"], "fore");
+    EXPECT_EQ(contact["stop_joint"], "elbow");
+    // The leading side of the forearm, 0.01 off its middle, comes down on the corner (0.21, 0.5).
+    const double angle =
+        std::numbers::pi - std::atan2(0.5, 0.79) - std::asin(0.01 / std::hypot(0.79, 0.5));
+    const double toi = json["toi"].get<double>();
+    EXPECT_LE(toi, angle / 3.0);
+    EXPECT_NEAR(toi, angle / 3.0, 1e-6);
+    EXPECT_NEAR(contact["point_link"][0].get<double>(), 0.21, 1e-6);
+    EXPECT_NEAR(contact["point_link"][1].get<double>(), 0.5, 1e-6);
+}
+
+TEST_F(JoinedLinks, AreExemptAboutTheirJointAndWhereAnSrdfDisablesThem)
+{
+    const auto statusOf = [](const Outcome& done)
+    {
+        EXPECT_EQ(done.exitCode, 0) << done.err;
+        return Json::parse(done.out)["status"].get<std::string>();
+    };
+    // They overlap about the elbow all the way.
+    EXPECT_EQ(statusOf(fold(2.5, 2.4)), "separated");
+    const std::string srdf = quoted(m_temp.write(
+        "folding.srdf",
+        R"(<robot name="folding"><disable_collisions link1="upper" link2="fore"/></robot>)"));
+    EXPECT_EQ(statusOf(fold(2.5, 3.0, "--srdf " + srdf)), "separated");
 }
 
 TEST_F(ArticulatedProgram, ArticulatedUsageErrorsExitWith2)

@@ -7,8 +7,8 @@
 #include "tools/ccd_cli/pose_text.h"
 #include "tools/ccd_cli/progress_line.h"
 #include "tools/ccd_cli/stopwatch.h"
-#include "tools/ccd_cli/text_file.h"
 #include "tools/option_values.h"
+#include "tools/text_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -301,9 +301,13 @@ constexpr const char* kFooter =
     "base_tz (pose of the root) may be there; joints without a column rest. Positions change\n"
     "linearly over t = 0 to 1, without wrapping turns.\n"
     "\n"
-    "An obstacle is a mesh at the origin, or a scene that ends in .csv: a row an obstacle, "
+    "An obstacle is a mesh at the origin, or a scene. One that ends in .csv has a row an obstacle, "
     "columns\n"
-    "mesh (relative to the scene), and name, scale, qw qx qy qz tx ty tz as needed.\n"
+    "mesh (relative to the scene), and name, scale, qw qx qy qz tx ty tz as needed. One that ends "
+    "in\n"
+    ".yaml has a list obstacles: of items with the keys mesh, name, scale, position [tx, ty, tz], "
+    "and\n"
+    "quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw].\n"
     "\n"
     "With -o: --path asks for the motion from every row to the next, a row of RESULTS for each,\n"
     "named by the row it starts from; --from and --to of n rows each ask n queries.\n"
@@ -331,7 +335,8 @@ void addMotionOptions(CLI::App& command, ArticulatedArguments& a)
 
 void addWorldOptions(CLI::App& command, ArticulatedArguments& a)
 {
-    command.add_option("--obstacles", a.obstacles, "meshes, scenes (.csv)")->type_name("FILE");
+    command.add_option("--obstacles", a.obstacles, "meshes, scenes (.csv, .yaml)")
+        ->type_name("FILE");
     command.add_flag("--self", a.self, "test links against each other");
     command.add_option("--srdf", a.srdf, "disabled pairs of links")->type_name("SRDF");
     command

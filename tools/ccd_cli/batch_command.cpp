@@ -5,8 +5,8 @@
 #include "tools/ccd_cli/query_file.h"
 #include "tools/ccd_cli/query_run.h"
 #include "tools/ccd_cli/result_text.h"
-#include "tools/ccd_cli/text_file.h"
 #include "tools/option_values.h"
+#include "tools/text_file.h"
 
 #include <chrono>
 #include <cstdio>

@@ -1,12 +1,11 @@
 #include "tools/ccd_cli/obstacle_list.h"
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "tools/ccd_cli/csv_table.h"
-#include "tools/ccd_cli/pose_columns.h"
+#include "tools/ccd_cli/obstacle_scene.h"
 
 #include <filesystem>
-#include <fmt/format.h>
 #include <map>
+#include <stdexcept>
 #include <utility>
 
 namespace bullet_ccd::tools
@@ -20,62 +19,39 @@ class ObstacleReader
 public:
     void add(const fs::path& file)
     {
-        if (file.extension() == ".csv")
+        const std::string kind = file.extension().string();
+        if (kind == ".csv")
         {
-            addScene(readCsvTable(file, "give a mesh, or a scene in CSV"));
-            return;
+            addScene(readCsvScene(file));
         }
-        m_obstacles.push_back({.name = file.filename().string(), .tree = treeOf(file, 1.0)});
+        else if (kind == ".yaml" || kind == ".yml")
+        {
+            addScene(readYamlScene(file));
+        }
+        else
+        {
+            m_obstacles.push_back({.name = file.filename().string(), .tree = treeOf(file, 1.0)});
+        }
     }
 
     [[nodiscard]] std::vector<Obstacle> take() { return std::move(m_obstacles); }
 
 private:
-    void addScene(const CsvTable& table)
+    void addScene(const std::vector<PlacedMesh>& scene)
     {
-        for (const std::string& name : table.names)
+        for (const PlacedMesh& placed : scene)
         {
-            if (name != "mesh" && name != "name" && name != "scale" && !isPoseColumn(name, ""))
+            try
             {
-                table.failNames(name +
-                                ": no such column in a scene: use mesh, name, scale, qw, qx, qy, "
-                                "qz, tx, ty, tz");
+                m_obstacles.push_back({.name = placed.name,
+                                       .tree = treeOf(placed.mesh, placed.scale),
+                                       .X_WO = placed.X_WO});
+            }
+            catch (const std::runtime_error& error)
+            {
+                throw std::runtime_error(placed.where + error.what());
             }
         }
-        const std::optional<std::size_t> mesh = table.find("mesh");
-        if (!mesh)
-        {
-            table.failNames("no column mesh: name the file of each obstacle");
-        }
-        const std::optional<PoseColumns> pose = poseColumns(table, "");
-        for (const CsvRow& row : table.rows)
-        {
-            addRow(table, row, *mesh, pose);
-        }
-    }
-
-    void addRow(const CsvTable& table,
-                const CsvRow& row,
-                std::size_t mesh,
-                const std::optional<PoseColumns>& pose)
-    {
-        if (row.cells[mesh].empty())
-        {
-            table.fail(row, mesh, "no value: name a mesh file");
-        }
-        const std::optional<std::size_t> name = table.find("name");
-        const std::optional<std::size_t> scale = table.find("scale");
-        const fs::path file = table.path.parent_path() / row.cells[mesh];
-        const double factor = scale ? table.number(row, *scale) : 1.0;
-        if (!(factor > 0.0))
-        {
-            table.fail(row, *scale, fmt::format("{} is not above 0: write a factor", factor));
-        }
-        m_obstacles.push_back(
-            {.name =
-                 name && !row.cells[*name].empty() ? row.cells[*name] : file.filename().string(),
-             .tree = treeOf(file, factor),
-             .X_WO = pose ? poseOf(table, row, *pose) : Eigen::Isometry3d::Identity()});
     }
 
     std::shared_ptr<const SsvTree> treeOf(const fs::path& file, double scale)

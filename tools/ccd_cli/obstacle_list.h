@@ -19,16 +19,9 @@ struct Obstacle
     Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
 };
 
-/// Obstacles from files: a mesh rests at the origin; a file that ends in .csv is a scene, a row an
-/// obstacle, of the columns
-///
-///   mesh   file, relative to the scene's folder
-///   name   if absent, that of the file
-///   scale  file units to those of the robot, default 1
-///   qw qx qy qz tx ty tz  pose, all or none, default identity
-///
-/// Throws std::runtime_error "<file>:<line>: <column>: <what, value>: <remedy>", and as
-/// loadMeshFile().
+/// Obstacles from files: a mesh rests at the origin; a file that ends in .csv, .yaml or .yml is a
+/// scene, see obstacle_scene.h. Throws as its readers and, with the place in the scene before it,
+/// as loadMeshFile().
 [[nodiscard]] std::vector<Obstacle> loadObstacles(std::span<const std::string> files);
 
 /// The same as a query takes them, at rest. They refer to the hierarchies.

@@ -22,6 +22,8 @@ enum ExitCode
 void addPlanCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
+/// The verb `check` below the verb `hand`.
+void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addTableCommand(CLI::App& app, int& exitCode);
 
 /// Options that plan and table share: candidates, seed, jobs, quality.

@@ -197,9 +197,21 @@ void addHandCommand(CLI::App& app, int& exitCode)
         app.add_subcommand("hand", "show what is understood of a hand, and what was inferred");
     const auto arguments = std::make_shared<HandArguments>();
     command->add_option("hand", arguments->hand, "URDF file or name of a shipped hand")
-        ->type_name("HAND")
-        ->required();
+        ->type_name("HAND");
     command->add_option("--srdf", arguments->srdf, "fingers and preshapes")->type_name("FILE");
-    command->callback([arguments, &exitCode] { exitCode = show(*arguments); });
+    addHandCheckCommand(*command, exitCode);
+    command->callback(
+        [command, arguments, &exitCode]
+        {
+            if (!command->get_subcommands().empty())
+            {
+                return;
+            }
+            if (arguments->hand.empty())
+            {
+                throw CLI::RequiredError("hand");
+            }
+            exitCode = show(*arguments);
+        });
 }
 }  // namespace bullet_ccd::tools

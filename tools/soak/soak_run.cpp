@@ -14,12 +14,11 @@ namespace bullet_ccd::tests
 namespace
 {
 using Clock = std::chrono::steady_clock;
-constexpr std::uint64_t kChunk = 480;  // whole rounds of families and strategies
 
 struct Chunk
 {
     std::uint64_t end = 0;
-    SoakTallies tallies = {};
+    std::vector<SoakTally> tallies = {};
     std::vector<std::uint64_t> failures = {};
 };
 
@@ -33,8 +32,9 @@ double secondsSince(Clock::time_point start)
 class Ledger
 {
 public:
-    Ledger(const SoakRun& run, Checkpoint state)
-        : m_run(run),
+    Ledger(const SoakSubject& subject, const SoakRun& run, Checkpoint state)
+        : m_subject(subject),
+          m_run(run),
           m_state(std::move(state)),
           m_handedOut(m_state.nextSeed),
           m_resumedAt(m_state.nextSeed)
@@ -46,7 +46,7 @@ public:
     {
         const std::lock_guard lock(m_mutex);
         const std::uint64_t seed = m_handedOut;
-        m_handedOut = std::min(end(), seed + kChunk);
+        m_handedOut = endOfChunk(seed);
         return seed;
     }
 
@@ -57,7 +57,7 @@ public:
         while (!m_done.empty() && m_done.begin()->first == m_state.nextSeed)
         {
             const Chunk& next = m_done.begin()->second;
-            for (std::size_t i = 0; i < kSoakFamilies; ++i)
+            for (std::size_t i = 0; i < next.tallies.size(); ++i)
             {
                 m_state.tallies[i].add(next.tallies[i]);
             }
@@ -66,31 +66,31 @@ public:
             m_state.nextSeed = next.end;
             m_done.erase(m_done.begin());
         }
+        save(m_state, m_subject, m_run.checkpointPath);
         report();
     }
 
-    void mention(std::uint64_t seed, const SoakQuery& query, const SoakOutcome& outcome)
+    void mention(std::uint64_t seed, const SoakAnswer& answer)
     {
         const std::lock_guard lock(m_mutex);
-        const bool isUndecided = outcome.judgement.verdict == Verdict::Undecided;
-        std::printf(
-            "%s seed %llu (%s, %s): %s\n  tools/soak_rigid --seed %llu --count 1 --verbose\n",
-            isUndecided ? "not decided:" : "FAILED",
-            static_cast<unsigned long long>(seed),
-            nameOf(query.family),
-            nameOf(query.options.strategy),
-            outcome.judgement.text().c_str(),
-            static_cast<unsigned long long>(seed));
+        const bool isUndecided = answer.judgement.verdict == Verdict::Undecided;
+        std::printf("%s seed %llu (%s): %s\n  tools/%s --seed %llu --count 1 --verbose\n",
+                    isUndecided ? "not decided:" : "FAILED",
+                    static_cast<unsigned long long>(seed),
+                    m_subject.families[answer.family].c_str(),
+                    answer.judgement.text().c_str(),
+                    m_subject.program.c_str(),
+                    static_cast<unsigned long long>(seed));
         std::fflush(stdout);
     }
 
     [[nodiscard]] std::uint64_t end() const { return m_run.firstSeed + m_run.count; }
-
-    Checkpoint finish()
+    [[nodiscard]] std::uint64_t endOfChunk(std::uint64_t first) const
     {
-        keep();
-        return m_state;
+        return std::min(end(), first + m_subject.round);
     }
+    [[nodiscard]] const SoakSubject& subject() const { return m_subject; }
+    [[nodiscard]] const Checkpoint& state() const { return m_state; }
 
 private:
     void report()
@@ -101,7 +101,6 @@ private:
             return;
         }
         m_reported = Clock::now();
-        keep();
         const auto done = static_cast<double>(m_state.nextSeed - m_run.firstSeed);
         const auto fresh = static_cast<double>(m_state.nextSeed - m_resumedAt);
         const double rate = fresh / std::max(1e-9, secondsSince(m_started));
@@ -116,14 +115,7 @@ private:
         std::fflush(stdout);
     }
 
-    void keep() const
-    {
-        if (!m_run.checkpointPath.empty())
-        {
-            save(m_state, m_run.checkpointPath);
-        }
-    }
-
+    const SoakSubject& m_subject;
     const SoakRun& m_run;
     Checkpoint m_state;
     std::uint64_t m_handedOut;
@@ -136,18 +128,19 @@ private:
 
 void work(Ledger& ledger)
 {
+    const SoakSubject& subject = ledger.subject();
     for (std::uint64_t first = ledger.take(); first < ledger.end(); first = ledger.take())
     {
-        Chunk chunk{.end = std::min(ledger.end(), first + kChunk)};
+        Chunk chunk{.end = ledger.endOfChunk(first)};
+        chunk.tallies.resize(subject.families.size());
         for (std::uint64_t seed = first; seed < chunk.end; ++seed)
         {
-            const SoakQuery query = soakQuery(seed);
-            const SoakOutcome outcome = runSoakQuery(query);
-            chunk.tallies[static_cast<std::size_t>(query.family)].add(outcome);
-            const Verdict verdict = outcome.judgement.verdict;
+            const SoakAnswer answer = subject.ask(seed);
+            const Verdict verdict = answer.judgement.verdict;
+            chunk.tallies[answer.family].add(answer.status, verdict);
             if (verdict != Verdict::Right)
             {
-                ledger.mention(seed, query, outcome);
+                ledger.mention(seed, answer);
             }
             if (verdict != Verdict::Right && verdict != Verdict::Undecided)
             {
@@ -158,14 +151,15 @@ void work(Ledger& ledger)
     }
 }
 
-Checkpoint startOf(const SoakRun& run)
+Checkpoint startOf(const SoakSubject& subject, const SoakRun& run)
 {
     Checkpoint start{.firstSeed = run.firstSeed, .nextSeed = run.firstSeed};
+    start.tallies.resize(subject.families.size());
     if (!run.resume)
     {
         return start;
     }
-    const std::optional<Checkpoint> kept = load(run.checkpointPath);
+    const std::optional<Checkpoint> kept = load(subject, run.checkpointPath);
     if (!kept)
     {
         return start;
@@ -181,9 +175,9 @@ Checkpoint startOf(const SoakRun& run)
 }
 }  // namespace
 
-Checkpoint runSoak(const SoakRun& run)
+Checkpoint runSoak(const SoakSubject& subject, const SoakRun& run)
 {
-    Ledger ledger(run, startOf(run));
+    Ledger ledger(subject, run, startOf(subject, run));
     std::vector<std::thread> threads;
     for (int i = 1; i < run.jobs; ++i)
     {
@@ -194,6 +188,6 @@ Checkpoint runSoak(const SoakRun& run)
     {
         thread.join();
     }
-    return ledger.finish();
+    return ledger.state();
 }
 }  // namespace bullet_ccd::tests

@@ -1,4 +1,4 @@
-#include "tools/ccd_cli/text_file.h"
+#include "tools/text_file.h"
 
 #include <cerrno>
 #include <fmt/format.h>
@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void failTo(const fs::path& path, const std::string& reason)
 {
-    throw std::runtime_error(fmt::format(
-        "{}: cannot be written ({}): choose another file with -o", path.string(), reason));
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written ({}): choose another file", path.string(), reason));
 }
 
 /// Where the content goes if `path` is a link.
@@ -79,7 +79,7 @@ void requireOtherFile(const std::string& output, std::initializer_list<std::stri
         std::error_code error;
         if (fs::equivalent(output, input, error) && !error)
         {
-            throw std::runtime_error(output + ": is also an input: choose another file with -o");
+            throw std::runtime_error(output + ": is also an input: choose another file");
         }
     }
 }

@@ -1,9 +1,7 @@
-/// Scenes of an articulated body among obstacles, and the contract that every answer of
-/// articulatedToi has to meet, by brute force.
+/// Scenes of an articulated body among obstacles.
 #pragma once
 
 #include "bullet_ccd/toi/articulated_toi.h"
-#include "tests/support/random.h"
 
 #include <utility>
 #include <vector>
@@ -42,16 +40,4 @@ private:
 [[nodiscard]] ArticulatedToiResult query(const ArticulatedScene& scene,
                                          const ArticulatedToiOptions& options);
 [[nodiscard]] ArticulatedToiResult query(const ArticulatedScene& scene, double tolerance);
-
-/// How often what was met.
-struct Tally
-{
-    int hits = 0;
-    int overlapping = 0;
-    int selfHits = 0;
-};
-
-/// Expects that the answer is neither late nor missed, that its contacts are what they say.
-void checkScene(const ArticulatedScene& scene, const ArticulatedToiOptions& options, Tally& tally);
-void checkScene(const ArticulatedScene& scene, double tolerance, Tally& tally);
 }  // namespace bullet_ccd::tests

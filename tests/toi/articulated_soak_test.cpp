@@ -1,0 +1,62 @@
+/// A seeded part of the soak of random chains, every answer judged by brute force.
+/// tools/soak_articulated runs a hundred thousand of them.
+#include "tests/support/chain_queries.h"
+#include "tests/support/soak_tally.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr std::uint64_t kChains = 216;  // of each family
+
+class ArticulatedToiSoak : public testing::TestWithParam<int>
+{
+};
+
+TEST_P(ArticulatedToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
+{
+    const auto family = static_cast<std::uint64_t>(GetParam());
+    SoakTally tally;
+    int selfHits = 0;
+    for (std::uint64_t i = 0; i < kChains; ++i)
+    {
+        const std::uint64_t seed = family + kChainFamilies * i;
+        const ChainQuery query = chainQuery(seed);
+        ASSERT_EQ(static_cast<std::uint64_t>(query.family), family);
+        const ChainOutcome outcome = runChainQuery(query);
+        tally.add(outcome.result.status, outcome.judgement.verdict);
+        selfHits += std::any_of(outcome.result.contacts.begin(),
+                                outcome.result.contacts.end(),
+                                [](const LinkContact& c) { return c.otherLink != kNone; })
+                        ? 1
+                        : 0;
+        EXPECT_EQ(outcome.judgement.verdict, Verdict::Right)
+            << outcome.judgement.text() << "\n  tools/soak_articulated --seed " << seed
+            << " --count 1 --verbose";
+        ASSERT_LT(tally.wrong(), 5) << "and so on";
+    }
+    const std::vector<std::string> name{nameOf(static_cast<ChainFamily>(family))};
+    EXPECT_EQ(vacuity({&tally, 1}, name, kChainShares), "");
+    if (static_cast<ChainFamily>(family) == ChainFamily::SelfCollision)
+    {
+        EXPECT_EQ(selfHits, tally.hits + tally.overlapping);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Families,
+                         ArticulatedToiSoak,
+                         testing::Range(0, static_cast<int>(kChainFamilies)),
+                         [](const auto& tested)
+                         {
+                             std::string name = nameOf(static_cast<ChainFamily>(tested.param));
+                             std::erase(name, '-');
+                             return name;
+                         });
+}  // namespace
+}  // namespace bullet_ccd::tests
