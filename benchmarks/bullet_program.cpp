@@ -56,7 +56,7 @@ int main(int argc, char** argv)
     {
         for (const ProgramEntry& entry : all)
         {
-            std::printf("%s %d\n", entry.name, entry.steps);
+            std::printf("%s %d %s\n", entry.name, entry.steps, entry.limited ? "limited" : "free");
         }
         return 0;
     }

@@ -288,15 +288,15 @@ Program fallingChain(Kind kind)
 std::vector<ProgramEntry> programs()
 {
     using enum WorldClass;
-    return {{"pendulum", MultiBody, 300, true, pendulum},
-            {"chain", MultiBody, 300, true, swingingChain},
-            {"motor", MultiBody, 300, true, motorChain},
-            {"spherical", MultiBody, 300, false, sphericalChain},
-            {"falling_chain", MultiBody, 200, false, fallingChain},
-            {"hinge_torque", Rigid, 300, true, hingeTorque},
-            {"ragdoll", Rigid, 200, false, ragdoll},
-            {"stack", Rigid, 150, true, stackedBoxes},
-            {"hello", Rigid, 240, false, helloWorld}};
+    return {{"pendulum", MultiBody, 300, true, true, pendulum},
+            {"chain", MultiBody, 300, true, false, swingingChain},
+            {"motor", MultiBody, 300, true, false, motorChain},
+            {"spherical", MultiBody, 300, false, false, sphericalChain},
+            {"falling_chain", MultiBody, 200, false, false, fallingChain},
+            {"hinge_torque", Rigid, 300, true, true, hingeTorque},
+            {"ragdoll", Rigid, 200, false, true, ragdoll},
+            {"stack", Rigid, 150, true, true, stackedBoxes},
+            {"hello", Rigid, 240, false, false, helloWorld}};
 }
 
 std::vector<btScalar> stateOf(Scene& scene)
