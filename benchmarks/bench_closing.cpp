@@ -34,6 +34,8 @@ struct Arguments
         "ycb_16k/025_mug.obj", "ycb_16k/006_mustard_bottle.obj", "ycb_16k/035_power_drill.obj"};
     int candidates = 20;
     std::uint64_t seed = 1;
+    int clutter = 0;
+    bool onlyOurs = false;
     std::string csv;
 };
 
@@ -175,13 +177,18 @@ int run(const Arguments& arguments)
             const ClosingCase scene{.hand = hand,
                                     .object = object,
                                     .candidates = arguments.candidates,
-                                    .seed = arguments.seed};
-            rows.push_back(rowOf(name, file, compareClosing(scene, isFclPresent())));
+                                    .seed = arguments.seed,
+                                    .clutter = arguments.clutter};
+            rows.push_back(rowOf(
+                name, file, compareClosing(scene, arguments.onlyOurs ? Peers::None : Peers::All)));
             print(rows.back());
             write(csv, rows.back());
         }
     }
-    summarize(rows);
+    if (!arguments.onlyOurs)
+    {
+        summarize(rows);
+    }
     return 0;
 }
 }  // namespace
@@ -198,6 +205,10 @@ int main(int argc, char** argv)
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
     app.add_option("--seed", arguments.seed, "of the candidates")->capture_default_str();
+    app.add_option(
+           "--clutter", arguments.clutter, "objects out of reach beside the one that ours grasps")
+        ->check(CLI::Range(0, 10'000));
+    app.add_flag("--only-ours", arguments.onlyOurs, "to count its instructions: no other method");
     app.add_option("--csv", arguments.csv, "file for one line a candidate and method");
     CLI11_PARSE(app, argc, argv);
     try

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
+#include <numbers>
 #include <optional>
 
 namespace bullet_ccd::benchmarks
@@ -72,6 +73,21 @@ private:
     std::vector<Isometry3d> m_poses;
 };
 
+/// In rings about the object.
+std::vector<RigidBody> clutterOf(const GraspObject& object, int count)
+{
+    std::vector<RigidBody> bodies;
+    for (int i = 0; i < count; ++i)
+    {
+        const double away = 2.0 * object.radius + 0.9 + 0.3 * (i / 10);
+        const double around = 2.0 * std::numbers::pi * (i % 10) / 10.0;
+        Isometry3d X = Isometry3d::Identity();
+        X.translation() = away * Eigen::Vector3d(std::cos(around), std::sin(around), 0.0);
+        bodies.push_back({.tree = &object.tree, .motion = restAt(X)});
+    }
+    return bodies;
+}
+
 /// A candidate and where ours closes it.
 struct Start
 {
@@ -84,12 +100,13 @@ struct Start
 class Ours
 {
 public:
-    Ours(const HandModel& hand, const GraspObject& object)
+    Ours(const HandModel& hand, const GraspObject& object, int clutter)
         : m_hand(hand),
           m_object(object),
+          m_clutter(clutterOf(object, clutter)),
           m_bodies{RigidBody{.tree = &object.tree, .motion = {}}},
           m_environment(m_bodies),
-          m_close(grasp::kinematicClosing())
+          m_close(grasp::kinematicClosing(m_clutter))
     {
     }
 
@@ -116,6 +133,7 @@ public:
 private:
     const HandModel& m_hand;
     const GraspObject& m_object;
+    std::vector<RigidBody> m_clutter;
     std::array<RigidBody, 1> m_bodies;
     Environment m_environment;
     grasp::CloseHand m_close;
@@ -184,9 +202,9 @@ double meanOf(const std::vector<ClosingOutcome>& outcomes)
 }
 }  // namespace
 
-ClosingComparison compareClosing(const ClosingCase& scene, bool withFcl)
+ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
 {
-    Ours ours(scene.hand, scene.object);
+    Ours ours(scene.hand, scene.object, scene.clutter);
     const std::vector<Start> starts = startsOf(scene, ours);
     ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
     const auto add = [&](std::string name, const std::function<ClosingOutcome(const Start&)>& run)
@@ -200,7 +218,11 @@ ClosingComparison compareClosing(const ClosingCase& scene, bool withFcl)
         comparison.methods.push_back(std::move(method));
     };
     add("ours", [&](const Start& start) { return ours.run(start); });
-    if (withFcl)
+    if (peers == Peers::None)
+    {
+        return comparison;
+    }
+    if (isFclPresent())
     {
         FclProximity fcl(scene.hand, scene.object);
         add("FCL, default step",

@@ -32,6 +32,8 @@ struct ClosingCase
     const grasp::GraspObject& object;
     int candidates = 20;
     std::uint64_t seed = 1;
+    /// Copies of the object that stand 0.9 m away and more, out of reach; for ours.
+    int clutter = 0;
 };
 
 /// Of one hand and object; candidates whose approach meets nothing are left out of all.
@@ -43,10 +45,16 @@ struct ClosingComparison
     double worstOther = 0.0;            ///< by so much [rad or m]
 };
 
+enum class Peers : std::uint8_t
+{
+    All,   ///< FCL only if it is installed
+    None,  ///< ours alone, and no reference
+};
+
 /// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
 /// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.
 ///
 /// Every method makes its own approach; all close from where ours ended, so that the postures can
 /// be compared.
-[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, bool withFcl);
+[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, Peers peers);
 }  // namespace bullet_ccd::benchmarks

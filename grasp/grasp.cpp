@@ -44,6 +44,8 @@ const char* toString(RejectReason reason)
             return "penetration";
         case RejectReason::IterationLimit:
             return "iteration limit";
+        case RejectReason::Obstacle:
+            return "obstacle in the way";
     }
     BULLET_CCD_ASSERT(false);
     return "unknown";

@@ -44,6 +44,7 @@ enum class RejectReason : std::uint8_t
     NoForceClosure,  ///< epsilon below the threshold
     Penetration,     ///< the independent check found an intersection: never expected
     IterationLimit,  ///< a time-of-impact query gave up
+    Obstacle,        ///< something beside the object is touched on the way or while closing
 };
 [[nodiscard]] const char* toString(RejectReason reason);
 

@@ -27,6 +27,7 @@ struct ClosingResult
     ToiStatus status = ToiStatus::Separated;  ///< Overlapping or IterationLimit: the closing failed
     std::vector<double> positions;            ///< one entry a link
     std::vector<StopEvent> stops;             ///< in the order of time
+    bool touchedObstacle = false;             ///< something beside the object
     std::int64_t steps = 0;                   ///< queries or simulation steps
     ArticulatedCounters counters = {};        ///< of the queries, of a kinematic engine
 };

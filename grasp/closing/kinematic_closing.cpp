@@ -4,6 +4,7 @@
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "grasp/closing/closing_drives.h"
 #include "grasp/closing/closing_groups.h"
+#include "grasp/closing/swept_boxes.h"
 
 #include <algorithm>
 #include <limits>
@@ -13,6 +14,8 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
+/// Index in the environment; obstacles come after it.
+constexpr std::int32_t kObject = 0;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// What stops a group next.
@@ -146,7 +149,8 @@ private:
             m_result.status = ToiStatus::Hit;
             for (const LinkContact& contact : event.contacts)
             {
-                m_drives.stopLink(contact.link, m_time, contact.obstacle != kNone);
+                m_drives.stopLink(contact.link, m_time, contact.obstacle == kObject);
+                m_result.touchedObstacle = m_result.touchedObstacle || contact.obstacle > kObject;
                 if (contact.otherLink != kNone)
                 {
                     m_drives.stopLink(contact.otherLink, m_time, false);
@@ -192,10 +196,7 @@ private:
 class Engine
 {
 public:
-    explicit Engine(std::span<const RigidBody> obstacles) : m_bodies(1)
-    {
-        m_bodies.insert(m_bodies.end(), obstacles.begin(), obstacles.end());
-    }
+    explicit Engine(std::span<const RigidBody> obstacles) : m_obstacles(obstacles) {}
 
     ClosingResult close(const HandModel& hand,
                         const GraspObject& object,
@@ -205,14 +206,12 @@ public:
     {
         require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
         require(options.tolerance > 0.0, "closing: the tolerance must be positive");
-        if (m_hand != &hand || m_bodies.front().tree != &object.tree)
-        {
-            m_hand = &hand;
-            m_bodies.front() = {.tree = &object.tree, .motion = {}};
-            m_environment.reset(m_bodies);
-            m_groups = closingGroups(hand);
-        }
         ClosingDrives drives(hand, positions);
+        lookAt(hand, object);
+        if (!m_obstacles.empty())
+        {
+            findNeighbours(X_WH, drives.positions());
+        }
         if (handOverlaps(hand, object, X_WH, drives.positions()))
         {
             return {.status = ToiStatus::Overlapping, .positions = drives.positions(), .stops = {}};
@@ -221,8 +220,47 @@ public:
     }
 
 private:
+    void lookAt(const HandModel& hand, const GraspObject& object)
+    {
+        if (m_hand == &hand && m_bodies.front().tree == &object.tree)
+        {
+            return;
+        }
+        m_hand = &hand;
+        m_bodies = {{.tree = &object.tree, .motion = {}}};
+        m_environment.reset(m_bodies);
+        m_groups = closingGroups(hand);
+        m_preshape.clear();
+    }
+
+    /// Of the obstacles only those stay that the hand can reach at all.
+    void findNeighbours(const Eigen::Isometry3d& X_WH, const std::vector<double>& preshape)
+    {
+        if (preshape != m_preshape)
+        {
+            m_preshape = preshape;
+            m_boxes = sweptBoxes(*m_hand, preshape);
+        }
+        std::vector<std::int32_t> near =
+            reachable(m_boxes, X_WH, Eigen::Vector3d::Zero(), m_obstacles);
+        if (near != m_near || m_bodies.size() != near.size() + 1)
+        {
+            m_near = std::move(near);
+            m_bodies.resize(1);
+            for (const std::int32_t index : m_near)
+            {
+                m_bodies.push_back(m_obstacles[static_cast<std::size_t>(index)]);
+            }
+            m_environment.reset(m_bodies);
+        }
+    }
+
+    std::span<const RigidBody> m_obstacles;
     const HandModel* m_hand = nullptr;
-    std::vector<RigidBody> m_bodies;  // the object first
+    std::vector<double> m_preshape;  // that the boxes belong to
+    SweptBoxes m_boxes;
+    std::vector<std::int32_t> m_near;  // obstacles among the bodies
+    std::vector<RigidBody> m_bodies;   // the object first
     Environment m_environment;
     ClosingGroups m_groups;
     ToiWorkspace m_work;

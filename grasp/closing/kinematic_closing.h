@@ -19,6 +19,8 @@ namespace bullet_ccd::grasp
 /// if all joints reached their limits; Overlapping if a link that closes intersects something at
 /// the start; IterationLimit if a query gave up (positions: so far).
 /// Hand and object must stay alive and unchanged between calls with the same addresses.
-/// @param obstacles at rest in W beside the object; must outlive the engine
+/// @param obstacles at rest in W beside the object, of which the hierarchies and the list itself
+///        must outlive the engine; those out of reach of the swept boxes (sweptBoxes()) cost a test
+///        of boxes each
 [[nodiscard]] CloseHand kinematicClosing(std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::grasp

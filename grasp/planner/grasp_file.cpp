@@ -216,7 +216,7 @@ RejectReason rejectReason(const Json& json, const Place& place)
         return RejectReason::None;
     }
     const auto name = value<std::string>(json, "reject", place);
-    for (int k = 0; k <= static_cast<int>(RejectReason::IterationLimit); ++k)
+    for (int k = 0; k <= static_cast<int>(RejectReason::Obstacle); ++k)
     {
         if (name == toString(static_cast<RejectReason>(k)))
         {

@@ -4,7 +4,6 @@
 #include "grasp/planner/plan_candidate.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
@@ -20,8 +19,19 @@ namespace
 struct Worker
 {
     CloseHand close;
-    ToiWorkspace work;
+    Environment environment{};
+    ToiWorkspace work{};
 };
+
+Surroundings surroundingsOf(const HandModel& hand, std::span<const RigidBody> obstacles)
+{
+    Surroundings surroundings{.obstacles = obstacles};
+    for (const Preshape& preshape : hand.preshapes)
+    {
+        surroundings.boxes.push_back(sweptBoxes(hand, preshape.positions));
+    }
+    return surroundings;
+}
 
 void checkOptions(const PlannerOptions& options)
 {
@@ -68,7 +78,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                               const GraspObject& object,
                               const PlannerOptions& options,
                               const MakeCloseHand& makeCloseHand,
-                              const PlanProgress& progress)
+                              const PlanProgress& progress,
+                              std::span<const RigidBody> obstacles)
 {
     checkOptions(options);
     std::vector<Grasp> grasps(static_cast<std::size_t>(options.candidates));
@@ -80,9 +91,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     arena.execute(
         [&]
         {
-            const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
-            const Environment environment(bodies);
             const ObjectShape shape = objectShape(object);
+            const Surroundings surroundings = surroundingsOf(hand, obstacles);
             // Every candidate has its own place and its own random numbers, so neither the order
             // nor the number of threads matters.
             tbb::parallel_for(
@@ -93,19 +103,19 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                     std::optional<Worker>& worker = workers.local();
                     if (!worker)
                     {
-                        worker.emplace(Worker{.close = makeCloseHand(), .work = {}});
+                        worker.emplace(Worker{.close = makeCloseHand()});
                     }
+                    const ApproachCandidate candidate = sampleApproach(
+                        hand, object, shape, options.seed, number, options.candidates);
+                    worker->environment.reset(bodiesNear(candidate, object, surroundings));
                     CandidateContext context{.hand = hand,
                                              .object = object,
-                                             .environment = environment,
+                                             .environment = worker->environment,
                                              .options = options,
                                              .close = worker->close,
                                              .work = worker->work};
                     Grasp& grasp = grasps[static_cast<std::size_t>(number)];
-                    grasp = planCandidate(
-                        sampleApproach(
-                            hand, object, shape, options.seed, number, options.candidates),
-                        context);
+                    grasp = planCandidate(candidate, context);
                     if (progress)
                     {
                         progress(grasp);

@@ -27,11 +27,14 @@ struct PlannerOptions
 /// Called from any thread after each candidate.
 using PlanProgress = std::function<void(const Grasp&)>;
 
-/// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
-/// grasps, then the rejected ones by candidate number.
+/// All candidates, best first. `obstacles` rest in W beside the object; a candidate that touches
+/// one is rejected (RejectReason::Obstacle), provided that the closing engine knows them, too. What
+/// the boxes that the hand sweeps do not meet costs no query. Order: force closures by epsilon
+/// (ties by candidate number), then the other grasps, then the rejected ones by candidate number.
 [[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand,
                                             const GraspObject& object,
                                             const PlannerOptions& options,
                                             const MakeCloseHand& makeCloseHand,
-                                            const PlanProgress& progress = {});
+                                            const PlanProgress& progress = {},
+                                            std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::grasp

@@ -13,6 +13,8 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
+/// Index in the environment; obstacles come after it.
+constexpr std::int32_t kObject = 0;
 /// How far the hand is drawn back from the first contact before it closes [m]. A link that lands on
 /// the object's near side is stopped at once when closing begins there; a little farther back it
 /// can come round.
@@ -76,6 +78,10 @@ void closeAndScore(Grasp& grasp,
     // The approach certified that the hand is clear of the object here, so what overlaps is the
     // hand.
     grasp.reject = reasonOf(closing.status, RejectReason::SelfOverlap);
+    if (grasp.reject == RejectReason::None && closing.touchedObstacle)
+    {
+        grasp.reject = RejectReason::Obstacle;
+    }
     if (grasp.reject != RejectReason::None)
     {
         grasp.positions.clear();
@@ -251,6 +257,24 @@ std::vector<GraspContact> collectContacts(const HandModel& hand,
     return contacts;
 }
 
+std::vector<RigidBody> bodiesNear(const ApproachCandidate& candidate,
+                                  const GraspObject& object,
+                                  const Surroundings& surroundings)
+{
+    std::vector<RigidBody> bodies{{.tree = &object.tree, .motion = {}}};
+    if (!surroundings.obstacles.empty())
+    {
+        for (const std::int32_t index : reachable(surroundings.boxes[candidate.preshape],
+                                                  candidate.X_WStart,
+                                                  candidate.distance * candidate.direction_W,
+                                                  surroundings.obstacles))
+        {
+            bodies.push_back(surroundings.obstacles[static_cast<std::size_t>(index)]);
+        }
+    }
+    return bodies;
+}
+
 Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& context)
 {
     const Preshape& preshape = context.hand.preshapes[candidate.preshape];
@@ -272,6 +296,11 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
         return approached;
     }
     approached.approachDistance = approach.time * candidate.distance;
+    if (!approach.contacts.empty() && approach.contacts.front().obstacle != kObject)
+    {
+        approached.reject = RejectReason::Obstacle;
+        return approached;
+    }
 
     std::optional<Grasp> best;
     for (const double travel : closingTravels(candidate, approached.approachDistance))

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/closing/swept_boxes.h"
 #include "grasp/planner/grasp_planner.h"
 
 namespace bullet_ccd::grasp
@@ -11,7 +12,7 @@ struct CandidateContext
 {
     const HandModel& hand;
     const GraspObject& object;
-    const Environment& environment;  ///< the object
+    const Environment& environment;  ///< the object, and what else is near
     const PlannerOptions& options;
     const CloseHand& close;
     ToiWorkspace& work;
@@ -25,6 +26,18 @@ struct CandidateContext
                                                         const Eigen::Isometry3d& X_WH,
                                                         std::span<const double> positions,
                                                         const PlannerOptions& options);
+
+/// Obstacles, and where the hand can get from each of its preshapes.
+struct Surroundings
+{
+    std::span<const RigidBody> obstacles{};
+    std::vector<SweptBoxes> boxes{};  ///< one a preshape
+};
+
+/// The object first, then those obstacles that the candidate can reach on its way.
+[[nodiscard]] std::vector<RigidBody> bodiesNear(const ApproachCandidate& candidate,
+                                                const GraspObject& object,
+                                                const Surroundings& surroundings);
 
 /// Approaches until the first contact, closes there and at poses a little farther back (and, if the
 /// hand got past the middle of the object, at the middle), and keeps the grasp with the largest

@@ -1,5 +1,6 @@
 #include "grasp/planner/grasp_file.h"
 #include "grasp/report/grasp_picture.h"
+#include "tools/ccd_cli/obstacle_list.h"
 #include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/output_folder.h"
@@ -30,6 +31,7 @@ struct PlanArguments
     fs::path output = "out";
     int pictures = 5;
     bool quiet = false;
+    std::vector<std::string> scene;
     grasp::PlannerOptions options;
 };
 
@@ -166,9 +168,18 @@ int plan(const PlanArguments& arguments)
         arguments.hand,
         arguments.srdf.empty() ? std::nullopt : std::optional<fs::path>(arguments.srdf));
     LoadedObject object = loadNamedObject(arguments.object, arguments.objectScale);
+    const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
+    if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
+    {
+        throw std::runtime_error(
+            "--scene: the simulated engine closes on the object alone: use --engine kinematic");
+    }
     OutputFolder output(arguments.output);
-    const PlanRun run =
-        runPlan(std::move(hand), std::move(object), arguments.options, arguments.quiet);
+    const PlanRun run = runPlan(std::move(hand),
+                                std::move(object),
+                                arguments.options,
+                                arguments.quiet,
+                                bodiesOf(obstacles));
     const grasp::GraspRun description{.handFile = run.hand.file,
                                       .srdfFile = run.hand.hand.srdfFile,
                                       .objectFile = run.object.file,
@@ -204,6 +215,13 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->type_name("S")
         ->check(within(1e-9, 1e9))
         ->capture_default_str()
+        ->group("Input");
+    command
+        ->add_option("--scene",
+                     arguments->scene,
+                     "obstacles in the object's frame: meshes, or scenes (CSV, YAML) of meshes\n"
+                     "with poses; a grasp that touches one is rejected")
+        ->type_name("FILE")
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
     command

@@ -30,7 +30,8 @@ void printNotes(const std::filesystem::path& file, const std::vector<std::string
 PlanRun runPlan(LoadedHand hand,
                 LoadedObject object,
                 const grasp::PlannerOptions& options,
-                bool quiet)
+                bool quiet,
+                std::span<const RigidBody> obstacles)
 {
     PlanRun run{.hand = std::move(hand), .object = std::move(object), .grasps = {}, .seconds = 0.0};
     if (!quiet)
@@ -46,10 +47,15 @@ PlanRun runPlan(LoadedHand hand,
     const auto start = std::chrono::steady_clock::now();
     const grasp::MakeCloseHand close =
         options.engine == grasp::ClosingEngine::Kinematic
-            ? grasp::MakeCloseHand([] { return grasp::kinematicClosing(); })
+            ? grasp::MakeCloseHand([obstacles] { return grasp::kinematicClosing(obstacles); })
             : grasp::simulatedClosing();
     run.grasps = grasp::planGrasps(
-        model, target, options, close, [&](const grasp::Grasp& grasp) { progress.add(grasp); });
+        model,
+        target,
+        options,
+        close,
+        [&](const grasp::Grasp& grasp) { progress.add(grasp); },
+        obstacles);
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
 }

@@ -4,6 +4,7 @@
 #include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/catalogue.h"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct PlanRun
 [[nodiscard]] PlanRun runPlan(LoadedHand hand,
                               LoadedObject object,
                               const grasp::PlannerOptions& options,
-                              bool quiet);
+                              bool quiet,
+                              std::span<const RigidBody> obstacles = {});
 
 [[nodiscard]] std::size_t forceClosures(const std::vector<grasp::Grasp>& grasps);
 [[nodiscard]] std::size_t linksInContact(const grasp::Grasp& grasp);

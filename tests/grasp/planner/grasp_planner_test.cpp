@@ -1,5 +1,6 @@
 #include "grasp/planner/grasp_planner.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/planner/penetration_check.h"
@@ -34,6 +35,20 @@ std::size_t countOf(const std::vector<Grasp>& grasps, RejectReason reason)
 {
     return static_cast<std::size_t>(std::count_if(
         grasps.begin(), grasps.end(), [&](const Grasp& grasp) { return grasp.reject == reason; }));
+}
+
+/// Unit vectors that cover the sphere evenly.
+std::vector<Eigen::Vector3d> fibonacciSphere(int count)
+{
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < count; ++i)
+    {
+        const double z = 1.0 - (2.0 * i + 1.0) / count;
+        const double angle = 2.399963229728653 * i;  // the golden angle
+        const double r = std::sqrt(1.0 - z * z);
+        points.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    }
+    return points;
 }
 
 std::set<std::int32_t> linksOf(const Grasp& grasp)
@@ -229,6 +244,74 @@ TEST(GraspPlanner, RefusesOptionsThatMakeNoSense)
         options.closing.contactThreshold = wrong == 4 ? 0.0 : options.closing.contactThreshold;
         EXPECT_THROW(static_cast<void>(plan(hand, object, options)), std::invalid_argument);
     }
+}
+
+namespace
+{
+std::vector<Grasp> planAmong(const HandModel& hand,
+                             const GraspObject& object,
+                             std::span<const RigidBody> obstacles)
+{
+    return planGrasps(
+        hand,
+        object,
+        {.candidates = 40, .jobs = 2},
+        [obstacles] { return kinematicClosing(obstacles); },
+        {},
+        obstacles);
+}
+}  // namespace
+
+TEST(GraspPlanner, ObstaclesOutOfReachChangeNothing)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    std::vector<RigidBody> obstacles;
+    for (const Eigen::Vector3d& place : fibonacciSphere(40))
+    {
+        obstacles.push_back(
+            {.tree = &object.tree,
+             .motion = restAt(Eigen::Isometry3d(Eigen::Translation3d(1.5 * place)))});
+    }
+    const std::vector<Grasp> alone = planAmong(hand, object, {});
+    const std::vector<Grasp> among = planAmong(hand, object, obstacles);
+    ASSERT_EQ(alone.size(), among.size());
+    for (std::size_t k = 0; k < alone.size(); ++k)
+    {
+        expectSameGrasp(alone[k], among[k]);
+    }
+}
+
+TEST(GraspPlanner, ATableUnderTheObjectRejectsWhatTouchesIt)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    TriangleMesh slab = makeBox({0.5, 0.5, 0.01});
+    transformMesh(slab,
+                  Eigen::Affine3d(Eigen::Translation3d(object.centerOfMass -
+                                                       Eigen::Vector3d(0.0, 0.0, 0.041))));
+    const SsvTree table = buildSsvTree(slab);
+    const std::vector<RigidBody> obstacles{{.tree = &table, .motion = {}}};
+    const std::vector<Grasp> grasps = planAmong(hand, object, obstacles);
+    EXPECT_GT(countOf(grasps, RejectReason::Obstacle), 5U);
+    EXPECT_GT(countOf(grasps, RejectReason::None), 5U);
+    for (const Grasp& grasp : grasps)
+    {
+        if (grasp.reject != RejectReason::None)
+        {
+            continue;
+        }
+        EXPECT_LT(grasp.approach_W.z(), 0.2) << "through the table";
+        const std::vector<Eigen::Isometry3d> poses =
+            linkPoses(hand.robot.tree, grasp.X_WH, grasp.positions);
+        for (std::size_t link = 0; link < poses.size(); ++link)
+        {
+            EXPECT_TRUE(hand.linkTrees[link] == nullptr ||
+                        treeDistance(*hand.linkTrees[link], table, poses[link], 1.0).distance >
+                            0.0);
+        }
+    }
+    EXPECT_EQ(countOf(planAmong(hand, object, {}), RejectReason::Obstacle), 0U);
 }
 
 class PlanCandidate : public ::testing::Test
