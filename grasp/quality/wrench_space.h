@@ -1,6 +1,7 @@
 /// Grasp wrench space of point contacts with friction, and its two classical qualities.
 #pragma once
 
+#include "grasp/force/contact_models.h"
 #include "grasp/grasp.h"
 
 #include <Eigen/Core>
@@ -10,8 +11,6 @@
 
 namespace bullet_ccd::grasp
 {
-using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment / torqueScale)
-
 struct WrenchSpaceOptions
 {
     double friction = 0.5;   ///< Coulomb coefficient mu, hard finger
