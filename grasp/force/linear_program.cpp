@@ -10,8 +10,8 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-/// Entries below this are what rounding left of 0. CLP would scale a row of them up and take it for a
-/// constraint.
+/// Entries below this are what rounding left of 0. CLP would scale a row of them up and take it for
+/// a constraint.
 constexpr double kLeastEntry = 1e-13;
 
 using Model = std::unique_ptr<Clp_Simplex, decltype(&Clp_deleteModel)>;

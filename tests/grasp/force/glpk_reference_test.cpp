@@ -1,4 +1,5 @@
-// The linear programs again, written from the formulas and solved by GLPK.
+// The programs again, written from the formulas and solved by GLPK: linear ones as they are, conic
+// ones between inscribed and circumscribed pyramids.
 #include "grasp/force/grasp_forces.h"
 #include "tests/grasp/contact_sets.h"
 
@@ -15,8 +16,6 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr int kEdges = 8;
-
 class GlpkProblem
 {
 public:
@@ -63,7 +62,7 @@ private:
 };
 
 /// Rows: 6 of equilibrium, torques, for Max one a contact. Columns: one an edge, for Max the bound.
-std::optional<double> glpkForces(const ForceProblem& problem, bool largest)
+std::optional<double> glpkForces(const ForceProblem& problem, bool largest, int edges)
 {
     GlpkProblem glpk;
     const Eigen::Index joints = problem.torqueLimits.size();
@@ -86,9 +85,9 @@ std::optional<double> glpkForces(const ForceProblem& problem, bool largest)
         const GraspContact& contact = problem.contacts[static_cast<std::size_t>(i)];
         const Eigen::Vector3d a = contact.normal.unitOrthogonal();
         const Eigen::Vector3d b = contact.normal.cross(a);
-        for (int edge = 0; edge < kEdges; ++edge)
+        for (int edge = 0; edge < edges; ++edge)
         {
-            const double phi = 2.0 * std::numbers::pi * edge / kEdges;
+            const double phi = 2.0 * std::numbers::pi * edge / edges;
             const Eigen::Vector3d force =
                 contact.normal + problem.law.friction * (std::cos(phi) * a + std::sin(phi) * b);
             Eigen::VectorXd column = Eigen::VectorXd::Zero(rows);
@@ -111,29 +110,40 @@ std::optional<double> glpkForces(const ForceProblem& problem, bool largest)
     return glpk.minimum();
 }
 
+/// Three joints that limit about half of what would be possible without.
+ForceProblem randomProblem(std::mt19937& random, int contacts)
+{
+    ForceProblem problem{.contacts = tests::randomGrasp(random, contacts)};
+    problem.load << tests::randomVector(random), 0.3 * tests::randomVector(random);
+    problem.jacobian.resize(6 * contacts, 3);
+    for (double& entry : problem.jacobian.reshaped())
+    {
+        entry = 0.1 * tests::randomVector(random).x();
+    }
+    problem.torqueLimits = Eigen::Vector3d::Constant(0.5);
+    return problem;
+}
+
+ForceObjective objectiveOf(bool largest)
+{
+    return largest ? ForceObjective::Max : ForceObjective::Total;
+}
+
 TEST(GlpkReference, LinearProgramsOfRandomGraspsHaveTheSameValue)
 {
+    constexpr int kEdges = 8;
     std::mt19937 random(1);
     int balanced = 0;
     constexpr int kTrials = 200;
     for (int trial = 0; trial < kTrials; ++trial)
     {
-        const int contacts = 2 + trial % 9;
-        ForceProblem problem{.contacts = tests::randomGrasp(random, contacts)};
-        problem.load << tests::randomVector(random), 0.3 * tests::randomVector(random);
-        problem.jacobian.resize(6 * contacts, 3);
-        for (double& entry : problem.jacobian.reshaped())
-        {
-            entry = 0.1 * tests::randomVector(random).x();
-        }
-        problem.torqueLimits = Eigen::Vector3d::Constant(0.5);
+        const ForceProblem problem = randomProblem(random, 2 + trial % 9);
         const bool largest = trial % 2 == 1;
-        const GraspForces answer =
-            solveGraspForces(problem,
-                             {.objective = largest ? ForceObjective::Max : ForceObjective::Total,
-                              .solver = ForceSolver::LinearProgram,
-                              .coneEdges = kEdges});
-        const std::optional<double> expected = glpkForces(problem, largest);
+        const GraspForces answer = solveGraspForces(problem,
+                                                    {.objective = objectiveOf(largest),
+                                                     .solver = ForceSolver::LinearProgram,
+                                                     .coneEdges = kEdges});
+        const std::optional<double> expected = glpkForces(problem, largest, kEdges);
         ASSERT_EQ(answer.status, expected ? ForceStatus::Balanced : ForceStatus::Infeasible)
             << trial;
         if (expected)
@@ -144,6 +154,42 @@ TEST(GlpkReference, LinearProgramsOfRandomGraspsHaveTheSameValue)
     }
     EXPECT_GT(balanced, kTrials / 5);
     EXPECT_LT(balanced, 4 * kTrials / 5);
+}
+
+// Circumscribed pyramids are the inscribed ones of mu / cos(pi / m): with 64 edges 0.12 % apart.
+TEST(GlpkReference, ExactConesLieBetweenTheirPyramids)
+{
+    constexpr int kEdges = 64;
+    std::mt19937 random(2);
+    int balanced = 0;
+    int infeasible = 0;
+    constexpr int kTrials = 120;
+    for (int trial = 0; trial < kTrials; ++trial)
+    {
+        const ForceProblem problem = randomProblem(random, 2 + trial % 9);
+        const bool largest = trial % 2 == 1;
+        ForceProblem wider = problem;
+        wider.law.friction /= std::cos(std::numbers::pi / kEdges);
+        const GraspForces answer = solveGraspForces(problem, {.objective = objectiveOf(largest)});
+        const std::optional<double> upper = glpkForces(problem, largest, kEdges);
+        const std::optional<double> lower = glpkForces(wider, largest, kEdges);
+        ASSERT_NE(answer.status, ForceStatus::Undecided) << trial;
+        if (upper)
+        {
+            ++balanced;
+            ASSERT_TRUE(lower.has_value());
+            ASSERT_EQ(answer.status, ForceStatus::Balanced) << trial;
+            EXPECT_LE(answer.value, *upper * (1.0 + 1e-7)) << trial;
+            EXPECT_GE(answer.value, *lower * (1.0 - 1e-7)) << trial;
+        }
+        if (!lower)
+        {
+            ++infeasible;
+            ASSERT_EQ(answer.status, ForceStatus::Infeasible) << trial;
+        }
+    }
+    EXPECT_GT(balanced, kTrials / 5);
+    EXPECT_GT(infeasible, kTrials / 5);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp
