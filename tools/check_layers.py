@@ -22,6 +22,7 @@ ORDER = [
     "grasp",  # grasp.h: the value types of the pipeline
     "grasp/approach",
     "grasp/closing",
+    "grasp/force",
     "grasp/quality",
     "grasp/planner",
     "grasp/report",
@@ -36,6 +37,7 @@ FOREIGN = [
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
     (re.compile(r"^libqhull"), {"grasp/quality"}),
+    (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
     (re.compile(r"^(robots|tests|tools|benchmarks)/"), set()),
 ]
 

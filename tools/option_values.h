@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd::tools
@@ -31,6 +32,27 @@ template <typename T>
     CLI::Validator validator = CLI::IsMember(words);
     validator.description("");
     return validator;
+}
+
+/// Turns a word into the enumerator that it stands for; the words show in errors, not in the help.
+template <typename Enum>
+[[nodiscard]] CLI::Validator wordFor(const std::vector<std::pair<std::string, Enum>>& words)
+{
+    return {[words](std::string& text)
+            {
+                std::string known;
+                for (const auto& [word, value] : words)
+                {
+                    if (text == word)
+                    {
+                        text = std::to_string(static_cast<int>(value));
+                        return std::string();
+                    }
+                    known += (known.empty() ? "" : ", ") + word;
+                }
+                return fmt::format("{} is not one of {}", text, known);
+            },
+            ""};
 }
 
 /// Accepts what `parse` takes without an exception, whose text becomes the error.

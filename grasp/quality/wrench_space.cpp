@@ -3,35 +3,24 @@
 #include "bullet_ccd/math/check.h"
 #include "grasp/quality/hull_about_origin.h"
 
-#include <Eigen/Geometry>
-
-#include <cmath>
-#include <numbers>
-
 namespace bullet_ccd::grasp
 {
 std::vector<Wrench> contactWrenches(std::span<const GraspContact> contacts,
                                     const Eigen::Vector3d& reference,
                                     const WrenchSpaceOptions& options)
 {
-    require(options.coneEdges >= 3, "wrench space: coneEdges must be at least 3");
     require(options.torqueScale > 0.0, "wrench space: torqueScale must be positive");
-    require(options.friction >= 0.0, "wrench space: friction must not be negative");
+    const ContactLaw law = simplified(
+        {.model = options.model, .friction = options.friction, .torsion = options.torsion});
+    const Eigen::MatrixXd edges = grasp::coneEdges(law, options.coneEdges);
     std::vector<Wrench> wrenches;
-    wrenches.reserve(contacts.size() * static_cast<std::size_t>(options.coneEdges));
+    wrenches.reserve(contacts.size() * static_cast<std::size_t>(edges.cols()));
     for (const GraspContact& contact : contacts)
     {
-        const Eigen::Vector3d tangentA = contact.normal.unitOrthogonal();
-        const Eigen::Vector3d tangentB = contact.normal.cross(tangentA);
-        const Eigen::Vector3d arm = (contact.point - reference) / options.torqueScale;
-        for (int edge = 0; edge < options.coneEdges; ++edge)
+        const ContactBasis basis = contactBasis(contact, law, reference, options.torqueScale);
+        for (Eigen::Index edge = 0; edge < edges.cols(); ++edge)
         {
-            const double phi = 2.0 * std::numbers::pi * edge / options.coneEdges;
-            const Eigen::Vector3d force =
-                contact.normal +
-                options.friction * (std::cos(phi) * tangentA + std::sin(phi) * tangentB);
-            Wrench& wrench = wrenches.emplace_back();
-            wrench << force, arm.cross(force);
+            wrenches.emplace_back(basis * edges.col(edge));
         }
     }
     return wrenches;

@@ -1,6 +1,7 @@
-/// Grasp wrench space of point contacts with friction, and its two classical qualities.
+/// Grasp wrench space of contacts with pyramids for cones, and its two classical qualities.
 #pragma once
 
+#include "grasp/force/contact_models.h"
 #include "grasp/grasp.h"
 
 #include <Eigen/Core>
@@ -10,18 +11,18 @@
 
 namespace bullet_ccd::grasp
 {
-using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment / torqueScale)
-
 struct WrenchSpaceOptions
 {
-    double friction = 0.5;   ///< Coulomb coefficient mu, hard finger
+    double friction = 0.5;   ///< Coulomb coefficient mu
     int coneEdges = 8;       ///< edges of the inscribed friction pyramid
     double torqueScale = 1;  ///< lambda [m]: moments are divided by it
     double forceClosureThreshold = 0.005;
+    ContactModel model = ContactModel::HardFinger;
+    double torsion = ContactLaw{}.torsion;  ///< soft finger: e [m]
 };
 
-/// Edges of the friction pyramids: n + mu (cos phi t1 + sin phi t2), as wrenches about `reference`.
-/// Unit normal force each; coneEdges wrenches a contact, contact by contact.
+/// Edges of the friction pyramids (coneEdges() of contact_models.h), as wrenches about `reference`.
+/// Unit normal force each; contact by contact, as many as the model has edges.
 [[nodiscard]] std::vector<Wrench> contactWrenches(std::span<const GraspContact> contacts,
                                                   const Eigen::Vector3d& reference,
                                                   const WrenchSpaceOptions& options);

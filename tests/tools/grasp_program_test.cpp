@@ -69,11 +69,12 @@ TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
 {
     const Outcome help = run("--help");
     EXPECT_EQ(help.exitCode, 0);
-    for (const char* word : {"plan", "check", "hand", "table", "Exit codes", "Examples"})
+    for (const char* word :
+         {"plan", "check", "force", "hand", "quality", "table", "Exit codes", "Examples"})
     {
         EXPECT_THAT(help.out, HasSubstr(word));
     }
-    for (const char* verb : {"plan", "check", "hand", "table"})
+    for (const char* verb : {"plan", "check", "force", "hand", "quality", "table"})
     {
         const Outcome ofVerb = run(std::string(verb) + " --help");
         EXPECT_EQ(ofVerb.exitCode, 0);

@@ -1,25 +1,18 @@
-#include "grasp/planner/content_hash.h"
-#include "grasp/planner/grasp_file.h"
 #include "tools/grasp_cli/audit.h"
-#include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/grasp_records.h"
 #include "tools/grasp_cli/text_table.h"
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <stdexcept>
 
 namespace bullet_ccd::tools
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 struct CheckArguments
 {
-    std::string file;
-    std::string hand;
-    std::string object;
+    RecordArguments records;
     double maxGap = 2e-4;
 };
 
@@ -33,19 +26,6 @@ struct CheckSummary
     double largestGap = 0.0;
     double largestOffset = 0.0;
 };
-
-void requireSameContent(const fs::path& file, const std::string& now, const std::string& then)
-{
-    if (now != then)
-    {
-        throw std::runtime_error(fmt::format(
-            "{}: content hash {} differs from {} that the grasps were planned with: restore the "
-            "file or plan again",
-            file.string(),
-            now,
-            then));
-    }
-}
 
 /// Audits one grasp and adds it to table and summary.
 void addGrasp(const grasp::HandModel& hand,
@@ -82,17 +62,10 @@ void addGrasp(const grasp::HandModel& hand,
 
 int check(const CheckArguments& arguments)
 {
-    const grasp::GraspFileSource source = grasp::readGraspSource(arguments.file);
-    const grasp::GraspRun& run = source.run;
-    // An SRDF that is gone may have moved with its hand; the content hash tells another one.
-    const LoadedHand hand =
-        loadNamedHand(arguments.hand.empty() ? run.handFile.string() : arguments.hand,
-                      fs::exists(run.srdfFile) ? std::optional(run.srdfFile) : std::nullopt);
-    const LoadedObject object = loadNamedObject(
-        arguments.object.empty() ? run.objectFile.string() : arguments.object, run.objectScale);
-    requireSameContent(hand.file, grasp::contentHash(hand.hand), source.handHash);
-    requireSameContent(object.file, grasp::contentHash(object.object), source.objectHash);
-    const std::vector<grasp::Grasp> grasps = grasp::readGrasps(arguments.file, hand.hand);
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    const grasp::HandModel& hand = records.hand.hand;
+    const grasp::GraspObject& object = records.object.object;
+    const std::vector<grasp::Grasp>& grasps = records.grasps;
 
     TextTable table{.header = {"rank",
                                "candidate",
@@ -110,7 +83,7 @@ int check(const CheckArguments& arguments)
     {
         if (!grasps[k].positions.empty())
         {
-            addGrasp(hand.hand, object.object, grasps[k], k + 1, arguments.maxGap, table, summary);
+            addGrasp(hand, object, grasps[k], k + 1, arguments.maxGap, table, summary);
         }
     }
     fmt::print("{}\n", alignedText(table));
@@ -124,10 +97,10 @@ int check(const CheckArguments& arguments)
         1e3 * summary.deepest,
         1e3 * summary.largestGap,
         1e3 * summary.largestOffset);
-    if (!object.object.watertight)
+    if (!object.watertight)
     {
         fmt::print("{} is not watertight: only its surface could be tested, not its inside\n",
-                   object.object.name);
+                   object.name);
     }
     return summary.penetrating == 0 && summary.tooWide == 0 ? kFound : kNothingFound;
 }
@@ -145,13 +118,7 @@ void addCheckCommand(CLI::App& app, int& exitCode)
         "penetrates\n"
         "or a contact is wider than --max-gap.");
     const auto arguments = std::make_shared<CheckArguments>();
-    command->add_option("file", arguments->file, "grasps.jsonl that grasp plan wrote")
-        ->type_name("FILE")
-        ->required();
-    command->add_option("--hand", arguments->hand, "where the hand is now, if it moved")
-        ->type_name("HAND");
-    command->add_option("--object", arguments->object, "where the object is now, if it moved")
-        ->type_name("OBJECT");
+    addRecordOptions(*command, arguments->records);
     command->add_option("--max-gap", arguments->maxGap, "largest gap of a contact [m]")
         ->type_name("M")
         ->check(within(0.0, 1.0))

@@ -14,16 +14,18 @@ namespace bullet_ccd::tools
 enum ExitCode
 {
     kFound = 0,
-    kNothingFound = 1,  ///< no grasp, or a check or criterion that failed
+    kNothingFound = 1,  ///< no grasp or no forces, or a check or criterion that failed
     kUsage = 2,
     kBadInput = 3,
 };
 
 void addPlanCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
+void addForceCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
 /// The verb `check` below the verb `hand`.
 void addHandCheckCommand(CLI::App& hand, int& exitCode);
+void addQualityCommand(CLI::App& app, int& exitCode);
 void addTableCommand(CLI::App& app, int& exitCode);
 
 /// Options that plan and table share: candidates, seed, jobs, quality.

@@ -11,12 +11,15 @@ constexpr const char* kFooter =
     "or\n"
     "object that ships; what ships is found beside the program or in $BULLET_CCD_SHARE.\n"
     "\n"
-    "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; table: a criterion failed),\n"
-    "2 usage, 3 bad input.\n"
+    "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; table: a criterion failed; force: "
+    "no\n"
+    "grasp can hold the load), 2 usage, 3 bad input.\n"
     "\n"
     "Examples:\n"
     "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out/\n"
     "  grasp check out/grasps.jsonl\n"
+    "  grasp force out/grasps.jsonl --mass 0.4 --effort 5 --objective firm\n"
+    "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
     "  grasp hand my_hand.urdf";
 
 int run(int argc, char** argv)
@@ -30,7 +33,9 @@ int run(int argc, char** argv)
     app.get_formatter()->column_width(34);
     addPlanCommand(app, exitCode);
     addCheckCommand(app, exitCode);
+    addForceCommand(app, exitCode);
     addHandCommand(app, exitCode);
+    addQualityCommand(app, exitCode);
     addTableCommand(app, exitCode);
     try
     {

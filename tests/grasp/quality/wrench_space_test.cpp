@@ -1,5 +1,6 @@
 #include "grasp/quality/wrench_space.h"
 
+#include "tests/grasp/contact_sets.h"
 #include "tests/grasp/quality/brute_hull.h"
 
 #include <Eigen/Geometry>
@@ -17,41 +18,10 @@ namespace
 {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-GraspContact contactOnUnitSphere(const Eigen::Vector3d& direction)
-{
-    GraspContact contact;
-    contact.link = 0;
-    contact.point = direction.normalized();
-    contact.normal = -contact.point;
-    return contact;
-}
-
-std::vector<GraspContact> tetrahedralGrasp()
-{
-    return {contactOnUnitSphere({1, 1, 1}),
-            contactOnUnitSphere({1, -1, -1}),
-            contactOnUnitSphere({-1, 1, -1}),
-            contactOnUnitSphere({-1, -1, 1})};
-}
-
-Eigen::Vector3d randomVector(std::mt19937& random)
-{
-    std::normal_distribution<double> normal;
-    return {normal(random), normal(random), normal(random)};
-}
-
-/// Contacts around a lumpy ball, with normals that point roughly inwards.
-std::vector<GraspContact> randomGrasp(std::mt19937& random, int contactCount)
-{
-    std::vector<GraspContact> contacts;
-    for (int i = 0; i < contactCount; ++i)
-    {
-        GraspContact contact = contactOnUnitSphere(randomVector(random));
-        contact.normal = (contact.normal + 0.3 * randomVector(random)).normalized();
-        contacts.push_back(contact);
-    }
-    return contacts;
-}
+using tests::contactOnUnitSphere;
+using tests::randomGrasp;
+using tests::randomVector;
+using tests::tetrahedralGrasp;
 
 GraspQuality qualityOf(const std::vector<GraspContact>& contacts,
                        const WrenchSpaceOptions& options = {},

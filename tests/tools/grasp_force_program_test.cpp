@@ -1,0 +1,160 @@
+// `grasp force` and `grasp quality` as a user runs them, on grasps planned once.
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/support/temp_folder.h"
+#include "tests/tools/run_program.h"
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class GraspForceProgram : public ::testing::Test
+{
+protected:
+    static void SetUpTestSuite()
+    {
+        s_folder = new tests::TempFolder;
+        const fs::path ball = s_folder->path() / "ball.obj";
+        writeObj(makeSphere(0.03, 3), ball);
+        const Outcome planned = runProgram(
+            std::string(BULLET_CCD_GRASP_PROGRAM) + " plan --hand three_finger_gripper --object '" +
+            ball.string() + "' -n 4 --pictures 0 -q -o '" + s_folder->path().string() + "'");
+        ASSERT_EQ(planned.exitCode, 0) << planned.err;
+    }
+    static void TearDownTestSuite() { delete s_folder; }
+
+    static Outcome run(const std::string& verb, const std::string& options)
+    {
+        return runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " " + verb + " '" +
+                          (s_folder->path() / "grasps.jsonl").string() + "' " + options);
+    }
+
+    static std::vector<nlohmann::json> records(const std::string& options)
+    {
+        std::istringstream lines(run("force", "--json " + options).out);
+        std::vector<nlohmann::json> result;
+        for (std::string line; std::getline(lines, line);)
+        {
+            result.push_back(nlohmann::json::parse(line));
+        }
+        return result;
+    }
+
+    static tests::TempFolder* s_folder;
+};
+tests::TempFolder* GraspForceProgram::s_folder = nullptr;
+
+TEST_F(GraspForceProgram, ForcesCarryTheWeight)
+{
+    const std::vector<nlohmann::json> all = records("--mass 0.5");
+    ASSERT_FALSE(all.empty());
+    for (const nlohmann::json& record : all)
+    {
+        ASSERT_EQ(record["status"], "balanced");
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        double normals = 0.0;
+        for (const nlohmann::json& contact : record["contacts"])
+        {
+            const auto force = contact["force_on_object_n"].get<std::vector<double>>();
+            sum += Eigen::Vector3d(force[0], force[1], force[2]);
+            normals += contact["normal_n"].get<double>();
+        }
+        EXPECT_LT((sum - Eigen::Vector3d(0.0, 0.0, 0.5 * 9.80665)).norm(), 1e-6);
+        EXPECT_NEAR(normals, record["value_n"].get<double>(), 1e-6);
+        EXPECT_FALSE(record["joints"].empty());
+    }
+}
+
+TEST_F(GraspForceProgram, OptionsReachTheProblem)
+{
+    const double value = records("--rank 1")[0]["value_n"];
+    EXPECT_NEAR(
+        records("--rank 1 --mass 1")[0]["value_n"].get<double>(), 2.0 * value, 1e-6 * value);
+    EXPECT_GT(records("--rank 1 --friction 0.3")[0]["value_n"].get<double>(), value);
+    EXPECT_GE(records("--rank 1 --solver lp --cone-edges 6")[0]["value_n"].get<double>(),
+              value * (1.0 - 1e-7));
+    EXPECT_LE(records("--rank 1 --model soft")[0]["value_n"].get<double>(), value * (1.0 + 1e-7));
+    EXPECT_LE(records("--rank 1 --objective max")[0]["value_n"].get<double>(), value);
+    const nlohmann::json side = records("--rank 1 --gravity 2 0 0 --wrench 0 1 0 0 0 0")[0];
+    EXPECT_NEAR(side["load"][0].get<double>(), 0.5 * 9.80665, 1e-12);
+    EXPECT_NEAR(side["load"][1].get<double>(), 1.0, 1e-12);
+    EXPECT_NEAR(side["load"][2].get<double>(), 0.0, 1e-12);
+    const nlohmann::json any = records("--rank 1 --any-wrench 0.5")[0];
+    EXPECT_GE(any["any_wrench"]["guaranteed_n"], any["any_wrench"]["necessary_n"]);
+    EXPECT_GT(any["any_wrench"]["necessary_n"], value);
+    const nlohmann::json firm = records("--rank 1 --objective firm --max-force 20")[0];
+    EXPECT_GT(firm["value_n"].get<double>(), 0.0);
+    EXPECT_LE(firm["value_n"].get<double>(), 0.5 * 20.0);
+}
+
+TEST_F(GraspForceProgram, ImpossibleLoadsExitWith1AndTheReason)
+{
+    const Outcome weak = run("force", "--effort 1e-4");
+    EXPECT_EQ(weak.exitCode, 1);
+    EXPECT_THAT(weak.out, HasSubstr("infeasible: joint torque limits: joint "));
+    EXPECT_THAT(weak.out, HasSubstr("0 of "));
+    const Outcome slippery = run("force", "--model frictionless --wrench 0 0 0 0 0 1");
+    EXPECT_EQ(slippery.exitCode, 1);
+    EXPECT_THAT(slippery.out, HasSubstr("friction cones alone"));
+    const Outcome endless = run("force", "--rank 1 --objective firm --effort 0");
+    EXPECT_EQ(endless.exitCode, 1);
+    EXPECT_THAT(endless.out, HasSubstr("unbounded"));
+    EXPECT_THAT(endless.err, HasSubstr("taken as unlimited"));
+}
+
+TEST_F(GraspForceProgram, EffortsOfSingleJointsCount)
+{
+    const std::string joint = records("--rank 1")[0]["joints"][0]["joint"];
+    const Outcome set = run("force", "--rank 1 --effort 3 --effort " + joint + "=2.5");
+    EXPECT_EQ(set.exitCode, 0) << set.err;
+    EXPECT_THAT(set.out, HasSubstr(" 2.5 "));
+    EXPECT_THAT(set.err, Not(HasSubstr("unlimited")));
+    const Outcome unknown = run("force", "--effort elbow=2");
+    EXPECT_EQ(unknown.exitCode, 3);
+    EXPECT_THAT(unknown.err, HasSubstr("elbow"));
+    EXPECT_THAT(unknown.err, HasSubstr(joint));
+    EXPECT_EQ(run("force", "--effort much").exitCode, 2);
+    EXPECT_EQ(run("force", "--effort a=-1").exitCode, 2);
+}
+
+TEST_F(GraspForceProgram, ChoicesThatTheFileDoesNotHaveExitWith3)
+{
+    EXPECT_EQ(run("force", "--rank 99").exitCode, 3);
+    EXPECT_THAT(run("force", "--candidate 99").err, HasSubstr("no grasp of candidate 99"));
+    EXPECT_EQ(run("force", "--mass nan").exitCode, 2);
+    EXPECT_EQ(run("force", "--gravity 0 0 0").exitCode, 2);
+    EXPECT_EQ(run("force", "--objective hard").exitCode, 2);
+}
+
+// The row of rank 1 with the plan's own options: the recorded epsilon again, within the cones'
+// bounds.
+TEST_F(GraspForceProgram, QualityRecomputesWhatWasRecorded)
+{
+    const Outcome out = run("quality", "--rank 1 --tolerance 1e-4");
+    ASSERT_EQ(out.exitCode, 0) << out.err;
+    std::istringstream text(out.out.substr(out.out.find('\n') + 1));
+    double rank = 0, candidate = 0, contacts = 0, recorded = 0, pyramids = 0, volume = 0, lower = 0,
+           upper = 0;
+    text >> rank >> candidate >> contacts >> recorded >> pyramids >> volume >> lower >> upper;
+    EXPECT_NEAR(recorded, pyramids, 2e-6);
+    EXPECT_LE(pyramids, upper + 2e-6);
+    EXPECT_LE(upper - lower, 1.1e-4);
+    EXPECT_THAT(out.out, HasSubstr("yes"));
+    EXPECT_EQ(run("quality", "--rank 1 --model frictionless").exitCode, 1);
+    EXPECT_EQ(run("quality", "--rank 1 --norm l7").exitCode, 2);
+}
+}  // namespace
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,143 @@
+#include "grasp/quality/exact_epsilon.h"
+#include "grasp/quality/force_closure.h"
+#include "grasp/quality/wrench_space.h"
+#include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/contact_options.h"
+#include "tools/grasp_cli/grasp_records.h"
+#include "tools/grasp_cli/text_table.h"
+
+#include <fmt/format.h>
+#include <optional>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+struct QualityArguments
+{
+    RecordArguments records;
+    RecordChoice choice;
+    ContactArguments contacts;
+    grasp::WrenchNorm norm = grasp::WrenchNorm::L1;
+    std::optional<int> coneEdges;       ///< else those of the plan
+    std::optional<double> torqueScale;  ///< [m]; else the object's radius
+    double tolerance = 1e-6;
+};
+
+/// What one grasp is worth.
+struct QualityRow
+{
+    grasp::GraspQuality pyramids;  ///< L1
+    bool closure = false;          ///< of the pyramids, by linear program
+    grasp::EpsilonBounds exact;
+};
+
+QualityRow qualityOf(const QualityArguments& arguments,
+                     const GraspRecords& records,
+                     const grasp::Grasp& grasp)
+{
+    const grasp::PlannerOptions& plan = records.source.run.options;
+    const grasp::GraspObject& object = records.object.object;
+    const grasp::ContactLaw law = contactLaw(arguments.contacts, plan);
+    const double torqueScale = arguments.torqueScale.value_or(object.radius);
+    const std::vector<grasp::Wrench> wrenches =
+        grasp::contactWrenches(grasp.contacts,
+                               object.centerOfMass,
+                               {.friction = law.friction,
+                                .coneEdges = arguments.coneEdges.value_or(plan.coneEdges),
+                                .torqueScale = torqueScale,
+                                .model = law.model,
+                                .torsion = law.torsion});
+    return {.pyramids = grasp::wrenchSpaceQuality(wrenches, plan.forceClosureThreshold),
+            .closure = grasp::isForceClosure(wrenches),
+            .exact = grasp::exactEpsilon(grasp.contacts,
+                                         object.centerOfMass,
+                                         {.law = law,
+                                          .norm = arguments.norm,
+                                          .torqueScale = torqueScale,
+                                          .tolerance = arguments.tolerance})};
+}
+
+int quality(const QualityArguments& arguments)
+{
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    TextTable table{.header = {"rank",
+                               "candidate",
+                               "contacts",
+                               "recorded epsilon",
+                               "pyramids L1",
+                               "volume",
+                               "cones, from",
+                               "to",
+                               "force closure"},
+                    .rows = {}};
+    const std::vector<std::size_t> chosen =
+        chosenGrasps(records, arguments.records, arguments.choice);
+    int closures = 0;
+    for (const std::size_t index : chosen)
+    {
+        const grasp::Grasp& grasp = records.grasps[index];
+        const QualityRow row = qualityOf(arguments, records, grasp);
+        const bool closure = row.closure || row.exact.forceClosure();
+        closures += closure ? 1 : 0;
+        table.rows.push_back({fmt::format("{}", index + 1),
+                              fmt::format("{}", grasp.candidate),
+                              fmt::format("{}", grasp.contacts.size()),
+                              fmt::format("{:.6f}", grasp.quality.epsilon),
+                              fmt::format("{:.6f}", row.pyramids.epsilon),
+                              fmt::format("{:.4g}", row.pyramids.volume),
+                              fmt::format("{:.6f}", row.exact.lower),
+                              fmt::format("{:.6f}", row.exact.upper),
+                              closure ? "yes" : "no"});
+    }
+    fmt::print(
+        "{}\n{} of {} grasps are force closures\n", alignedText(table), closures, chosen.size());
+    return closures > 0 ? kFound : kNothingFound;
+}
+}  // namespace
+
+void addQualityCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand(
+        "quality", "epsilon, volume and force closure of planned grasps under other assumptions");
+    command->footer(
+        "\"pyramids L1\" and \"volume\" are those of inscribed pyramids and normal forces that sum "
+        "to 1\n"
+        "(qhull); \"cones\" are bounds of epsilon for exact cones in the chosen norm, which differ "
+        "by\n"
+        "--tolerance. Wrenches are about the centre of mass. Exit code 1 if none is a force "
+        "closure.");
+    const auto arguments = std::make_shared<QualityArguments>();
+    addRecordOptions(*command, arguments->records);
+    addChoiceOptions(*command, arguments->choice);
+    addContactOptions(*command, arguments->contacts);
+    command
+        ->add_option(
+            "--cone-edges", arguments->coneEdges, "edges of the pyramids; default: the plan's")
+        ->type_name("N")
+        ->check(within(3, 64))
+        ->group("Method");
+    command
+        ->add_option("--norm",
+                     arguments->norm,
+                     "normal forces of the cones: l1: sum to at most 1; linf: each at most 1")
+        ->type_name("NORM")
+        ->transform(wordFor<grasp::WrenchNorm>(
+            {{"l1", grasp::WrenchNorm::L1}, {"linf", grasp::WrenchNorm::LInfinity}}))
+        ->default_str("l1")
+        ->group("Method");
+    command
+        ->add_option("--torque-scale",
+                     arguments->torqueScale,
+                     "moments are divided by it [m]; default: the object's radius")
+        ->type_name("M")
+        ->check(within(1e-9, 1e9))
+        ->group("Method");
+    command->add_option("--tolerance", arguments->tolerance, "of the bounds of epsilon")
+        ->type_name("T")
+        ->check(within(1e-10, 1.0))
+        ->capture_default_str()
+        ->group("Method");
+    command->callback([arguments, &exitCode] { exitCode = quality(*arguments); });
+}
+}  // namespace bullet_ccd::tools
