@@ -52,7 +52,7 @@ struct GraspQuality
 {
     double epsilon =
         0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
-    double volume = 0.0;        ///< of that space (6-D)
+    double volume = 0.0;        ///< of that space (6-D); 0 where it was not asked for
     bool forceClosure = false;  ///< epsilon >= the threshold asked for
 };
 

@@ -134,7 +134,7 @@ Json qualityToJson(const GraspQuality& quality,
                    const GraspObject& object)
 {
     return {{"epsilon", quality.epsilon},
-            {"volume", quality.volume},
+            {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
             {"force_closure", quality.forceClosure},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
@@ -315,7 +315,10 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     }
     const Json& quality = member(json, "quality", place);
     grasp.quality.epsilon = value<double>(quality, "epsilon", place);
-    grasp.quality.volume = value<double>(quality, "volume", place);
+    if (!member(quality, "volume", place).is_null())
+    {
+        grasp.quality.volume = value<double>(quality, "volume", place);
+    }
     grasp.quality.forceClosure = value<bool>(quality, "force_closure", place);
     return grasp;
 }

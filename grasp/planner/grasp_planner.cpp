@@ -58,6 +58,25 @@ int rankGroup(const Grasp& grasp)
     }
 }
 
+/// The whole hull takes far longer than epsilon.
+void addVolumes(std::span<Grasp> grasps, const GraspObject& object, const PlannerOptions& options)
+{
+    const std::size_t count =
+        std::min(grasps.size(), static_cast<std::size_t>(std::max(0, options.volumes)));
+    tbb::parallel_for(std::size_t{0},
+                      count,
+                      [&](std::size_t k)
+                      {
+                          if (grasps[k].quality.forceClosure)
+                          {
+                              grasps[k].quality.volume =
+                                  wrenchSpaceQuality(wrenchesOf(grasps[k], object, options),
+                                                     options.forceClosureThreshold)
+                                      .volume;
+                          }
+                      });
+}
+
 bool ranksBefore(const Grasp& a, const Grasp& b)
 {
     const int groupA = rankGroup(a);
@@ -121,8 +140,9 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                         progress(grasp);
                     }
                 });
+            std::sort(grasps.begin(), grasps.end(), ranksBefore);
+            addVolumes(grasps, object, options);
         });
-    std::sort(grasps.begin(), grasps.end(), ranksBefore);
     return grasps;
 }
 }  // namespace bullet_ccd::grasp

@@ -18,6 +18,7 @@ struct PlannerOptions
     ClosingOptions closing = {};
     /// That the caller hands to planGrasps(); kept here for the record.
     ClosingEngine engine = ClosingEngine::Kinematic;
+    int volumes = 3;  ///< so many of the best grasps get the volume of their wrench space
     double friction = 0.5;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;

@@ -93,13 +93,9 @@ void closeAndScore(Grasp& grasp,
         grasp.reject = RejectReason::TooFewContacts;
         return;
     }
-    const WrenchSpaceOptions wrenchOptions{.friction = options.friction,
-                                           .coneEdges = options.coneEdges,
-                                           .torqueScale = context.object.radius,
-                                           .forceClosureThreshold = options.forceClosureThreshold};
-    grasp.quality = wrenchSpaceQuality(
-        contactWrenches(grasp.contacts, context.object.centerOfMass, wrenchOptions),
-        options.forceClosureThreshold);
+    grasp.quality.epsilon = wrenchSpaceEpsilon(wrenchesOf(grasp, context.object, options));
+    grasp.quality.forceClosure =
+        grasp.quality.epsilon > 0.0 && grasp.quality.epsilon >= options.forceClosureThreshold;
     grasp.reject = grasp.quality.forceClosure ? RejectReason::None : RejectReason::NoForceClosure;
 }
 
@@ -255,6 +251,18 @@ std::vector<GraspContact> collectContacts(const HandModel& hand,
         }
     }
     return contacts;
+}
+
+std::vector<Wrench> wrenchesOf(const Grasp& grasp,
+                               const GraspObject& object,
+                               const PlannerOptions& options)
+{
+    return contactWrenches(grasp.contacts,
+                           object.centerOfMass,
+                           {.friction = options.friction,
+                            .coneEdges = options.coneEdges,
+                            .torqueScale = object.radius,
+                            .forceClosureThreshold = options.forceClosureThreshold});
 }
 
 std::vector<RigidBody> bodiesNear(const ApproachCandidate& candidate,

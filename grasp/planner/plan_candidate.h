@@ -27,6 +27,11 @@ struct CandidateContext
                                                         std::span<const double> positions,
                                                         const PlannerOptions& options);
 
+/// Edges of the friction pyramids of all contacts, about the object's centre of mass.
+[[nodiscard]] std::vector<Wrench> wrenchesOf(const Grasp& grasp,
+                                             const GraspObject& object,
+                                             const PlannerOptions& options);
+
 /// Obstacles, and where the hand can get from each of its preshapes.
 struct Surroundings
 {

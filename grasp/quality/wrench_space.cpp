@@ -1,6 +1,7 @@
 #include "grasp/quality/wrench_space.h"
 
 #include "bullet_ccd/math/check.h"
+#include "grasp/quality/exact_epsilon.h"
 #include "grasp/quality/hull_about_origin.h"
 
 namespace bullet_ccd::grasp
@@ -26,14 +27,36 @@ std::vector<Wrench> contactWrenches(std::span<const GraspContact> contacts,
     return wrenches;
 }
 
-GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches, double forceClosureThreshold)
+namespace
+{
+Eigen::MatrixXd columnsOf(std::span<const Wrench> wrenches)
 {
     Eigen::MatrixXd points(6, static_cast<Eigen::Index>(wrenches.size()));
     for (std::size_t i = 0; i < wrenches.size(); ++i)
     {
         points.col(static_cast<Eigen::Index>(i)) = wrenches[i];
     }
-    const HullAboutOrigin hull = hullAboutOrigin(points);
+    return points;
+}
+}  // namespace
+
+double wrenchSpaceEpsilon(std::span<const Wrench> wrenches)
+{
+    constexpr double kTolerance = 1e-9;
+    const Eigen::MatrixXd points = columnsOf(wrenches);
+    const auto farthest = [&](const Eigen::VectorXd& direction) -> Eigen::VectorXd
+    {
+        Eigen::Index best = 0;
+        (direction.transpose() * points).maxCoeff(&best);
+        return points.col(best);
+    };
+    const auto limit = static_cast<int>(wrenches.size());
+    return largestBallAboutOrigin(farthest, points, kTolerance, limit).lower;
+}
+
+GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches, double forceClosureThreshold)
+{
+    const HullAboutOrigin hull = hullAboutOrigin(columnsOf(wrenches));
     return {.epsilon = hull.radius,
             .volume = hull.volume,
             .forceClosure = hull.radius > 0.0 && hull.radius >= forceClosureThreshold};

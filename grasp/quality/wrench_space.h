@@ -32,4 +32,8 @@ struct WrenchSpaceOptions
 /// as well): an answer, not a failure. Deterministic.
 [[nodiscard]] GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches,
                                               double forceClosureThreshold);
+
+/// Epsilon alone, to 1e-9 of what wrenchSpaceQuality() finds, many times as fast: of the hull only
+/// those facets are made that could be the nearest.
+[[nodiscard]] double wrenchSpaceEpsilon(std::span<const Wrench> wrenches);
 }  // namespace bullet_ccd::grasp

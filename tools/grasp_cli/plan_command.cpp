@@ -116,7 +116,7 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
             {fmt::format("{}", k + 1),
              fmt::format("{}", g.candidate),
              fmt::format("{:.4f}", g.quality.epsilon),
-             fmt::format("{:.3g}", g.quality.volume),
+             g.quality.volume > 0.0 ? fmt::format("{:.3g}", g.quality.volume) : "-",
              fmt::format("{}", g.contacts.size()),
              fmt::format("{}", linksInContact(g)),
              g.preshape,

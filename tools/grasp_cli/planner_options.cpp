@@ -57,6 +57,13 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
     add("--cone-edges", options.coneEdges, "N", "edges of the friction pyramids")
         ->check(within(3, 64))
         ->group("Quality");
+    add("--volumes",
+        options.volumes,
+        "N",
+        "so many of the best grasps get the volume of their wrench space,\n"
+        "which takes far longer than epsilon")
+        ->check(within(0, 1'000'000))
+        ->group("Quality");
     add("--min-epsilon",
         options.forceClosureThreshold,
         "EPS",

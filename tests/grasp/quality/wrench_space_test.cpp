@@ -27,8 +27,11 @@ GraspQuality qualityOf(const std::vector<GraspContact>& contacts,
                        const WrenchSpaceOptions& options = {},
                        const Eigen::Vector3d& reference = Eigen::Vector3d::Zero())
 {
-    return wrenchSpaceQuality(contactWrenches(contacts, reference, options),
-                              options.forceClosureThreshold);
+    const std::vector<Wrench> wrenches = contactWrenches(contacts, reference, options);
+    const GraspQuality quality = wrenchSpaceQuality(wrenches, options.forceClosureThreshold);
+    // Two ways to epsilon: of the whole hull, and of the facets that could be the nearest.
+    EXPECT_NEAR(wrenchSpaceEpsilon(wrenches), quality.epsilon, 2e-9);
+    return quality;
 }
 
 Eigen::MatrixXd matrixOf(const std::vector<Wrench>& wrenches)
