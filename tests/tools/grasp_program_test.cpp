@@ -170,8 +170,10 @@ TEST_F(GraspProgram, PlansWritesAndChecks)
     EXPECT_EQ(planned.exitCode, 0) << planned.err;
     EXPECT_THAT(planned.out, HasSubstr("force closures"));
     EXPECT_THAT(planned.err, HasSubstr("4/4 candidates"));
-    EXPECT_THAT(filesIn(out),
-                ElementsAre("grasp_01.glb", "grasp_01.png", "grasps.jsonl", "report.html"));
+    EXPECT_THAT(
+        filesIn(out),
+        ElementsAre(
+            "grasp_01.glb", "grasp_01.png", "grasps.isaac.yaml", "grasps.jsonl", "report.html"));
     for (const std::string& name : filesIn(out))
     {
         EXPECT_THAT(planned.out, HasSubstr((out / name).string()));
@@ -185,12 +187,17 @@ TEST_F(GraspProgram, ModelsAreCountedApartFromPicturesAndEarlierOnesGo)
 {
     const fs::path out = m_folder / "out";
     ASSERT_EQ(plan(out, "-q --models 2").exitCode, 0);
-    EXPECT_THAT(
-        filesIn(out),
-        ElementsAre("grasp_01.glb", "grasp_01.png", "grasp_02.glb", "grasps.jsonl", "report.html"));
+    EXPECT_THAT(filesIn(out),
+                ElementsAre("grasp_01.glb",
+                            "grasp_01.png",
+                            "grasp_02.glb",
+                            "grasps.isaac.yaml",
+                            "grasps.jsonl",
+                            "report.html"));
     EXPECT_EQ(contentOf(out / "grasp_02.glb").substr(0, 4), "glTF");
     ASSERT_EQ(plan(out, "-q --models 0").exitCode, 0);
-    EXPECT_THAT(filesIn(out), ElementsAre("grasp_01.png", "grasps.jsonl", "report.html"));
+    EXPECT_THAT(filesIn(out),
+                ElementsAre("grasp_01.png", "grasps.isaac.yaml", "grasps.jsonl", "report.html"));
 }
 
 TEST_F(GraspProgram, ResultDoesNotDependOnJobs)

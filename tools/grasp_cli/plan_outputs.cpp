@@ -1,5 +1,6 @@
 #include "tools/grasp_cli/plan_outputs.h"
 
+#include "grasp/planner/isaac_grasp_file.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
 
@@ -16,6 +17,9 @@ namespace fs = std::filesystem;
 using grasp::Grasp;
 using grasp::RejectReason;
 
+constexpr const char* kRecords = "grasps.jsonl";
+constexpr const char* kIsaac = "grasps.isaac.yaml";
+constexpr const char* kReport = "report.html";
 constexpr const char* kPicture = "png";
 constexpr const char* kModel = "glb";
 
@@ -83,8 +87,11 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                           const DrawingOptions& drawing)
 {
     stageText(output,
-              "grasps.jsonl",
+              kRecords,
               [&](std::ostream& out) { grasp::writeGrasps(out, run, hand, object, grasps); });
+    stageText(output,
+              kIsaac,
+              [&](std::ostream& out) { grasp::writeIsaacGrasps(out, run, hand, object, grasps); });
     std::vector<fs::path> pictures;
     for (std::size_t k = 0; k < worthDrawing(grasps, drawing.pictures); ++k)
     {
@@ -100,14 +107,17 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                run.options.friction,
                                output.stage(drawingName(k + 1, kModel)));
     }
-    grasp::writeReport(run, hand, object, grasps, pictures, output.stage("report.html"));
+    grasp::writeReport(run, hand, object, grasps, pictures, output.stage(kReport));
     output.commit();
     const fs::path& folder = output.folder();
     removeStale(folder, pictures.size(), kPicture);
     removeStale(folder, models, kModel);
 
-    std::vector<std::string> lines = {(folder / "grasps.jsonl").string(),
-                                      (folder / "report.html").string()};
+    std::vector<std::string> lines;
+    for (const char* name : {kRecords, kIsaac, kReport})
+    {
+        lines.push_back((folder / name).string());
+    }
     addRange(lines, folder, pictures.size(), kPicture);
     addRange(lines, folder, models, kModel);
     return lines;

@@ -17,10 +17,9 @@ struct DrawingOptions
     std::optional<int> models;  ///< not given: as many as pictures
 };
 
-/// Writes grasps.jsonl, the pictures, the models and report.html, all at once or none, and removes
-/// drawings of an earlier run that are not replaced.
-/// Returns one line for each file, or range of files, that was written.
-/// Throws std::runtime_error "<file>: <what>: <remedy>".
+/// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or
+/// none, and removes drawings of an earlier run that are not replaced. Returns one line for each
+/// file, or range of files, that was written. Throws std::runtime_error "<file>: <what>: <remedy>".
 std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                           const grasp::GraspRun& run,
                                           const grasp::HandModel& hand,
