@@ -6,6 +6,11 @@
 
 namespace bullet_ccd::grasp
 {
+const std::string& linkName(const HandModel& hand, std::int32_t link)
+{
+    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
+}
+
 const Preshape* findPreshape(const HandModel& hand, const std::string& name)
 {
     const auto found =

@@ -55,6 +55,8 @@ struct HandModel
     std::vector<std::string> notes;  ///< what was inferred, one line each
 };
 
+[[nodiscard]] const std::string& linkName(const HandModel& hand, std::int32_t link);
+
 /// The preshape of that name; null if the hand has none. Points into `hand`.
 [[nodiscard]] const Preshape* findPreshape(const HandModel& hand, const std::string& name);
 

@@ -96,11 +96,6 @@ Json preshapeToJson(const HandModel& hand, const std::string& name)
     return found == nullptr ? Json() : jointsToJson(hand.robot.tree, found->positions);
 }
 
-const std::string& linkName(const HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
-}
-
 Json contactsToJson(const HandModel& hand, const std::vector<GraspContact>& contacts)
 {
     Json json = Json::array();

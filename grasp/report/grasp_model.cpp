@@ -19,11 +19,6 @@ constexpr double kBallRadius = 0.03;
 constexpr double kConeHeight = 0.34;
 constexpr int kConeSegments = 32;
 
-const std::string& linkName(const HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
-}
-
 void addHand(GltfBuilder& gltf, int root, const HandModel& hand, const GraspScene& scene)
 {
     const int parent = gltf.addNode("hand", root);

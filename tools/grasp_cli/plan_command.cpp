@@ -1,6 +1,6 @@
 #include "tools/ccd_cli/obstacle_list.h"
-#include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/input_options.h"
 #include "tools/grasp_cli/plan_outputs.h"
 #include "tools/grasp_cli/plan_run.h"
 #include "tools/grasp_cli/text_table.h"
@@ -20,10 +20,7 @@ using grasp::RejectReason;
 
 struct PlanArguments
 {
-    std::string hand;
-    std::string object;
-    std::string srdf;
-    double objectScale = 1.0;
+    PairOptions pair;
     fs::path output = "out";
     DrawingOptions drawing;
     bool quiet = false;
@@ -94,10 +91,8 @@ void printSummary(const PlanArguments& arguments,
 
 int plan(const PlanArguments& arguments)
 {
-    LoadedHand hand = loadNamedHand(
-        arguments.hand,
-        arguments.srdf.empty() ? std::nullopt : std::optional<fs::path>(arguments.srdf));
-    LoadedObject object = loadNamedObject(arguments.object, arguments.objectScale);
+    LoadedHand hand = loadHandOf(arguments.pair);
+    LoadedObject object = loadObjectOf(arguments.pair);
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
     if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
     {
@@ -113,7 +108,7 @@ int plan(const PlanArguments& arguments)
     const grasp::GraspRun description{.handFile = run.hand.file,
                                       .srdfFile = run.hand.hand.srdfFile,
                                       .objectFile = run.object.file,
-                                      .objectScale = arguments.objectScale,
+                                      .objectScale = arguments.pair.objectScale,
                                       .options = arguments.options};
     printSummary(
         arguments,
@@ -128,26 +123,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand("plan", "plan and rank grasps of one object by one hand");
     const auto arguments = std::make_shared<PlanArguments>();
-    command->add_option("--hand", arguments->hand, "URDF file or name of a shipped hand")
-        ->type_name("HAND")
-        ->required()
-        ->group("Input");
-    command->add_option("--object", arguments->object, "mesh file or name of a shipped object")
-        ->type_name("OBJECT")
-        ->required()
-        ->group("Input");
-    command
-        ->add_option("--srdf",
-                     arguments->srdf,
-                     "fingers and preshapes; default: the one beside the URDF,\n"
-                     "else a shipped one for the robot's name, else inferred")
-        ->type_name("FILE")
-        ->group("Input");
-    command->add_option("--object-scale", arguments->objectScale, "object units in metres")
-        ->type_name("S")
-        ->check(within(1e-9, 1e9))
-        ->capture_default_str()
-        ->group("Input");
+    addPairOptions(*command, arguments->pair);
     command
         ->add_option("--scene",
                      arguments->scene,
