@@ -1,10 +1,25 @@
 #include "grasp/hand/hand_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace bullet_ccd::grasp
 {
+const std::string& linkName(const HandModel& hand, std::int32_t link)
+{
+    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
+}
+
+const Preshape* findPreshape(const HandModel& hand, const std::string& name)
+{
+    const auto found =
+        std::find_if(hand.preshapes.begin(),
+                     hand.preshapes.end(),
+                     [&](const Preshape& preshape) { return preshape.name == name; });
+    return found == hand.preshapes.end() ? nullptr : &*found;
+}
+
 std::vector<double> closedPositions(const HandModel& hand, const std::vector<double>& from)
 {
     std::vector<double> closed = from;

@@ -55,6 +55,11 @@ struct HandModel
     std::vector<std::string> notes;  ///< what was inferred, one line each
 };
 
+[[nodiscard]] const std::string& linkName(const HandModel& hand, std::int32_t link);
+
+/// The preshape of that name; null if the hand has none. Points into `hand`.
+[[nodiscard]] const Preshape* findPreshape(const HandModel& hand, const std::string& name);
+
 /// Target of a closing joint: its limit in the closing direction (a joint without limits: a full
 /// turn from `from`). One entry a link; joints that do not close keep `from`; mimics applied.
 [[nodiscard]] std::vector<double> closedPositions(const HandModel& hand,

@@ -92,16 +92,8 @@ Json jointsToJson(const KinematicTree& tree, const std::vector<double>& position
 /// Null for a preshape that the hand does not have.
 Json preshapeToJson(const HandModel& hand, const std::string& name)
 {
-    const auto found =
-        std::find_if(hand.preshapes.begin(),
-                     hand.preshapes.end(),
-                     [&](const Preshape& preshape) { return preshape.name == name; });
-    return found == hand.preshapes.end() ? Json() : jointsToJson(hand.robot.tree, found->positions);
-}
-
-const std::string& linkName(const HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
+    const Preshape* found = findPreshape(hand, name);
+    return found == nullptr ? Json() : jointsToJson(hand.robot.tree, found->positions);
 }
 
 Json contactsToJson(const HandModel& hand, const std::vector<GraspContact>& contacts)

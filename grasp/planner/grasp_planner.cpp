@@ -58,23 +58,12 @@ int rankGroup(const Grasp& grasp)
     }
 }
 
-/// The whole hull takes far longer than epsilon.
 void addVolumes(std::span<Grasp> grasps, const GraspObject& object, const PlannerOptions& options)
 {
     const std::size_t count =
         std::min(grasps.size(), static_cast<std::size_t>(std::max(0, options.volumes)));
-    tbb::parallel_for(std::size_t{0},
-                      count,
-                      [&](std::size_t k)
-                      {
-                          if (grasps[k].quality.forceClosure)
-                          {
-                              grasps[k].quality.volume =
-                                  wrenchSpaceQuality(wrenchesOf(grasps[k], object, options),
-                                                     options.forceClosureThreshold)
-                                      .volume;
-                          }
-                      });
+    tbb::parallel_for(
+        std::size_t{0}, count, [&](std::size_t k) { addVolume(grasps[k], object, options); });
 }
 
 bool ranksBefore(const Grasp& a, const Grasp& b)

@@ -46,59 +46,6 @@ Eigen::Isometry3d shifted(Eigen::Isometry3d X_W, const Eigen::Vector3d& by)
     return X_W;
 }
 
-RejectReason reasonOf(ToiStatus status, RejectReason overlap)
-{
-    switch (status)
-    {
-        case ToiStatus::Overlapping:
-            return overlap;
-        case ToiStatus::IterationLimit:
-            return RejectReason::IterationLimit;
-        case ToiStatus::Separated:
-        case ToiStatus::Hit:
-        case ToiStatus::TouchingLeaving:
-        case ToiStatus::TouchingPressing:
-            break;
-    }
-    return RejectReason::None;
-}
-
-/// Closes from `X_WH` and scores what comes out; `grasp` brings what is known from the approach.
-void closeAndScore(Grasp& grasp,
-                   const Eigen::Isometry3d& X_WH,
-                   const std::vector<double>& preshape,
-                   CandidateContext& context)
-{
-    const PlannerOptions& options = context.options;
-    const ClosingResult closing =
-        context.close(context.hand, context.object, X_WH, preshape, options.closing);
-    grasp.X_WH = X_WH;
-    grasp.positions = closing.positions;
-    grasp.stops = closing.stops;
-    // The approach certified that the hand is clear of the object here, so what overlaps is the
-    // hand.
-    grasp.reject = reasonOf(closing.status, RejectReason::SelfOverlap);
-    if (grasp.reject == RejectReason::None && closing.touchedObstacle)
-    {
-        grasp.reject = RejectReason::Obstacle;
-    }
-    if (grasp.reject != RejectReason::None)
-    {
-        grasp.positions.clear();
-        return;
-    }
-    grasp.contacts = collectContacts(context.hand, context.object, X_WH, grasp.positions, options);
-    if (grasp.contacts.size() < 2)
-    {
-        grasp.reject = RejectReason::TooFewContacts;
-        return;
-    }
-    grasp.quality.epsilon = wrenchSpaceEpsilon(wrenchesOf(grasp, context.object, options));
-    grasp.quality.forceClosure =
-        grasp.quality.epsilon > 0.0 && grasp.quality.epsilon >= options.forceClosureThreshold;
-    grasp.reject = grasp.quality.forceClosure ? RejectReason::None : RejectReason::NoForceClosure;
-}
-
 /// True if every closing joint follows one and the same joint: a gripper whose jaws cannot centre
 /// themselves on the object; the first jaw to touch stops both.
 bool fingersAreCoupled(const HandModel& hand)
@@ -265,6 +212,77 @@ std::vector<Wrench> wrenchesOf(const Grasp& grasp,
                             .forceClosureThreshold = options.forceClosureThreshold});
 }
 
+void addVolume(Grasp& grasp, const GraspObject& object, const PlannerOptions& options)
+{
+    if (grasp.quality.forceClosure)
+    {
+        grasp.quality.volume =
+            wrenchSpaceQuality(wrenchesOf(grasp, object, options), options.forceClosureThreshold)
+                .volume;
+    }
+}
+
+RejectReason rejectReasonOf(ToiStatus status, RejectReason overlap)
+{
+    switch (status)
+    {
+        case ToiStatus::Overlapping:
+            return overlap;
+        case ToiStatus::IterationLimit:
+            return RejectReason::IterationLimit;
+        case ToiStatus::Separated:
+        case ToiStatus::Hit:
+        case ToiStatus::TouchingLeaving:
+        case ToiStatus::TouchingPressing:
+            break;
+    }
+    return RejectReason::None;
+}
+
+void closeAndScore(Grasp& grasp,
+                   const Eigen::Isometry3d& X_WH,
+                   const std::vector<double>& preshape,
+                   CandidateContext& context)
+{
+    const PlannerOptions& options = context.options;
+    const ClosingResult closing =
+        context.close(context.hand, context.object, X_WH, preshape, options.closing);
+    grasp.X_WH = X_WH;
+    grasp.positions = closing.positions;
+    grasp.stops = closing.stops;
+    // The approach certified that the hand is clear of the object here, so what overlaps is the
+    // hand.
+    grasp.reject = rejectReasonOf(closing.status, RejectReason::SelfOverlap);
+    if (grasp.reject == RejectReason::None && closing.touchedObstacle)
+    {
+        grasp.reject = RejectReason::Obstacle;
+    }
+    if (grasp.reject != RejectReason::None)
+    {
+        grasp.positions.clear();
+        return;
+    }
+    grasp.contacts = collectContacts(context.hand, context.object, X_WH, grasp.positions, options);
+    if (grasp.contacts.size() < 2)
+    {
+        grasp.reject = RejectReason::TooFewContacts;
+        return;
+    }
+    grasp.quality.epsilon = wrenchSpaceEpsilon(wrenchesOf(grasp, context.object, options));
+    grasp.quality.forceClosure =
+        grasp.quality.epsilon > 0.0 && grasp.quality.epsilon >= options.forceClosureThreshold;
+    grasp.reject = grasp.quality.forceClosure ? RejectReason::None : RejectReason::NoForceClosure;
+}
+
+void rejectPenetration(Grasp& grasp, const CandidateContext& context)
+{
+    if (!grasp.positions.empty() &&
+        !checkPenetration(context.hand, context.object, grasp.X_WH, grasp.positions).clean())
+    {
+        grasp.reject = RejectReason::Penetration;
+    }
+}
+
 std::vector<RigidBody> bodiesNear(const ApproachCandidate& candidate,
                                   const GraspObject& object,
                                   const Surroundings& surroundings)
@@ -298,7 +316,7 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
                               context);
     approached.reject = approach.status == ToiStatus::Separated
                             ? RejectReason::NoApproachHit
-                            : reasonOf(approach.status, RejectReason::OverlapAtStart);
+                            : rejectReasonOf(approach.status, RejectReason::OverlapAtStart);
     if (approached.reject != RejectReason::None)
     {
         return approached;
@@ -320,11 +338,7 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
             best = std::move(grasp);
         }
     }
-    if (!best->positions.empty() &&
-        !checkPenetration(context.hand, context.object, best->X_WH, best->positions).clean())
-    {
-        best->reject = RejectReason::Penetration;
-    }
+    rejectPenetration(*best, context);
     return *std::move(best);
 }
 }  // namespace bullet_ccd::grasp

@@ -32,6 +32,23 @@ struct CandidateContext
                                              const GraspObject& object,
                                              const PlannerOptions& options);
 
+/// Gives a force closure the volume of its wrench space, which takes far longer than epsilon.
+void addVolume(Grasp\& grasp, const GraspObject\& object, const PlannerOptions\& options);
+
+/// What the outcome of a query rejects; `overlap` is the reason for one that began in an overlap.
+[[nodiscard]] RejectReason rejectReasonOf(ToiStatus status, RejectReason overlap);
+
+/// Closes at X_WH from joint positions `preshape` and scores what comes out; `grasp` brings what is
+/// known from the approach. A grasp that was not closed is left without joint positions.
+/// @pre the open hand is clear of the object at X_WH: what overlaps there is taken to be the hand
+void closeAndScore(Grasp& grasp,
+                   const Eigen::Isometry3d& X_WH,
+                   const std::vector<double>& preshape,
+                   CandidateContext& context);
+
+/// Rejects a closed grasp that the independent check finds to intersect the object.
+void rejectPenetration(Grasp& grasp, const CandidateContext& context);
+
 /// Obstacles, and where the hand can get from each of its preshapes.
 struct Surroundings
 {

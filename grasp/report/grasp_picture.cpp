@@ -13,12 +13,9 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-const Color kContactColor(0.86F, 0.07F, 0.24F);
 const Color kPaper(0.985F, 0.985F, 0.99F);
 const Color kPaperBelow(0.91F, 0.925F, 0.945F);
 const Color kInk(0.25F, 0.28F, 0.33F);
-/// Share of the object's colour where it lies in front of a link.
-constexpr float kObjectCover = 0.6F;
 constexpr float kHiddenOpacity = 0.45F;
 /// Everything is drawn this much larger and averaged.
 constexpr int kSupersampling = 2;

@@ -10,6 +10,11 @@
 
 namespace bullet_ccd::grasp
 {
+/// Of points of contact and what is drawn at them.
+inline const Color kContactColor(0.86F, 0.07F, 0.24F);
+/// Share of the object's colour where it lies in front of a link.
+inline constexpr float kObjectCover = 0.6F;
+
 struct GraspScene
 {
     std::vector<Shape> hand;  ///< one a link with geometry; id = link

@@ -17,7 +17,20 @@ namespace bullet_ccd::tools
 namespace
 {
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+
+/// Names of all files, sorted.
+std::vector<std::string> filesIn(const fs::path& folder)
+{
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder))
+    {
+        names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
 
 /// Two fingers of one box each, whose URDF leaves out what many leave out: inertials and efforts.
 std::string bareGripper()
@@ -70,11 +83,11 @@ TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
     const Outcome help = run("--help");
     EXPECT_EQ(help.exitCode, 0);
     for (const char* word :
-         {"plan", "check", "force", "hand", "quality", "table", "Exit codes", "Examples"})
+         {"plan", "close", "check", "force", "hand", "quality", "table", "Exit codes", "Examples"})
     {
         EXPECT_THAT(help.out, HasSubstr(word));
     }
-    for (const char* verb : {"plan", "check", "force", "hand", "quality", "table"})
+    for (const char* verb : {"plan", "close", "check", "force", "hand", "quality", "table"})
     {
         const Outcome ofVerb = run(std::string(verb) + " --help");
         EXPECT_EQ(ofVerb.exitCode, 0);
@@ -117,6 +130,8 @@ TEST_F(GraspProgram, NumbersThatMakeNoSenseExitWith2AndAreNamed)
                           Case{"plan", "--jobs", "-3"},
                           Case{"plan", "--cone-edges", "nan"},
                           Case{"plan", "--pictures", "-1"},
+                          Case{"plan", "--models", "-1"},
+                          Case{"plan", "--models", "100"},
                           Case{"table", "--friction", "nan"},
                           Case{"table", "--object-scale", "nan"},
                           Case{"check", "--max-gap", "nan"},
@@ -155,14 +170,34 @@ TEST_F(GraspProgram, PlansWritesAndChecks)
     EXPECT_EQ(planned.exitCode, 0) << planned.err;
     EXPECT_THAT(planned.out, HasSubstr("force closures"));
     EXPECT_THAT(planned.err, HasSubstr("4/4 candidates"));
-    for (const char* name : {"grasps.jsonl", "grasp_01.png", "report.html"})
+    EXPECT_THAT(
+        filesIn(out),
+        ElementsAre(
+            "grasp_01.glb", "grasp_01.png", "grasps.isaac.yaml", "grasps.jsonl", "report.html"));
+    for (const std::string& name : filesIn(out))
     {
-        EXPECT_TRUE(fs::exists(out / name)) << name;
+        EXPECT_THAT(planned.out, HasSubstr((out / name).string()));
     }
-    EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 3);
     const Outcome checked = run("check '" + (out / "grasps.jsonl").string() + "'");
     EXPECT_EQ(checked.exitCode, 0) << checked.out << checked.err;
     EXPECT_THAT(checked.out, HasSubstr("0 of them penetrate"));
+}
+
+TEST_F(GraspProgram, ModelsAreCountedApartFromPicturesAndEarlierOnesGo)
+{
+    const fs::path out = m_folder / "out";
+    ASSERT_EQ(plan(out, "-q --models 2").exitCode, 0);
+    EXPECT_THAT(filesIn(out),
+                ElementsAre("grasp_01.glb",
+                            "grasp_01.png",
+                            "grasp_02.glb",
+                            "grasps.isaac.yaml",
+                            "grasps.jsonl",
+                            "report.html"));
+    EXPECT_EQ(contentOf(out / "grasp_02.glb").substr(0, 4), "glTF");
+    ASSERT_EQ(plan(out, "-q --models 0").exitCode, 0);
+    EXPECT_THAT(filesIn(out),
+                ElementsAre("grasp_01.png", "grasps.isaac.yaml", "grasps.jsonl", "report.html"));
 }
 
 TEST_F(GraspProgram, ResultDoesNotDependOnJobs)

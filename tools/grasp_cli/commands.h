@@ -20,6 +20,7 @@ enum ExitCode
 };
 
 void addPlanCommand(CLI::App& app, int& exitCode);
+void addCloseCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
 void addForceCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
@@ -28,6 +29,9 @@ void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addQualityCommand(CLI::App& app, int& exitCode);
 void addTableCommand(CLI::App& app, int& exitCode);
 
-/// Options that plan and table share: candidates, seed, jobs, quality.
+/// Options that plan and table share: candidates, seed, jobs, engine, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
+/// Its parts for verbs that search nothing.
+void addEngineOption(CLI::App& command, grasp::PlannerOptions& options);
+void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options);
 }  // namespace bullet_ccd::tools

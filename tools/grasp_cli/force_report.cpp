@@ -14,11 +14,6 @@ using Json = nlohmann::ordered_json;
 using grasp::ForceObjective;
 using grasp::ForceStatus;
 
-const std::string& linkName(const grasp::HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
-}
-
 const char* objectiveName(ForceObjective objective)
 {
     switch (objective)

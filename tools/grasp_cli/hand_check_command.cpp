@@ -31,11 +31,6 @@ struct HandCheckArguments
     grasp::PairSampling sampling;
 };
 
-std::string linkName(const HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
-}
-
 double percentOf(const SampledPair& pair)
 {
     return 100.0 * pair.overlaps / pair.samples;

@@ -18,11 +18,6 @@ struct HandArguments
     std::string srdf;
 };
 
-const std::string& linkName(const HandModel& hand, std::int32_t link)
-{
-    return hand.robot.tree.links[static_cast<std::size_t>(link)].name;
-}
-
 std::string fingerOf(const HandModel& hand, std::int32_t link)
 {
     for (const grasp::Finger& finger : hand.fingers)

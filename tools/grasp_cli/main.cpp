@@ -13,10 +13,11 @@ constexpr const char* kFooter =
     "\n"
     "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; table: a criterion failed; force: "
     "no\n"
-    "grasp can hold the load), 2 usage, 3 bad input.\n"
+    "grasp can hold the load; close: nothing touched), 2 usage, 3 bad input.\n"
     "\n"
     "Examples:\n"
     "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out/\n"
+    "  grasp close --hand parallel_gripper --object box.obj --pose 0 0 -0.13 1 0 0 0\n"
     "  grasp check out/grasps.jsonl\n"
     "  grasp force out/grasps.jsonl --mass 0.4 --effort 5 --objective firm\n"
     "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
@@ -32,6 +33,7 @@ int run(int argc, char** argv)
     app.footer(kFooter);
     app.get_formatter()->column_width(34);
     addPlanCommand(app, exitCode);
+    addCloseCommand(app, exitCode);
     addCheckCommand(app, exitCode);
     addForceCommand(app, exitCode);
     addHandCommand(app, exitCode);

@@ -1,17 +1,13 @@
-#include "grasp/planner/grasp_file.h"
-#include "grasp/report/grasp_picture.h"
 #include "tools/ccd_cli/obstacle_list.h"
-#include "tools/grasp_cli/catalogue.h"
 #include "tools/grasp_cli/commands.h"
-#include "tools/grasp_cli/output_folder.h"
+#include "tools/grasp_cli/input_options.h"
+#include "tools/grasp_cli/plan_outputs.h"
 #include "tools/grasp_cli/plan_run.h"
 #include "tools/grasp_cli/text_table.h"
 
 #include <algorithm>
-#include <chrono>
 #include <fmt/format.h>
-#include <fstream>
-#include <map>
+#include <optional>
 #include <stdexcept>
 
 namespace bullet_ccd::tools
@@ -24,74 +20,13 @@ using grasp::RejectReason;
 
 struct PlanArguments
 {
-    std::string hand;
-    std::string object;
-    std::string srdf;
-    double objectScale = 1.0;
+    PairOptions pair;
     fs::path output = "out";
-    int pictures = 5;
+    DrawingOptions drawing;
     bool quiet = false;
     std::vector<std::string> scene;
     grasp::PlannerOptions options;
 };
-
-std::string pictureName(std::size_t rank)
-{
-    return fmt::format("grasp_{:02}.png", rank);
-}
-
-/// The best grasps that have a final posture, in order of rank.
-std::vector<std::size_t> worthDrawing(const std::vector<Grasp>& grasps, int pictures)
-{
-    std::vector<std::size_t> indices;
-    for (std::size_t k = 0; k < grasps.size(); ++k)
-    {
-        const bool drawable = grasps[k].reject == RejectReason::None ||
-                              grasps[k].reject == RejectReason::NoForceClosure;
-        if (drawable && indices.size() < static_cast<std::size_t>(pictures))
-        {
-            indices.push_back(k);
-        }
-    }
-    return indices;
-}
-
-/// Pictures of an earlier run that this one does not replace would be mistaken for its own.
-void removeStalePictures(const fs::path& folder, std::size_t pictures)
-{
-    for (std::size_t rank = pictures + 1; fs::exists(folder / pictureName(rank)); ++rank)
-    {
-        fs::remove(folder / pictureName(rank));
-    }
-}
-
-std::size_t writeOutputs(OutputFolder& output,
-                         const grasp::GraspRun& run,
-                         const grasp::HandModel& hand,
-                         const grasp::GraspObject& object,
-                         const std::vector<Grasp>& grasps,
-                         int pictures)
-{
-    const fs::path records = output.stage("grasps.jsonl");
-    std::ofstream out(records);
-    grasp::writeGrasps(out, run, hand, object, grasps);
-    out.close();
-    if (!out)
-    {
-        throw std::runtime_error(
-            fmt::format("{}: cannot be written: is the disk full?", records.string()));
-    }
-    std::vector<fs::path> files;
-    for (const std::size_t index : worthDrawing(grasps, pictures))
-    {
-        files.push_back(output.stage(pictureName(index + 1)));
-        grasp::drawGrasp(hand, object, grasps[index], {}, files.back());
-    }
-    grasp::writeReport(run, hand, object, grasps, files, output.stage("report.html"));
-    output.commit();
-    removeStalePictures(output.folder(), files.size());
-    return files.size();
-}
 
 std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
 {
@@ -125,7 +60,9 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
     return alignedText(table);
 }
 
-void printSummary(const PlanArguments& arguments, const PlanRun& run, std::size_t pictures)
+void printSummary(const PlanArguments& arguments,
+                  const PlanRun& run,
+                  const std::vector<std::string>& written)
 {
     constexpr std::size_t kRows = 10;
     const std::size_t found = forceClosures(run.grasps);
@@ -149,25 +86,13 @@ void printSummary(const PlanArguments& arguments, const PlanRun& run, std::size_
     {
         fmt::print("rejected: {}\n", rejected);
     }
-    const fs::path folder = arguments.output;
-    fmt::print("planned in {:.1f} s\nwritten:  {}\n          {}\n",
-               run.seconds,
-               (folder / "grasps.jsonl").string(),
-               (folder / "report.html").string());
-    if (pictures > 0)
-    {
-        fmt::print("          {}{}\n",
-                   (folder / pictureName(1)).string(),
-                   pictures > 1 ? " .. " + pictureName(pictures) : "");
-    }
+    fmt::print("planned in {:.1f} s\nwritten:  {}\n", run.seconds, joined(written, "\n          "));
 }
 
 int plan(const PlanArguments& arguments)
 {
-    LoadedHand hand = loadNamedHand(
-        arguments.hand,
-        arguments.srdf.empty() ? std::nullopt : std::optional<fs::path>(arguments.srdf));
-    LoadedObject object = loadNamedObject(arguments.object, arguments.objectScale);
+    LoadedHand hand = loadHandOf(arguments.pair);
+    LoadedObject object = loadObjectOf(arguments.pair);
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
     if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
     {
@@ -183,11 +108,13 @@ int plan(const PlanArguments& arguments)
     const grasp::GraspRun description{.handFile = run.hand.file,
                                       .srdfFile = run.hand.hand.srdfFile,
                                       .objectFile = run.object.file,
-                                      .objectScale = arguments.objectScale,
+                                      .objectScale = arguments.pair.objectScale,
                                       .options = arguments.options};
-    const std::size_t pictures = writeOutputs(
-        output, description, run.hand.hand, run.object.object, run.grasps, arguments.pictures);
-    printSummary(arguments, run, pictures);
+    printSummary(
+        arguments,
+        run,
+        writePlanOutputs(
+            output, description, run.hand.hand, run.object.object, run.grasps, arguments.drawing));
     return forceClosures(run.grasps) > 0 ? kFound : kNothingFound;
 }
 }  // namespace
@@ -196,26 +123,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand("plan", "plan and rank grasps of one object by one hand");
     const auto arguments = std::make_shared<PlanArguments>();
-    command->add_option("--hand", arguments->hand, "URDF file or name of a shipped hand")
-        ->type_name("HAND")
-        ->required()
-        ->group("Input");
-    command->add_option("--object", arguments->object, "mesh file or name of a shipped object")
-        ->type_name("OBJECT")
-        ->required()
-        ->group("Input");
-    command
-        ->add_option("--srdf",
-                     arguments->srdf,
-                     "fingers and preshapes; default: the one beside the URDF,\n"
-                     "else a shipped one for the robot's name, else inferred")
-        ->type_name("FILE")
-        ->group("Input");
-    command->add_option("--object-scale", arguments->objectScale, "object units in metres")
-        ->type_name("S")
-        ->check(within(1e-9, 1e9))
-        ->capture_default_str()
-        ->group("Input");
+    addPairOptions(*command, arguments->pair);
     command
         ->add_option("--scene",
                      arguments->scene,
@@ -230,10 +138,18 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->type_name("FOLDER")
         ->capture_default_str()
         ->group("Output");
-    command->add_option("--pictures", arguments->pictures, "draw the best K grasps")
+    command->add_option("--pictures", arguments->drawing.pictures, "draw the best K grasps")
         ->type_name("K")
         ->check(within(0, 99))
         ->capture_default_str()
+        ->group("Output");
+    command
+        ->add_option("--models",
+                     arguments->drawing.models,
+                     "glTF models (.glb) of the best K grasps, for any 3-D viewer;\n"
+                     "default: as many as pictures")
+        ->type_name("K")
+        ->check(within(0, 99))
         ->group("Output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and no notes on stderr")
         ->group("Output");

@@ -27,6 +27,21 @@ void printNotes(const std::filesystem::path& file, const std::vector<std::string
 }
 }  // namespace
 
+void printNotes(const LoadedHand& hand, const LoadedObject& object)
+{
+    printNotes(hand.file, hand.hand.robot.notes);
+    printNotes(hand.file, hand.hand.notes);
+    printNotes(object.file, object.notes);
+}
+
+grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
+                                   std::span<const RigidBody> obstacles)
+{
+    return engine == grasp::ClosingEngine::Kinematic
+               ? grasp::MakeCloseHand([obstacles] { return grasp::kinematicClosing(obstacles); })
+               : grasp::simulatedClosing();
+}
+
 PlanRun runPlan(LoadedHand hand,
                 LoadedObject object,
                 const grasp::PlannerOptions& options,
@@ -36,24 +51,18 @@ PlanRun runPlan(LoadedHand hand,
     PlanRun run{.hand = std::move(hand), .object = std::move(object), .grasps = {}, .seconds = 0.0};
     if (!quiet)
     {
-        printNotes(run.hand.file, run.hand.hand.robot.notes);
-        printNotes(run.hand.file, run.hand.hand.notes);
-        printNotes(run.object.file, run.object.notes);
+        printNotes(run.hand, run.object);
     }
     const grasp::HandModel& model = run.hand.hand;
     const grasp::GraspObject& target = run.object.object;
     Progress progress(
         fmt::format("{} x {}", model.robot.name, target.name), options.candidates, quiet);
     const auto start = std::chrono::steady_clock::now();
-    const grasp::MakeCloseHand close =
-        options.engine == grasp::ClosingEngine::Kinematic
-            ? grasp::MakeCloseHand([obstacles] { return grasp::kinematicClosing(obstacles); })
-            : grasp::simulatedClosing();
     run.grasps = grasp::planGrasps(
         model,
         target,
         options,
-        close,
+        closingEngine(options.engine, obstacles),
         [&](const grasp::Grasp& grasp) { progress.add(grasp); },
         obstacles);
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

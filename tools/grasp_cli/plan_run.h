@@ -18,6 +18,13 @@ struct PlanRun
     double seconds = 0.0;              ///< planning alone
 };
 
+/// What a user should know about both, on stderr.
+void printNotes(const LoadedHand& hand, const LoadedObject& object);
+
+/// @param obstacles  of the kinematic engine; must outlive the engines
+[[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
+                                                 std::span<const RigidBody> obstacles = {});
+
 /// Plans with the closing engine that the options name.
 [[nodiscard]] PlanRun runPlan(LoadedHand hand,
                               LoadedObject object,

@@ -20,24 +20,17 @@ CLI::Validator wholeNumber()
             },
             ""};
 }
+/// An option with a default that the help shows.
+template <typename T>
+CLI::Option* addValue(
+    CLI::App& command, const char* names, T& value, const char* type, const char* text)
+{
+    return command.add_option(names, value, text)->type_name(type)->capture_default_str();
+}
 }  // namespace
 
-void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
+void addEngineOption(CLI::App& command, grasp::PlannerOptions& options)
 {
-    const auto add = [&](const char* names, auto& value, const char* type, const char* text)
-    { return command.add_option(names, value, text)->type_name(type)->capture_default_str(); };
-    add("-n,--candidates", options.candidates, "N", "approaches to try")
-        ->check(within(std::int64_t{1}, std::int64_t{1'000'000}))
-        ->group("Search");
-    add("--seed", options.seed, "N", "of the sampling sequence")
-        ->check(wholeNumber())
-        ->group("Search");
-    add("-j,--jobs",
-        options.jobs,
-        "N",
-        "threads, 0 for one a core; the result does not depend on it")
-        ->check(within(0, 1024))
-        ->group("Search");
     command
         .add_option("--engine",
                     options.engine,
@@ -50,25 +43,50 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
                 {"simulated", grasp::ClosingEngine::Simulated}},
             CLI::ignore_case))
         ->default_str(grasp::toString(options.engine))
-        ->group("Search");
-    add("--friction", options.friction, "MU", "Coulomb coefficient of all contacts")
+        ->group("Closing");
+}
+
+void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options)
+{
+    addValue(command, "--friction", options.friction, "MU", "Coulomb coefficient of all contacts")
         ->check(within(1e-3, 10.0))
         ->group("Quality");
-    add("--cone-edges", options.coneEdges, "N", "edges of the friction pyramids")
+    addValue(command, "--cone-edges", options.coneEdges, "N", "edges of the friction pyramids")
         ->check(within(3, 64))
         ->group("Quality");
-    add("--volumes",
-        options.volumes,
-        "N",
-        "so many of the best grasps get the volume of their wrench space,\n"
-        "which takes far longer than epsilon")
-        ->check(within(0, 1'000'000))
-        ->group("Quality");
-    add("--min-epsilon",
-        options.forceClosureThreshold,
-        "EPS",
-        "epsilon from which a grasp counts as force closure")
+    addValue(command,
+             "--min-epsilon",
+             options.forceClosureThreshold,
+             "EPS",
+             "epsilon from which a grasp counts as force closure")
         ->check(within(0.0, 1.0))
+        ->group("Quality");
+}
+
+void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
+{
+    addValue(command, "-n,--candidates", options.candidates, "N", "approaches to try")
+        ->check(within(std::int64_t{1}, std::int64_t{1'000'000}))
+        ->group("Search");
+    addValue(command, "--seed", options.seed, "N", "of the sampling sequence")
+        ->check(wholeNumber())
+        ->group("Search");
+    addValue(command,
+             "-j,--jobs",
+             options.jobs,
+             "N",
+             "threads, 0 for one a core; the result does not depend on it")
+        ->check(within(0, 1024))
+        ->group("Search");
+    addEngineOption(command, options);
+    addQualityOptions(command, options);
+    addValue(command,
+             "--volumes",
+             options.volumes,
+             "N",
+             "so many of the best grasps get the volume of their wrench space,\n"
+             "which takes far longer than epsilon")
+        ->check(within(0, 1'000'000))
         ->group("Quality");
 }
 }  // namespace bullet_ccd::tools

@@ -1,6 +1,7 @@
 #include "grasp/planner/grasp_file.h"
 #include "tools/grasp_cli/audit.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/input_options.h"
 #include "tools/grasp_cli/output_folder.h"
 #include "tools/grasp_cli/plan_run.h"
 #include "tools/grasp_cli/text_table.h"
@@ -265,19 +266,7 @@ void addTableCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand("table", "plan every hand with every object and compare");
     const auto arguments = std::make_shared<TableArguments>();
-    command->add_option("--hand", arguments->hands, "URDF file or shipped name; repeatable")
-        ->type_name("HAND")
-        ->required()
-        ->group("Input");
-    command->add_option("--object", arguments->objects, "mesh file or shipped name; repeatable")
-        ->type_name("OBJECT")
-        ->required()
-        ->group("Input");
-    command->add_option("--object-scale", arguments->objectScale, "object units in metres")
-        ->type_name("S")
-        ->check(within(1e-9, 1e9))
-        ->capture_default_str()
-        ->group("Input");
+    addInputOptions(*command, arguments->hands, arguments->objects, arguments->objectScale);
     addPlannerOptions(*command, arguments->options);
     command->add_option("-o,--output", arguments->output, "folder for the table and all grasps")
         ->type_name("FOLDER")

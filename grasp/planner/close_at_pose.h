@@ -1,0 +1,23 @@
+/// One pose that somebody chose, instead of sampled candidates.
+#pragma once
+
+#include "grasp/planner/grasp_planner.h"
+
+namespace bullet_ccd::grasp
+{
+/// Moves the open hand from X_WStart along `shift` (W [m], may be zero) until its first contact,
+/// but no farther, closes it there once and scores what it holds. Nothing is sampled, retreated or
+/// centred: what comes out is what closing at this pose gives.
+///
+/// Reject reasons, in the order in which they are found: OverlapAtStart (the open hand intersects
+/// the object, by the independent check), SelfOverlap, IterationLimit (the hand was not closed:
+/// there are no joint positions); then Penetration, TooFewContacts, NoForceClosure or none.
+/// @param options  closing, contacts and quality of these are used
+[[nodiscard]] Grasp closeAtPose(const HandModel& hand,
+                                const GraspObject& object,
+                                const Eigen::Isometry3d& X_WStart,
+                                const Eigen::Vector3d& shift,
+                                const Preshape& preshape,
+                                const PlannerOptions& options,
+                                const CloseHand& close);
+}  // namespace bullet_ccd::grasp

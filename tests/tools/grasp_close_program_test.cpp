@@ -1,0 +1,217 @@
+// `grasp close`: the shipped parallel gripper, whose joint position is the distance of its pads
+// from the middle, on a box. So all that comes out is known beforehand.
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/support/temp_folder.h"
+#include "tests/tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kHalfWidth = 0.02;  // of the box, along the jaws' way [m]
+constexpr double kTolerance = 2e-5;  // links stop at most this far from the box [m]
+constexpr double kOpen = 0.05;       // preshape "open" [m]
+constexpr double kHalfOpen = 0.025;  // preshape "half_open" [m]
+constexpr double kSpeed = 0.1;       // of closing sliders [m/s]
+constexpr double kAround = -0.13;    // z of the hand that has the box between its pads
+constexpr const char* kUpright = " 1 0 0 0";
+
+class GraspClose : public ::testing::Test
+{
+protected:
+    void SetUp() override { writeObj(makeBox({kHalfWidth, 0.015, 0.015}), m_box); }
+
+    [[nodiscard]] Outcome close(const std::string& pose, const std::string& more = "") const
+    {
+        return runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) +
+                          " close --hand parallel_gripper --object '" + m_box.string() +
+                          "' --pose " + pose + " " + more);
+    }
+    [[nodiscard]] static std::string at(double x, double z)
+    {
+        return std::to_string(x) + " 0 " + std::to_string(z) + kUpright;
+    }
+
+    tests::TempFolder m_temp;
+    fs::path m_box = m_temp.path() / "box.obj";
+};
+
+double jawOf(const Json& record)
+{
+    return record.at("joints").at("left_jaw_joint");
+}
+
+TEST_F(GraspClose, JawsStopAtTheSidesOfABoxBetweenThem)
+{
+    for (const char* engine : {"kinematic", "simulated"})
+    {
+        const Outcome closed = close(at(0.0, kAround), std::string("--json -q --engine ") + engine);
+        EXPECT_EQ(closed.exitCode, 0) << closed.err;
+        EXPECT_EQ(closed.err, "");
+        const Json record = Json::parse(closed.out);
+        EXPECT_TRUE(record["reject"].is_null()) << engine;
+        EXPECT_TRUE(record["quality"]["force_closure"]);
+        EXPECT_GT(jawOf(record), kHalfWidth);
+        EXPECT_LE(jawOf(record), kHalfWidth + kTolerance + 1e-6);
+        ASSERT_FALSE(record["stops"].empty());
+        EXPECT_NEAR(
+            record["stops"][0]["time_s"].get<double>(), (kOpen - kHalfWidth) / kSpeed, 1e-3);
+        EXPECT_EQ(record["stops"][0]["by"], "object");
+        std::set<std::string> flat;
+        for (const Json& contact : record["contacts"])
+        {
+            // The left jaw is the one on the side of positive x.
+            const double side = contact["link"] == "left_jaw" ? 1.0 : -1.0;
+            EXPECT_NEAR(contact["point_m"][0].get<double>(), side * kHalfWidth, 1e-9);
+            // Where an edge of the box meets the rim of a pad the normal is between the two.
+            const double along = -side * contact["normal_into_object"][0].get<double>();
+            EXPECT_GT(along, 0.0);
+            if (along > 1.0 - 1e-6)
+            {
+                flat.insert(contact["link"]);
+            }
+            EXPECT_LE(contact["gap_m"].get<double>(), 1e-4);
+        }
+        EXPECT_THAT(flat, ::testing::ElementsAre("left_jaw", "right_jaw")) << engine;
+    }
+}
+
+TEST_F(GraspClose, PrintsWhatPeopleWantToKnow)
+{
+    const Outcome closed = close(at(0.0, kAround), "-q");
+    EXPECT_EQ(closed.exitCode, 0) << closed.err;
+    for (const char* text : {"stopped",
+                             "left_jaw_joint",
+                             "right_jaw_joint",
+                             "0.0200",
+                             "contact of",
+                             ": force closure (mu 0.5",
+                             "no penetration, by the independent check"})
+    {
+        EXPECT_THAT(closed.out, HasSubstr(text));
+    }
+}
+
+TEST_F(GraspClose, TheFirstJawToTouchStopsBoth)
+{
+    // 5 mm off the middle the right pad touches at 25 mm; the left one is then 10 mm away.
+    constexpr double kOff = 0.005;
+    const Outcome closed = close(at(kOff, kAround), "--json -q");
+    EXPECT_EQ(closed.exitCode, 0) << closed.err;
+    const Json record = Json::parse(closed.out);
+    EXPECT_NEAR(jawOf(record), kHalfWidth + kOff, kTolerance + 1e-6);
+    EXPECT_NEAR(
+        record["stops"][0]["time_s"].get<double>(), (kOpen - kHalfWidth - kOff) / kSpeed, 1e-3);
+    EXPECT_EQ(record["stops"][0]["link"], "right_jaw");
+    for (const Json& contact : record["contacts"])
+    {
+        EXPECT_EQ(contact["link"], "right_jaw");
+    }
+    EXPECT_FALSE(record["quality"]["force_closure"]);
+}
+
+TEST_F(GraspClose, ThePreshapeIsChosenByName)
+{
+    const Json record = Json::parse(close(at(0.0, kAround), "--json -q --preshape half_open").out);
+    EXPECT_EQ(record["preshape"], "half_open");
+    EXPECT_NEAR(
+        record["stops"][0]["time_s"].get<double>(), (kHalfOpen - kHalfWidth) / kSpeed, 1e-3);
+    const Outcome unknown = close(at(0.0, kAround), "--preshape fist");
+    EXPECT_EQ(unknown.exitCode, 3);
+    EXPECT_THAT(
+        unknown.err,
+        HasSubstr("parallel_gripper.urdf: no preshape \"fist\": the hand has open, half_open"));
+}
+
+TEST_F(GraspClose, AnApproachEndsAtItsDistanceOrAtTheFirstContact)
+{
+    const Outcome all = close(at(0.0, kAround - 0.2), "--json -q --approach 0 0 2 0.2");
+    EXPECT_EQ(all.exitCode, 0) << all.err;
+    const Json record = Json::parse(all.out);
+    EXPECT_NEAR(record["approach"]["travel_to_contact_m"].get<double>(), 0.2, 1e-12);
+    EXPECT_NEAR(record["hand_pose_in_object"]["position_m"][2].get<double>(), kAround, 1e-12);
+    EXPECT_NEAR(jawOf(record), kHalfWidth, kTolerance + 1e-6);
+
+    const Outcome palm = close(at(0.0, kAround - 0.2), "--json -q --approach 0 0 1 0.5");
+    EXPECT_EQ(palm.exitCode, 0) << palm.err;
+    const Json deeper = Json::parse(palm.out);
+    EXPECT_GT(deeper["approach"]["travel_to_contact_m"].get<double>(), 0.2);
+    EXPECT_LT(deeper["approach"]["travel_to_contact_m"].get<double>(), 0.3);
+    const Json& contacts = deeper["contacts"];
+    EXPECT_TRUE(std::any_of(contacts.begin(),
+                            contacts.end(),
+                            [](const Json& contact) {
+                                return contact["link"] == "base" &&
+                                       contact["normal_into_object"][2].get<double>() > 0.999;
+                            }))
+        << contacts;
+}
+
+TEST_F(GraspClose, ExitsWith1WhenNothingIsTouched)
+{
+    const Outcome closed = close(at(0.0, -1.0));
+    EXPECT_EQ(closed.exitCode, 1);
+    EXPECT_THAT(closed.err, HasSubstr("nothing touched"));
+    EXPECT_THAT(closed.out, HasSubstr("left_jaw_joint   0.000000"));
+    EXPECT_THAT(closed.out, Not(HasSubstr("contact of")));
+}
+
+TEST_F(GraspClose, ExitsWith1AndNamesALinkThatOverlapsAtTheStart)
+{
+    // 10 mm off the middle the right pad of the half open jaws is at -15 mm: in the box.
+    const Outcome jaw = close(at(0.01, kAround), "--preshape half_open");
+    EXPECT_EQ(jaw.exitCode, 1);
+    EXPECT_THAT(jaw.err, HasSubstr("overlap at start: link right_jaw intersects the object"));
+    const Outcome base = close(at(0.0, -0.03), "--json");
+    EXPECT_EQ(base.exitCode, 1);
+    EXPECT_THAT(base.err, HasSubstr("overlap at start: link base"));
+    EXPECT_EQ(Json::parse(base.out)["reject"], "overlap at start");
+}
+
+TEST_F(GraspClose, NumbersThatMakeNoSenseExitWith2)
+{
+    const Outcome quaternion = close("0 0 -0.13 1 1 0 0");
+    EXPECT_EQ(quaternion.exitCode, 2);
+    EXPECT_THAT(quaternion.err, HasSubstr("--pose: the quaternion has length 1.41421"));
+    EXPECT_EQ(close("0 0 -0.13").exitCode, 2);
+    EXPECT_EQ(close("0 0 nan 1 0 0 0").exitCode, 2);
+    EXPECT_EQ(close(at(0.0, kAround), "--approach 0 0 1").exitCode, 2);
+    const Outcome direction = close(at(0.0, kAround), "--approach 0 0 0 0.1");
+    EXPECT_EQ(direction.exitCode, 2);
+    EXPECT_THAT(direction.err, HasSubstr("--approach"));
+    EXPECT_EQ(close(at(0.0, kAround), "--approach 0 0 1 -0.1").exitCode, 2);
+    EXPECT_EQ(close(at(0.0, kAround), "--engine steam").exitCode, 2);
+}
+
+TEST_F(GraspClose, WritesTheFilesOfAPlanThatTheCheckAccepts)
+{
+    const fs::path out = m_temp.path() / "out";
+    const Outcome closed = close(at(0.0, kAround), "-q -o '" + out.string() + "'");
+    EXPECT_EQ(closed.exitCode, 0) << closed.err;
+    for (const char* name :
+         {"grasps.jsonl", "grasps.isaac.yaml", "report.html", "grasp_01.png", "grasp_01.glb"})
+    {
+        EXPECT_TRUE(fs::exists(out / name)) << name;
+        EXPECT_THAT(closed.out, HasSubstr((out / name).string()));
+    }
+    const Outcome checked = runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " check '" +
+                                       (out / "grasps.jsonl").string() + "'");
+    EXPECT_EQ(checked.exitCode, 0) << checked.out << checked.err;
+}
+}  // namespace
+}  // namespace bullet_ccd::tools
