@@ -33,7 +33,7 @@ struct CandidateContext
                                              const PlannerOptions& options);
 
 /// Gives a force closure the volume of its wrench space, which takes far longer than epsilon.
-void addVolume(Grasp\& grasp, const GraspObject\& object, const PlannerOptions\& options);
+void addVolume(Grasp& grasp, const GraspObject& object, const PlannerOptions& options);
 
 /// What the outcome of a query rejects; `overlap` is the reason for one that began in an overlap.
 [[nodiscard]] RejectReason rejectReasonOf(ToiStatus status, RejectReason overlap);
