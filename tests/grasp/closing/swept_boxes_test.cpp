@@ -45,8 +45,11 @@ HandModel oddHand(Random& random)
         const double from = random.uniform(-3.0, 0.0);
         const Joint joint = i == 2 ? prismatic(axis, 0.0, 0.03)
                                    : revolute(axis, from, from + random.uniform(0.1, 7.0));
-        parent = builder.add(
-            parent, X_PL0, joint, random.chance(0.5) ? 1 : -1, shifted(cube(0.01), random.inBox(0.02)));
+        parent = builder.add(parent,
+                             X_PL0,
+                             joint,
+                             random.chance(0.5) ? 1 : -1,
+                             shifted(cube(0.01), random.inBox(0.02)));
         first = i == 0 ? parent : first;
     }
     const auto follower = builder.add(0,
