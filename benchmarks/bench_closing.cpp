@@ -133,8 +133,10 @@ void summarize(const std::vector<Row>& rows)
     double fclLeast = INFINITY;
     int candidates = 0;
     int other = 0;
+    double worst = 0.0;
     for (const Row& row : rows)
     {
+        worst = std::max(worst, row.comparison.worstOther);
         best.push_back(row.bestRatio);
         fclSum += row.fclRatio;
         fclLeast = std::min(fclLeast, row.fclRatio);
@@ -154,7 +156,10 @@ void summarize(const std::vector<Row>& rows)
         medianOf(best),
         *std::min_element(best.begin(), best.end()));
     fmt::print(
-        "ours in another posture than the sweep of 0.001 rad: {} of {}\n", other, candidates);
+        "ours in another posture than the sweep of 0.001 rad: {} of {}, farthest by {:.4f} rad\n",
+        other,
+        candidates,
+        worst);
 }
 
 int run(const Arguments& arguments)

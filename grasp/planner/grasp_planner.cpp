@@ -26,9 +26,12 @@ struct Worker
 Surroundings surroundingsOf(const HandModel& hand, std::span<const RigidBody> obstacles)
 {
     Surroundings surroundings{.obstacles = obstacles};
-    for (const Preshape& preshape : hand.preshapes)
+    if (!obstacles.empty())
     {
-        surroundings.boxes.push_back(sweptBoxes(hand, preshape.positions));
+        for (const Preshape& preshape : hand.preshapes)
+        {
+            surroundings.boxes.push_back(sweptBoxes(hand, preshape.positions));
+        }
     }
     return surroundings;
 }

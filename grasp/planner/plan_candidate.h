@@ -53,7 +53,7 @@ void rejectPenetration(Grasp& grasp, const CandidateContext& context);
 struct Surroundings
 {
     std::span<const RigidBody> obstacles{};
-    std::vector<SweptBoxes> boxes{};  ///< one a preshape
+    std::vector<SweptBoxes> boxes{};  ///< one a preshape, if there are obstacles
 };
 
 /// The object first, then those obstacles that the candidate can reach on its way.
