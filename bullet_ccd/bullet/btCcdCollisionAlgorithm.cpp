@@ -255,12 +255,22 @@ void btCcdCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* b
                                                const btDispatcherInfo& dispatchInfo,
                                                btManifoldResult* result)
 {
+    if (m_stock != nullptr)  // a jump and no more, for the many pairs of stock shapes
+    {
+        m_stock->processCollision(body0, body1, dispatchInfo, result);
+        return;
+    }
+    processOwn(body0, body1, dispatchInfo, result);
+}
+
+void btCcdCollisionAlgorithm::processOwn(const btCollisionObjectWrapper* body0,
+                                         const btCollisionObjectWrapper* body1,
+                                         const btDispatcherInfo& dispatchInfo,
+                                         btManifoldResult* result)
+{
     if (m_stockFunc != nullptr)
     {
-        if (m_stock == nullptr)
-        {
-            m_stock = m_stockFunc->CreateCollisionAlgorithm(m_info, body0, body1);
-        }
+        m_stock = m_stockFunc->CreateCollisionAlgorithm(m_info, body0, body1);
         m_stock->processCollision(body0, body1, dispatchInfo, result);
         return;
     }

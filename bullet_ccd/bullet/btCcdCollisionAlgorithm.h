@@ -70,6 +70,11 @@ private:
     btCollisionAlgorithmCreateFunc* m_stockFunc;
     btCollisionAlgorithm* m_stock = nullptr;  // made when it is first needed
     btCcdManifolds m_manifolds;
+
+    void processOwn(const btCollisionObjectWrapper* body0,
+                    const btCollisionObjectWrapper* body1,
+                    const btDispatcherInfo& dispatchInfo,
+                    btManifoldResult* result);
 };
 
 #endif  // BT_CCD_COLLISION_ALGORITHM_H

@@ -21,6 +21,11 @@ btScalar reachAlong(const btCcdExtent& box, const btMatrix3x3& basis, const btVe
     return (direction * basis).absolute().dot(box.m_half);
 }
 
+btScalar largest(const btVector3& v)
+{
+    return std::max(std::max(v.x(), v.y()), v.z());
+}
+
 double gapToPlane(const btCcdExtent& plane,
                   const btTransform& planePose,
                   const btCcdExtent& box,
@@ -54,7 +59,8 @@ btCcdExtent btCcdExtentOf(const btCollisionShape& shape)
 double btCcdGap(const btCcdExtent& a,
                 const btTransform& poseA,
                 const btCcdExtent& b,
-                const btTransform& poseB)
+                const btTransform& poseB,
+                double enough)
 {
     const double rounding = kRounding * double(poseA.getOrigin().absolute().dot({1, 1, 1}) +
                                                poseB.getOrigin().absolute().dot({1, 1, 1}) +
@@ -68,21 +74,19 @@ double btCcdGap(const btCcdExtent& a,
     // Along the axes of both boxes and the line of their centers, all in A's frame.
     const btMatrix3x3 R_AB = poseA.getBasis().transposeTimes(poseB.getBasis());
     const btVector3 between_A = (poseB * b.m_center - poseA * a.m_center) * poseA.getBasis();
-    const btVector3 between_B = between_A * R_AB;
     const btVector3 farA = between_A.absolute();
-    const btVector3 farB = between_B.absolute();
     const btMatrix3x3 turn = R_AB.absolute();
-    const btVector3 gapA = farA - a.m_half - turn * b.m_half;
-    const btVector3 gapB = farB - b.m_half - a.m_half * turn;
+    btScalar gap = largest(farA - a.m_half - turn * b.m_half);
+    if (double(gap) - rounding > enough)
+    {
+        return double(gap) - rounding;
+    }
+    const btVector3 farB = (between_A * R_AB).absolute();
+    gap = std::max(gap, largest(farB - b.m_half - a.m_half * turn));
     const btScalar distance = between_A.length();
-    btScalar gap = -1;
     if (distance > btScalar(0))
     {
         gap = std::max(gap, distance - (farA.dot(a.m_half) + farB.dot(b.m_half)) / distance);
     }
-    for (int i = 0; i < 3; ++i)
-    {
-        gap = std::max(gap, std::max(gapA[i], gapB[i]));
-    }
-    return double(gap) - rounding;
+    return double(std::max(gap, btScalar(-1))) - rounding;
 }

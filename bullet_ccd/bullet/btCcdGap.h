@@ -16,10 +16,12 @@ struct btCcdExtent
 
 [[nodiscard]] btCcdExtent btCcdExtentOf(const btCollisionShape& shape);
 
-/// Lower bound of the distance of two shapes [m]; negative if there is none.
+/// Lower bound of the distance of two shapes [m]; negative if there is none. What is above `enough`
+/// need not be the best bound.
 [[nodiscard]] double btCcdGap(const btCcdExtent& a,
                               const btTransform& poseA,
                               const btCcdExtent& b,
-                              const btTransform& poseB);
+                              const btTransform& poseB,
+                              double enough = BT_INFINITY);
 
 #endif  // BT_CCD_GAP_H

@@ -53,8 +53,14 @@ btTransform btCcdPoseOf(const btCcdTracked& tracked)
                                 : body.getLink(collider->m_link).m_cachedWorldTransform;
 }
 
-double btCcdClearance(const btCcdContext& context, const btCcdTracked& a, const btCcdTracked& b)
+bool btCcdAreFartherApart(const btCcdContext& context,
+                          const btCcdTracked& a,
+                          const btCcdTracked& b,
+                          double distance)
 {
-    return btCcdGap(a.m_shape->m_extent, btCcdPoseOf(a), b.m_shape->m_extent, btCcdPoseOf(b)) -
-           (a.m_shape->m_shell + b.m_shape->m_shell + context.m_tolerance);
+    const double enough =
+        distance + (a.m_shape->m_shell + b.m_shape->m_shell + context.m_tolerance);
+    return btCcdGap(
+               a.m_shape->m_extent, btCcdPoseOf(a), b.m_shape->m_extent, btCcdPoseOf(b), enough) >
+           enough;
 }

@@ -21,10 +21,11 @@ class btCcdContext;
 /// Where the object is; a link, where the joints of its multibody have it.
 [[nodiscard]] btTransform btCcdPoseOf(const btCcdTracked& tracked);
 
-/// Lower bound of how much farther apart the two are than all distances that matter to contacts
-/// and to queries [m]; negative if there is none.
-[[nodiscard]] double btCcdClearance(const btCcdContext& context,
-                                    const btCcdTracked& a,
-                                    const btCcdTracked& b);
+/// True if the two are certainly this much farther apart [m] than all distances that matter to
+/// contacts and to queries.
+[[nodiscard]] bool btCcdAreFartherApart(const btCcdContext& context,
+                                        const btCcdTracked& a,
+                                        const btCcdTracked& b,
+                                        double distance);
 
 #endif  // BT_CCD_PAIR_RULES_H

@@ -164,8 +164,8 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         const btCcdTracked& b = *pair.m_b;
         const bool pressed = a.m_pressed && b.m_pressed;
         if ((!(a.m_beyond + b.m_beyond > 0.0) && !pressed) || !a.m_tracked || !b.m_tracked ||
-            (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)) ||
-            btCcdTracker::areBoxesApart(a, b))
+            btCcdTracker::areBoxesApart(a, b) ||
+            (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)))
         {
             continue;
         }
@@ -174,7 +174,7 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
             pair.m_mayLose = btCcdMayLose(m_context, a, b);
         }
         if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
-            !(btCcdClearance(m_context, a, b) > a.m_motion + b.m_motion))
+            !btCcdAreFartherApart(m_context, a, b, a.m_motion + b.m_motion))
         {
             m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
         }

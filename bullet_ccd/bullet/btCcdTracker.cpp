@@ -16,7 +16,7 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 /// What a shape may use up of the margin of the mesh that it meets.
 constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for about so many steps, and for this part of an object's reach.
-constexpr double kSteps = 12.0;
+constexpr double kSteps = 24.0;
 constexpr double kPartOfReach = 0.35;
 
 double norm(const btVector3& v)
@@ -251,7 +251,6 @@ bool btCcdTracker::readMotions(bool check)
     {
         return false;
     }
-    m_isClamped = false;
     bool listed = m_context.m_tolerance == m_listedTolerance;
     double most = -kNever;
     double second = -kNever;
@@ -333,7 +332,6 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
         course.m_turning = norm(body->getAngularVelocity()) * reach;
         tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
-        m_isClamped |= body->getCcdMotionThreshold() != btScalar(0);
     }
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
@@ -556,6 +554,18 @@ void btCcdTracker::listNeighbours()
     }
     // Links move relative to each other more than it seems from their speeds.
     m_compares = !hasLinks && m_movers.size() > m_objects.size();
+}
+
+bool btCcdTracker::seesStockClamping() const
+{
+    return std::any_of(m_objects.begin(),
+                       m_objects.end(),
+                       [](const btCcdTracked& tracked)
+                       {
+                           const btRigidBody* body = btRigidBody::upcast(tracked.m_object);
+                           return body != nullptr && tracked.m_moves &&
+                                  body->getCcdMotionThreshold() != btScalar(0);
+                       });
 }
 
 void btCcdTracker::findNeighbours()

@@ -137,7 +137,8 @@ public:
     [[nodiscard]] const btCcdTracked* find(const btCollisionObject& object) const;
     [[nodiscard]] bool isPressed(int a, int b) const;
     [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
-    [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
+    /// True if Bullet's own motion clamping is on for some body that moves.
+    [[nodiscard]] bool seesStockClamping() const;
 
 private:
     struct Speeds
@@ -172,8 +173,7 @@ private:
     double m_moversMayLose = 0.0;  // at least, of any two
     double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
     bool m_compares = false;  // worth the while
-    bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
-    bool m_isListed = false;   // everything is in its box of the list
+    bool m_isListed = false;  // everything is in its box of the list
 
     [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
     [[nodiscard]] bool isAlone() const;
