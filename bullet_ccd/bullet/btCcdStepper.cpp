@@ -154,17 +154,20 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
 {
     for (btCcdNeighbourPair& pair : neighbours)
     {
+        const btCcdTracked& a = *pair.m_a;
+        const btCcdTracked& b = *pair.m_b;
+        const bool pressed = a.m_pressed && b.m_pressed;
+        if (!(a.m_beyond + b.m_beyond > 0.0) && !pressed)
+        {
+            continue;
+        }
         // What Bullet asks of links first, without the detours.
         if (pair.m_child != nullptr &&
             (pair.m_child->m_flags & BT_MULTIBODYLINKFLAGS_DISABLE_PARENT_COLLISION) != 0)
         {
             continue;
         }
-        const btCcdTracked& a = *pair.m_a;
-        const btCcdTracked& b = *pair.m_b;
-        const bool pressed = a.m_pressed && b.m_pressed;
-        if ((!(a.m_beyond + b.m_beyond > 0.0) && !pressed) || !a.m_tracked || !b.m_tracked ||
-            btCcdTracker::areBoxesApart(a, b) ||
+        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b) ||
             (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)))
         {
             continue;

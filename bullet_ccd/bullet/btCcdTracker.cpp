@@ -7,8 +7,11 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <type_traits>
 
 namespace
 {
@@ -35,6 +38,13 @@ const btVector3& originOf(const btCollisionObject& object)
     const btMultiBody& body = *collider->m_multiBody;
     return collider->m_link < 0 ? body.getBasePos()
                                 : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
+}
+
+/// By its bits: this is asked of every body in every step.
+inline bool isNotZero(btScalar value)
+{
+    using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+    return std::bit_cast<Bits>(value) != 0;
 }
 
 /// Null if neither is the other's parent.
@@ -251,6 +261,7 @@ bool btCcdTracker::readMotions(bool check)
     {
         return false;
     }
+    m_isClamped = false;
     bool listed = m_context.m_tolerance == m_listedTolerance;
     double most = -kNever;
     double second = -kNever;
@@ -332,6 +343,10 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
         course.m_turning = norm(body->getAngularVelocity()) * reach;
         tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
+        if (isNotZero(body->getCcdMotionThreshold())) [[unlikely]]
+        {
+            m_isClamped = true;
+        }
     }
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
@@ -554,18 +569,6 @@ void btCcdTracker::listNeighbours()
     }
     // Links move relative to each other more than it seems from their speeds.
     m_compares = !hasLinks && m_movers.size() > m_objects.size();
-}
-
-bool btCcdTracker::seesStockClamping() const
-{
-    return std::any_of(m_objects.begin(),
-                       m_objects.end(),
-                       [](const btCcdTracked& tracked)
-                       {
-                           const btRigidBody* body = btRigidBody::upcast(tracked.m_object);
-                           return body != nullptr && tracked.m_moves &&
-                                  body->getCcdMotionThreshold() != btScalar(0);
-                       });
 }
 
 void btCcdTracker::findNeighbours()

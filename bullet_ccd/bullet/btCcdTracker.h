@@ -138,7 +138,7 @@ public:
     [[nodiscard]] bool isPressed(int a, int b) const;
     [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
     /// True if Bullet's own motion clamping is on for some body that moves.
-    [[nodiscard]] bool seesStockClamping() const;
+    [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
 
 private:
     struct Speeds
@@ -173,7 +173,8 @@ private:
     double m_moversMayLose = 0.0;  // at least, of any two
     double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
     bool m_compares = false;  // worth the while
-    bool m_isListed = false;  // everything is in its box of the list
+    bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
+    bool m_isListed = false;   // everything is in its box of the list
 
     [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
     [[nodiscard]] bool isAlone() const;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -16,6 +17,8 @@ namespace
 {
 /// Index in the environment; obstacles come after it.
 constexpr std::int32_t kObject = 0;
+/// So many are remembered: hands have fewer, but a caller may bring his own.
+constexpr std::size_t kMaxPreshapes = 32;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// What stops a group next.
@@ -230,19 +233,30 @@ private:
         m_bodies = {{.tree = &object.tree, .motion = {}}};
         m_environment.reset(m_bodies);
         m_groups = closingGroups(hand);
-        m_preshape.clear();
+        m_boxes.clear();
+    }
+
+    const SweptBoxes& boxesOf(const std::vector<double>& preshape)
+    {
+        const auto known = std::find_if(m_boxes.begin(),
+                                        m_boxes.end(),
+                                        [&](const auto& entry) { return entry.first == preshape; });
+        if (known != m_boxes.end())
+        {
+            return known->second;
+        }
+        if (m_boxes.size() == kMaxPreshapes)
+        {
+            m_boxes.clear();
+        }
+        return m_boxes.emplace_back(preshape, sweptBoxes(*m_hand, preshape)).second;
     }
 
     /// Of the obstacles only those stay that the hand can reach at all.
     void findNeighbours(const Eigen::Isometry3d& X_WH, const std::vector<double>& preshape)
     {
-        if (preshape != m_preshape)
-        {
-            m_preshape = preshape;
-            m_boxes = sweptBoxes(*m_hand, preshape);
-        }
         std::vector<std::int32_t> near =
-            reachable(m_boxes, X_WH, Eigen::Vector3d::Zero(), m_obstacles);
+            reachable(boxesOf(preshape), X_WH, Eigen::Vector3d::Zero(), m_obstacles);
         if (near != m_near || m_bodies.size() != near.size() + 1)
         {
             m_near = std::move(near);
@@ -257,10 +271,9 @@ private:
 
     std::span<const RigidBody> m_obstacles;
     const HandModel* m_hand = nullptr;
-    std::vector<double> m_preshape;  // that the boxes belong to
-    SweptBoxes m_boxes;
-    std::vector<std::int32_t> m_near;  // obstacles among the bodies
-    std::vector<RigidBody> m_bodies;   // the object first
+    std::vector<std::pair<std::vector<double>, SweptBoxes>> m_boxes;  // by preshape
+    std::vector<std::int32_t> m_near;                                 // obstacles among the bodies
+    std::vector<RigidBody> m_bodies;                                  // the object first
     Environment m_environment;
     ClosingGroups m_groups;
     ToiWorkspace m_work;
