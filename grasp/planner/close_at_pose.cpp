@@ -80,7 +80,10 @@ Grasp closeAtPose(const HandModel& hand,
         const Eigen::Isometry3d X_WH = grasp.X_WH;
         closeAndScore(grasp, X_WH, preshape.positions, context);
         rejectPenetration(grasp, context);
-        addVolume(grasp, object, options);
+        if (options.volumes > 0)
+        {
+            addVolume(grasp, object, options);
+        }
     }
     return grasp;
 }

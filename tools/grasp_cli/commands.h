@@ -19,6 +19,7 @@ enum ExitCode
     kBadInput = 3,
 };
 
+void addBenchCommand(CLI::App& app, int& exitCode);
 void addPlanCommand(CLI::App& app, int& exitCode);
 void addCloseCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);

@@ -39,6 +39,7 @@ int run(int argc, char** argv)
     addHandCommand(app, exitCode);
     addQualityCommand(app, exitCode);
     addTableCommand(app, exitCode);
+    addBenchCommand(app, exitCode);
     try
     {
         app.parse(argc, argv);

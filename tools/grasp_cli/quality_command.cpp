@@ -1,3 +1,5 @@
+#include "grasp/closing/kinematic_closing.h"
+#include "grasp/planner/pose_noise.h"
 #include "grasp/quality/exact_epsilon.h"
 #include "grasp/quality/force_closure.h"
 #include "grasp/quality/wrench_space.h"
@@ -22,6 +24,8 @@ struct QualityArguments
     std::optional<int> coneEdges;       ///< else those of the plan
     std::optional<double> torqueScale;  ///< [m]; else the object's radius
     double tolerance = 1e-6;
+    std::vector<double> poseNoise;  ///< [m] and [rad]; empty: none
+    int trials = 50;
 };
 
 /// What one grasp is worth.
@@ -30,7 +34,26 @@ struct QualityRow
     grasp::GraspQuality pyramids;  ///< L1
     bool closure = false;          ///< of the pyramids, by linear program
     grasp::EpsilonBounds exact;
+    grasp::PoseRobustness robustness;
 };
+
+grasp::PoseRobustness robustnessOf(const QualityArguments& arguments,
+                                   const GraspRecords& records,
+                                   const grasp::Grasp& grasp)
+{
+    if (arguments.poseNoise.empty())
+    {
+        return {};
+    }
+    return grasp::poseRobustness(records.hand.hand,
+                                 records.object.object,
+                                 grasp,
+                                 {.position = arguments.poseNoise[0],
+                                  .rotation = arguments.poseNoise[1],
+                                  .trials = arguments.trials},
+                                 records.source.run.options,
+                                 grasp::kinematicClosing());
+}
 
 QualityRow qualityOf(const QualityArguments& arguments,
                      const GraspRecords& records,
@@ -55,7 +78,21 @@ QualityRow qualityOf(const QualityArguments& arguments,
                                          {.law = law,
                                           .norm = arguments.norm,
                                           .torqueScale = torqueScale,
-                                          .tolerance = arguments.tolerance})};
+                                          .tolerance = arguments.tolerance}),
+            .robustness = robustnessOf(arguments, records, grasp)};
+}
+
+/// Share of the trials, and epsilon in the median.
+std::vector<std::string> robustnessCells(const QualityArguments& arguments, const QualityRow& row)
+{
+    if (arguments.poseNoise.empty())
+    {
+        return {};
+    }
+    const grasp::PoseRobustness& robustness = row.robustness;
+    return {fmt::format("{} of {}", robustness.forceClosures, robustness.trials),
+            fmt::format("{}", robustness.sameLinks),
+            fmt::format("{:.6f}", robustness.medianEpsilon())};
 }
 
 int quality(const QualityArguments& arguments)
@@ -71,6 +108,11 @@ int quality(const QualityArguments& arguments)
                                "to",
                                "force closure"},
                     .rows = {}};
+    if (!arguments.poseNoise.empty())
+    {
+        table.header.insert(table.header.end(),
+                            {"held under noise", "by the same links", "median epsilon"});
+    }
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
     int closures = 0;
@@ -89,6 +131,8 @@ int quality(const QualityArguments& arguments)
                               fmt::format("{:.6f}", row.exact.lower),
                               fmt::format("{:.6f}", row.exact.upper),
                               closure ? "yes" : "no"});
+        const std::vector<std::string> cells = robustnessCells(arguments, row);
+        table.rows.back().insert(table.rows.back().end(), cells.begin(), cells.end());
     }
     fmt::print(
         "{}\n{} of {} grasps are force closures\n", alignedText(table), closures, chosen.size());
@@ -138,6 +182,20 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         ->check(within(1e-10, 1.0))
         ->capture_default_str()
         ->group("Method");
+    command
+        ->add_option("--pose-noise",
+                     arguments->poseNoise,
+                     "repeat every grasp with the object off by normal errors of these standard\n"
+                     "deviations, along each axis and of the rotation vector")
+        ->type_name("M RAD")
+        ->expected(2)
+        ->check(within(0.0, 10.0))
+        ->group("Robustness");
+    command->add_option("--trials", arguments->trials, "repetitions under pose noise")
+        ->type_name("N")
+        ->check(within(1, 1'000'000))
+        ->capture_default_str()
+        ->group("Robustness");
     command->callback([arguments, &exitCode] { exitCode = quality(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -1,0 +1,85 @@
+#include "tools/grasp_cli/closing_verdict.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/closing/discrete_closing.h"
+#include "grasp/closing/kinematic_closing.h"
+#include "tests/grasp/planner/test_hands.h"
+
+#include <gtest/gtest.h>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+using grasp::ClosingResult;
+
+/// Two jaws, 10 mm thick, that slide at 0.1 m/s towards each other from x = +-45 mm.
+class ClosingVerdictTest : public ::testing::Test
+{
+protected:
+    [[nodiscard]] static grasp::GraspObject plateAt(const Eigen::Vector3d& half,
+                                                    const Eigen::Vector3d& center)
+    {
+        TriangleMesh mesh = makeBox(half);
+        transformMesh(mesh, Eigen::Affine3d(Eigen::Translation3d(center)));
+        return grasp::makeGraspObject("plate", std::move(mesh));
+    }
+    [[nodiscard]] ClosingStart startWith(const grasp::GraspObject& object) const
+    {
+        return {.hand = m_hand,
+                .object = object,
+                .X_WH = Eigen::Isometry3d::Identity(),
+                .open = m_hand.preshapes.front().positions};
+    }
+    [[nodiscard]] ClosingResult ours(const ClosingStart& start, double tolerance) const
+    {
+        return grasp::kinematicClosing()(
+            m_hand, start.object, start.X_WH, start.open, {.tolerance = tolerance});
+    }
+    [[nodiscard]] ClosingResult stepped(const ClosingStart& start, double step) const
+    {
+        return grasp::discreteClosing(*grasp::treeProximity(m_hand, start.object),
+                                      m_hand,
+                                      start.X_WH,
+                                      start.open,
+                                      {.closingStep = step});
+    }
+
+    grasp::HandModel m_hand = tests::makeGripper(false);
+    const grasp::GraspObject m_plate = plateAt({0.0005, 0.05, 0.05}, {0.0, 0.0, 0.03});
+};
+
+TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)
+{
+    const ClosingStart start = startWith(m_plate);
+    const ClosingResult first = ours(start, 2e-5);
+    ASSERT_EQ(first.stops.size(), 2U);
+    EXPECT_EQ(compareClosings(start, first, stepped(start, 0.01), {.sameLinks = true}),
+              ClosingVerdict::Alike);
+    EXPECT_LE(largestStopGap(start, first), 2e-5);
+    EXPECT_FALSE(isInside(start, first.positions));
+}
+
+TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
+{
+    // 1 mm of plate, jaws of 10 mm: in steps of 25 mm the second ends beyond it.
+    const ClosingStart start = startWith(plateAt({0.0005, 0.05, 0.05}, {-0.027, 0.0, 0.03}));
+    const ClosingResult first = ours(start, 2e-5);
+    const ClosingResult other = stepped(start, 0.25);
+    ASSERT_GT(postureDifference(m_hand, first.positions, other.positions), 0.02);
+    EXPECT_EQ(compareClosings(start, first, other, {}), ClosingVerdict::OtherPasses);
+    EXPECT_EQ(compareClosings(start, other, first, {}), ClosingVerdict::FirstPasses);
+}
+
+TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
+{
+    // The plate lies 50 um above the jaws' tips, at z = 60 mm: they slide along it.
+    const ClosingStart start = startWith(plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06105}));
+    const ClosingResult wide = ours(start, 1e-4);
+    const ClosingResult narrow = ours(start, 2e-5);
+    ASSERT_GT(postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
+    EXPECT_EQ(compareClosings(start, wide, narrow, {}), ClosingVerdict::Touches);
+    EXPECT_EQ(compareClosings(start, wide, narrow, {.reach = 1e-5}), ClosingVerdict::Unexplained);
+}
+}  // namespace
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,201 @@
+#include "tools/grasp_cli/bench_pairs.h"
+
+#include "grasp/approach/approach_motion.h"
+#include "grasp/closing/discrete_closing.h"
+#include "grasp/closing/kinematic_closing.h"
+#include "grasp/sim/hand_simulation.h"
+#include "tools/grasp_cli/closing_verdict.h"
+#include "tools/grasp_cli/plan_run.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+using grasp::ClosingResult;
+using nlohmann::json;
+
+constexpr double kFineStep = 0.001;  // [s], at 1 rad/s
+
+/// The closing that ours is compared with.
+grasp::CloseHand referenceClosing(ClosingReference reference,
+                                  const LoadedHand& hand,
+                                  const LoadedObject& object)
+{
+    if (reference == ClosingReference::Simulated)
+    {
+        return grasp::simulatedClosing()();
+    }
+    const std::shared_ptr<grasp::LinkProximity> trees =
+        grasp::treeProximity(hand.hand, object.object);
+    return [trees](const grasp::HandModel& model,
+                   const grasp::GraspObject& /*target*/,
+                   const Eigen::Isometry3d& X_WH,
+                   const std::vector<double>& positions,
+                   const grasp::ClosingOptions& options)
+    {
+        return grasp::discreteClosing(*trees,
+                                      model,
+                                      X_WH,
+                                      positions,
+                                      {.closingStep = kFineStep,
+                                       .contactGap = options.tolerance,
+                                       .contactLayer = 2.0 * options.tolerance,
+                                       .maxSteps = 1'000'000});
+    };
+}
+
+/// Counts over the closings of a pair.
+struct ClosingCounts
+{
+    int candidates = 0;
+    int closings = 0;  // that began, free of overlaps
+    int inside = 0;    // ours, at the end
+    int referenceInside = 0;
+    double largestGap = 0.0;         // ours [m]
+    double largestDifference = 0.0;  // [rad]
+    std::array<int, kClosingVerdicts> verdicts{};
+    std::vector<int> unexplained;  // numbers of the candidates
+    double seconds = 0.0;          // approach and closing of ours, in all
+
+    [[nodiscard]] json row() const
+    {
+        json verdictCounts;
+        for (int i = 0; i < kClosingVerdicts; ++i)
+        {
+            verdictCounts[toString(static_cast<ClosingVerdict>(i))] =
+                verdicts[static_cast<std::size_t>(i)];
+        }
+        return {{"candidates", candidates},
+                {"closings", closings},
+                {"inside", inside},
+                {"reference_inside", referenceInside},
+                {"largest_gap_m", largestGap},
+                {"largest_difference_rad", largestDifference},
+                {"verdicts", verdictCounts},
+                {"unexplained", unexplained},
+                {"seconds", seconds}};
+    }
+};
+
+void count(ClosingCounts& counts,
+           int number,
+           const ClosingStart& start,
+           const ClosingResult& ours,
+           const ClosingResult& other,
+           const ClosingLikeness& likeness)
+{
+    ++counts.closings;
+    counts.inside += isInside(start, ours.positions) ? 1 : 0;
+    counts.referenceInside += isInside(start, other.positions) ? 1 : 0;
+    counts.largestGap = std::max(counts.largestGap, largestStopGap(start, ours));
+    counts.largestDifference = std::max(
+        counts.largestDifference, postureDifference(start.hand, ours.positions, other.positions));
+    const ClosingVerdict verdict = compareClosings(start, ours, other, likeness);
+    ++counts.verdicts[static_cast<std::size_t>(verdict)];
+    if (verdict == ClosingVerdict::Unexplained)
+    {
+        counts.unexplained.push_back(number);
+    }
+}
+
+bool began(const ClosingResult& closing)
+{
+    return closing.status == ToiStatus::Hit || closing.status == ToiStatus::Separated;
+}
+
+json named(json row, const LoadedHand& hand, const LoadedObject& object)
+{
+    row["hand"] = hand.file.stem().string();
+    row["object"] = object.object.name;
+    return row;
+}
+}  // namespace
+
+const char* toString(ClosingReference reference)
+{
+    return reference == ClosingReference::Sweep ? "sweep" : "simulated";
+}
+
+json benchClosing(const LoadedHand& hand,
+                  const LoadedObject& object,
+                  ClosingReference reference,
+                  const grasp::PlannerOptions& options)
+{
+    const bool sweep = reference == ClosingReference::Sweep;
+    const ClosingLikeness likeness{.angle = sweep ? 0.02 : 0.01,
+                                   .sameLinks = !sweep,
+                                   .reach = options.closing.contactThreshold};
+    const grasp::CloseHand close = grasp::kinematicClosing();
+    const grasp::CloseHand closeReference = referenceClosing(reference, hand, object);
+    const std::array bodies{RigidBody{.tree = &object.object.tree, .motion = {}}};
+    const Environment environment(bodies);
+    const grasp::ObjectShape shape = grasp::objectShape(object.object);
+    ToiWorkspace work;
+    ClosingCounts counts;
+    for (int number = 0; number < options.candidates; ++number)
+    {
+        ++counts.candidates;
+        const grasp::ApproachCandidate candidate = grasp::sampleApproach(
+            hand.hand, object.object, shape, options.seed, number, options.candidates);
+        ClosingStart start{.hand = hand.hand,
+                           .object = object.object,
+                           .X_WH = candidate.X_WStart,
+                           .open = hand.hand.preshapes[candidate.preshape].positions};
+        const Eigen::Vector3d shift = candidate.distance * candidate.direction_W;
+        const auto begin = std::chrono::steady_clock::now();
+        const ArticulatedToiResult found = grasp::approachUntilContact(
+            hand.hand, environment, start.X_WH, start.open, shift, options.closing.tolerance, work);
+        if (found.status != ToiStatus::Hit)
+        {
+            continue;
+        }
+        start.X_WH.translation() += found.time * shift;
+        const ClosingResult ours =
+            close(hand.hand, object.object, start.X_WH, start.open, options.closing);
+        counts.seconds +=
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        const ClosingResult other =
+            closeReference(hand.hand, object.object, start.X_WH, start.open, options.closing);
+        if (began(ours) && began(other))
+        {
+            count(counts, number, start, ours, other, likeness);
+        }
+    }
+    return named(counts.row(), hand, object);
+}
+
+json benchPlanning(const LoadedHand& hand,
+                   const LoadedObject& object,
+                   const grasp::PlannerOptions& options)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<grasp::Grasp> grasps =
+        grasp::planGrasps(hand.hand, object.object, options, closingEngine(options.engine));
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    json rejected = json::object();
+    double best = 0.0;
+    for (const grasp::Grasp& grasp : grasps)
+    {
+        best = std::max(best, grasp.quality.epsilon);
+        if (grasp.reject != grasp::RejectReason::None)
+        {
+            json& entry = rejected[grasp::toString(grasp.reject)];
+            entry = entry.is_null() ? 1 : entry.get<int>() + 1;
+        }
+    }
+    return named({{"candidates", grasps.size()},
+                  {"force_closures", forceClosures(grasps)},
+                  {"best_epsilon", best},
+                  {"rejected", rejected},
+                  {"seconds", seconds}},
+                 hand,
+                 object);
+}
+}  // namespace bullet_ccd::tools
