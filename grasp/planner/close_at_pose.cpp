@@ -11,17 +11,16 @@ namespace bullet_ccd::grasp
 namespace
 {
 /// Why the open hand cannot be here, or None.
-RejectReason overlapAtStart(const HandModel& hand,
-                            const GraspObject& object,
+RejectReason overlapAtStart(const CandidateContext& context,
                             const Eigen::Isometry3d& X_WH,
                             const std::vector<double>& positions)
 {
-    if (!checkPenetration(hand, object, X_WH, positions).clean())
+    if (!context.check.at(X_WH, positions).clean())
     {
         return RejectReason::OverlapAtStart;
     }
-    return handOverlaps(hand, object, X_WH, positions) ? RejectReason::SelfOverlap
-                                                       : RejectReason::None;
+    return handOverlaps(context.hand, context.object, X_WH, positions) ? RejectReason::SelfOverlap
+                                                                       : RejectReason::None;
 }
 
 /// Moves grasp.X_WH along the shift until the first contact; sets what the approach leaves behind.
@@ -57,11 +56,7 @@ Grasp closeAtPose(const HandModel& hand,
     grasp.preshape = preshape.name;
     grasp.X_WStart = X_WStart;
     grasp.X_WH = X_WStart;
-    grasp.reject = overlapAtStart(hand, object, X_WStart, preshape.positions);
-    if (grasp.reject != RejectReason::None)
-    {
-        return grasp;
-    }
+    PenetrationCheck check(hand, object);
     const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
     const Environment environment(bodies);
     ToiWorkspace work;
@@ -70,7 +65,13 @@ Grasp closeAtPose(const HandModel& hand,
                              .environment = environment,
                              .options = options,
                              .close = close,
+                             .check = check,
                              .work = work};
+    grasp.reject = overlapAtStart(context, X_WStart, preshape.positions);
+    if (grasp.reject != RejectReason::None)
+    {
+        return grasp;
+    }
     if (!shift.isZero(0.0))
     {
         approach(grasp, shift, preshape.positions, context);

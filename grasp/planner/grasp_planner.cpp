@@ -19,6 +19,7 @@ namespace
 struct Worker
 {
     CloseHand close;
+    PenetrationCheck check;
     Environment environment{};
     ToiWorkspace work{};
 };
@@ -114,7 +115,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                     std::optional<Worker>& worker = workers.local();
                     if (!worker)
                     {
-                        worker.emplace(Worker{.close = makeCloseHand()});
+                        worker.emplace(Worker{.close = makeCloseHand(),
+                                              .check = PenetrationCheck(hand, object)});
                     }
                     const ApproachCandidate candidate = sampleApproach(
                         hand, object, shape, options.seed, number, options.candidates);
@@ -124,6 +126,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                                              .environment = worker->environment,
                                              .options = options,
                                              .close = worker->close,
+                                             .check = worker->check,
                                              .work = worker->work};
                     Grasp& grasp = grasps[static_cast<std::size_t>(number)];
                     grasp = planCandidate(candidate, context);

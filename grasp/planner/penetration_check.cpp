@@ -5,6 +5,7 @@
 #include "grasp/planner/sign_test.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace bullet_ccd::grasp
@@ -132,25 +133,52 @@ bool addInside(const std::vector<Eigen::Vector3d>& points,
 }
 }  // namespace
 
-PenetrationReport checkPenetration(const HandModel& hand,
-                                   const GraspObject& object,
-                                   const Eigen::Isometry3d& X_WH,
-                                   const std::vector<double>& positions)
+struct PenetrationCheck::Parts
 {
-    const std::vector<Eigen::Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
-    const TriangleMesh& objectMesh = object.tree.mesh();
-    const PlacedMesh placedObject = place(objectMesh, Eigen::Isometry3d::Identity());
-    BoxGrid grid = makeGrid(placedObject);
-    ClosedSurface objectSurface(objectMesh);
-
-    PenetrationReport report;
-    for (std::size_t i = 0; i < poses.size(); ++i)
+    Parts(const HandModel& theHand, const GraspObject& theObject)
+        : hand(theHand),
+          object(theObject),
+          placedObject(place(object.tree.mesh(), Eigen::Isometry3d::Identity())),
+          grid(makeGrid(placedObject)),
+          objectSurface(object.tree.mesh()),
+          links(hand.robot.linkMeshes.size())
     {
-        const TriangleMesh& linkMesh = hand.robot.linkMeshes[i];
-        const PlacedMesh link = place(linkMesh, poses[i]);
-        if (linkMesh.triangles.empty() || !link.bounds.intersects(placedObject.bounds))
+    }
+
+    /// A link's surface; none if it is open or was not needed yet.
+    struct LinkSurface
+    {
+        bool known = false;
+        std::optional<ClosedSurface> closed;
+    };
+
+    const HandModel& hand;
+    const GraspObject& object;
+    PlacedMesh placedObject;
+    BoxGrid grid;
+    ClosedSurface objectSurface;
+    std::vector<LinkSurface> links;
+
+    ClosedSurface* surfaceOf(std::size_t link)
+    {
+        LinkSurface& surface = links[link];
+        const TriangleMesh& mesh = hand.robot.linkMeshes[link];
+        if (!surface.known && isWatertight(mesh))
         {
-            continue;
+            surface.closed.emplace(mesh);
+        }
+        surface.known = true;
+        return surface.closed ? &*surface.closed : nullptr;
+    }
+
+    /// Adds what is wrong with the link at its pose; true if anything is.
+    bool look(std::size_t index, const Eigen::Isometry3d& X_WL, PenetrationReport& report)
+    {
+        const TriangleMesh& mesh = hand.robot.linkMeshes[index];
+        const PlacedMesh link = place(mesh, X_WL);
+        if (mesh.triangles.empty() || !link.bounds.intersects(placedObject.bounds))
+        {
+            return false;
         }
         const std::int64_t crossings = countIntersections(link, placedObject, grid);
         report.intersectingTriangles += crossings;
@@ -163,17 +191,43 @@ PenetrationReport checkPenetration(const HandModel& hand,
                                    objectSurface,
                                    report);
         }
-        if (isWatertight(linkMesh))
+        if (ClosedSurface* surface = surfaceOf(index); surface != nullptr)
         {
-            ClosedSurface linkSurface(linkMesh);
-            concerned |= addInside(
-                objectMesh.vertices, poses[i].inverse(), link.bounds, linkSurface, report);
+            concerned |=
+                addInside(placedObject.vertices, X_WL.inverse(), link.bounds, *surface, report);
         }
-        if (concerned && report.link == kNone)
+        return concerned;
+    }
+};
+
+PenetrationCheck::PenetrationCheck(const HandModel& hand, const GraspObject& object)
+    : m_parts(std::make_unique<Parts>(hand, object))
+{
+}
+PenetrationCheck::~PenetrationCheck() = default;
+PenetrationCheck::PenetrationCheck(PenetrationCheck&&) noexcept = default;
+
+PenetrationReport PenetrationCheck::at(const Eigen::Isometry3d& X_WH,
+                                       const std::vector<double>& positions)
+{
+    const std::vector<Eigen::Isometry3d> poses =
+        linkPoses(m_parts->hand.robot.tree, X_WH, positions);
+    PenetrationReport report;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        if (m_parts->look(i, poses[i], report) && report.link == kNone)
         {
             report.link = static_cast<std::int32_t>(i);
         }
     }
     return report;
+}
+
+PenetrationReport checkPenetration(const HandModel& hand,
+                                   const GraspObject& object,
+                                   const Eigen::Isometry3d& X_WH,
+                                   const std::vector<double>& positions)
+{
+    return PenetrationCheck(hand, object).at(X_WH, positions);
 }
 }  // namespace bullet_ccd::grasp

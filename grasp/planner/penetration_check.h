@@ -11,6 +11,8 @@
 #include "grasp/grasp.h"
 #include "grasp/hand/hand_model.h"
 
+#include <memory>
+
 namespace bullet_ccd::grasp
 {
 struct PenetrationReport
@@ -23,10 +25,28 @@ struct PenetrationReport
     [[nodiscard]] bool clean() const { return intersectingTriangles == 0 && verticesInside == 0; }
 };
 
-/// Intersects every triangle of every link with every triangle of the object (a uniform grid finds
-/// the candidates), and looks for vertices of one inside the other.
-/// @param X_WH       pose of the hand's root link; the object's mesh frame is W
-/// @param positions  one entry a link
+/// The check of one hand and object, for many postures: what does not depend on the posture is made
+/// once. Refers to both, which must outlive it. Not for several threads at a time.
+class PenetrationCheck
+{
+public:
+    PenetrationCheck(const HandModel& hand, const GraspObject& object);
+    ~PenetrationCheck();
+    PenetrationCheck(PenetrationCheck&&) noexcept;
+
+    /// Intersects every triangle of every link with every triangle of the object (a uniform grid
+    /// finds the candidates), and looks for vertices of one inside the other.
+    /// @param X_WH       pose of the hand's root link; the object's mesh frame is W
+    /// @param positions  one entry a link
+    [[nodiscard]] PenetrationReport at(const Eigen::Isometry3d& X_WH,
+                                       const std::vector<double>& positions);
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> m_parts;
+};
+
+/// The same for one posture.
 [[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand,
                                                  const GraspObject& object,
                                                  const Eigen::Isometry3d& X_WH,

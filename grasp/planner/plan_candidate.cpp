@@ -2,7 +2,6 @@
 
 #include "bullet_ccd/contact/find_contacts.h"
 #include "grasp/approach/approach_motion.h"
-#include "grasp/planner/penetration_check.h"
 
 #include <algorithm>
 #include <array>
@@ -15,9 +14,9 @@ namespace
 {
 /// Index in the environment; obstacles come after it.
 constexpr std::int32_t kObject = 0;
-/// How far the hand is drawn back from the first contact before it closes [m]. A link that lands on
-/// the object's near side is stopped at once when closing begins there; a little farther back it
-/// can come round.
+/// How far the hand is drawn back from the first contact before it closes [m], until one closing
+/// holds the object. A link that lands on the object's near side is stopped at once when closing
+/// begins there; a little farther back it can come round.
 constexpr std::array kRetreats{0.0, 0.005, 0.015};
 /// Poses of closing that differ by less are the same [m].
 constexpr double kSamePose = 1e-3;
@@ -276,8 +275,7 @@ void closeAndScore(Grasp& grasp,
 
 void rejectPenetration(Grasp& grasp, const CandidateContext& context)
 {
-    if (!grasp.positions.empty() &&
-        !checkPenetration(context.hand, context.object, grasp.X_WH, grasp.positions).clean())
+    if (!grasp.positions.empty() && !context.check.at(grasp.X_WH, grasp.positions).clean())
     {
         grasp.reject = RejectReason::Penetration;
     }
@@ -336,6 +334,10 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
         if (!best || better(grasp, *best))
         {
             best = std::move(grasp);
+        }
+        if (best->reject == RejectReason::None)
+        {
+            break;
         }
     }
     rejectPenetration(*best, context);

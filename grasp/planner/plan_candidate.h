@@ -4,6 +4,7 @@
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/planner/grasp_planner.h"
+#include "grasp/planner/penetration_check.h"
 
 namespace bullet_ccd::grasp
 {
@@ -15,6 +16,7 @@ struct CandidateContext
     const Environment& environment;  ///< the object, and what else is near
     const PlannerOptions& options;
     const CloseHand& close;
+    PenetrationCheck& check;
     ToiWorkspace& work;
 };
 

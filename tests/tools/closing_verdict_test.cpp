@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 namespace bullet_ccd::tools
 {
 namespace
@@ -24,10 +26,12 @@ protected:
         transformMesh(mesh, Eigen::Affine3d(Eigen::Translation3d(center)));
         return grasp::makeGraspObject("plate", std::move(mesh));
     }
-    [[nodiscard]] ClosingStart startWith(const grasp::GraspObject& object) const
+    [[nodiscard]] ClosingStart startWith(const grasp::GraspObject& object)
     {
+        m_check.emplace(m_hand, object);
         return {.hand = m_hand,
                 .object = object,
+                .check = *m_check,
                 .X_WH = Eigen::Isometry3d::Identity(),
                 .open = m_hand.preshapes.front().positions};
     }
@@ -46,6 +50,7 @@ protected:
     }
 
     grasp::HandModel m_hand = tests::makeGripper(false);
+    std::optional<grasp::PenetrationCheck> m_check;
     const grasp::GraspObject m_plate = plateAt({0.0005, 0.05, 0.05}, {0.0, 0.0, 0.03});
 };
 
@@ -63,7 +68,8 @@ TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)
 TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
 {
     // 1 mm of plate, jaws of 10 mm: in steps of 25 mm the second ends beyond it.
-    const ClosingStart start = startWith(plateAt({0.0005, 0.05, 0.05}, {-0.027, 0.0, 0.03}));
+    const grasp::GraspObject plate = plateAt({0.0005, 0.05, 0.05}, {-0.027, 0.0, 0.03});
+    const ClosingStart start = startWith(plate);
     const ClosingResult first = ours(start, 2e-5);
     const ClosingResult other = stepped(start, 0.25);
     ASSERT_GT(postureDifference(m_hand, first.positions, other.positions), 0.02);
@@ -74,7 +80,8 @@ TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
 TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
 {
     // The plate lies 50 um above the jaws' tips, at z = 60 mm: they slide along it.
-    const ClosingStart start = startWith(plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06105}));
+    const grasp::GraspObject plate = plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06105});
+    const ClosingStart start = startWith(plate);
     const ClosingResult wide = ours(start, 1e-4);
     const ClosingResult narrow = ours(start, 2e-5);
     ASSERT_GT(postureDifference(m_hand, wide.positions, narrow.positions), 0.02);

@@ -136,6 +136,7 @@ json benchClosing(const LoadedHand& hand,
     const std::array bodies{RigidBody{.tree = &object.object.tree, .motion = {}}};
     const Environment environment(bodies);
     const grasp::ObjectShape shape = grasp::objectShape(object.object);
+    grasp::PenetrationCheck check(hand.hand, object.object);
     ToiWorkspace work;
     ClosingCounts counts;
     for (int number = 0; number < options.candidates; ++number)
@@ -145,6 +146,7 @@ json benchClosing(const LoadedHand& hand,
             hand.hand, object.object, shape, options.seed, number, options.candidates);
         ClosingStart start{.hand = hand.hand,
                            .object = object.object,
+                           .check = check,
                            .X_WH = candidate.X_WStart,
                            .open = hand.hand.preshapes[candidate.preshape].positions};
         const Eigen::Vector3d shift = candidate.distance * candidate.direction_W;

@@ -2,7 +2,6 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/closing/closing_drives.h"
-#include "grasp/planner/penetration_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -157,7 +156,7 @@ std::vector<double> positionsDuring(const ClosingStart& start,
 bool isInside(const ClosingStart& start, const std::vector<double>& positions)
 {
     return grasp::handOverlaps(start.hand, start.object, start.X_WH, positions) ||
-           !grasp::checkPenetration(start.hand, start.object, start.X_WH, positions).clean();
+           !start.check.at(start.X_WH, positions).clean();
 }
 
 double largestStopGap(const ClosingStart& start, const ClosingResult& closing)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "grasp/closing/closing.h"
+#include "grasp/planner/penetration_check.h"
 
 #include <span>
 #include <string>
@@ -25,6 +26,7 @@ struct ClosingStart
 {
     const grasp::HandModel& hand;
     const grasp::GraspObject& object;
+    grasp::PenetrationCheck& check;  ///< of these two
     Eigen::Isometry3d X_WH;
     std::vector<double> open;  ///< one position a link
 };

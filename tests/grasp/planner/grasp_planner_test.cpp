@@ -326,6 +326,7 @@ protected:
                                  .environment = environment,
                                  .options = m_options,
                                  .close = m_close,
+                                 .check = m_check,
                                  .work = m_work};
         return planCandidate(candidate, context);
     }
@@ -334,6 +335,7 @@ protected:
     GraspObject m_object = makeObject(makeSphere(0.03, 3));
     PlannerOptions m_options;
     CloseHand m_close = kinematicClosing();
+    PenetrationCheck m_check{m_hand, m_object};
     ToiWorkspace m_work;
 };
 
