@@ -22,17 +22,35 @@ int certainSign(double value, double bound)
     return value > bound ? 1 : (value < -bound ? -1 : 0);
 }
 
+/// Sides of a plane on which the corners of a triangle are.
+using Sides = std::array<int, 3>;
+
+Sides sidesOf(const Corners& triangle, const Corners& plane)
+{
+    const auto& [a, b, c] = plane;
+    return {orient3d(a, b, c, triangle[0]),
+            orient3d(a, b, c, triangle[1]),
+            orient3d(a, b, c, triangle[2])};
+}
+
+/// True if all corners are certainly on one side.
+bool onOneSide(const Sides& sides)
+{
+    return sides[0] != 0 && sides[0] == sides[1] && sides[0] == sides[2];
+}
+
+/// A segment of which the ends are on these sides of the triangle's plane.
 Crossing segmentCrossing(const Eigen::Vector3d& p,
                          const Eigen::Vector3d& q,
+                         int sideP,
+                         int sideQ,
                          const Corners& triangle)
 {
-    const auto& [a, b, c] = triangle;
-    const int sideP = orient3d(a, b, c, p);
-    const int sideQ = orient3d(a, b, c, q);
     if (sideP * sideQ > 0)
     {
         return Crossing::None;
     }
+    const auto& [a, b, c] = triangle;
     const std::array<int, 3> turns = {
         orient3d(p, q, a, b), orient3d(p, q, b, c), orient3d(p, q, c, a)};
     const auto [low, high] = std::minmax_element(turns.begin(), turns.end());
@@ -87,13 +105,24 @@ int orient3d(const Eigen::Vector3d& a,
 
 Crossing crossing(const Corners& triangleA, const Corners& triangleB)
 {
+    const Sides sidesA = sidesOf(triangleA, triangleB);
+    if (onOneSide(sidesA))
+    {
+        return Crossing::None;
+    }
+    const Sides sidesB = sidesOf(triangleB, triangleA);
+    if (onOneSide(sidesB))
+    {
+        return Crossing::None;
+    }
     Crossing result = Crossing::None;
     for (std::size_t i = 0; i < 3 && result != Crossing::Proper; ++i)
     {
         const std::size_t j = (i + 1) % 3;
-        result = std::max({result,
-                           segmentCrossing(triangleA[i], triangleA[j], triangleB),
-                           segmentCrossing(triangleB[i], triangleB[j], triangleA)});
+        result = std::max(
+            {result,
+             segmentCrossing(triangleA[i], triangleA[j], sidesA[i], sidesA[j], triangleB),
+             segmentCrossing(triangleB[i], triangleB[j], sidesB[i], sidesB[j], triangleA)});
     }
     return result;
 }
