@@ -1,41 +1,43 @@
-/// Time against error of the time of contact, for any family of queries: scenes, methods, points.
+/// Time against error for any family of queries: scenes, methods, points.
 ///
-/// A family (rigid bodies, chains, ..) supplies its scenes; everything here is the same for all.
+/// A family (rigid bodies, chains, closings, steps of a world) supplies its scenes; everything here
+/// is the same for all.
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::benchmarks
 {
-/// What is known of a query, independent of the methods.
-struct ChartTruth
+/// What was wrong with an answer. A family says in its words what that means.
+enum class ChartFlaw : std::uint8_t
 {
-    bool hit = false;
-    double time = 1.0;       ///< of first contact
-    double slack = 1e-11;    ///< of `time`
-    double clearance = 0.0;  ///< smallest distance met, if no hit
+    None,
+    Missed,
+    Late,
+    False,
+    TimedOut,
 };
 
-/// What a method said.
-struct ChartAnswer
+/// How a query went.
+struct ChartOutcome
 {
-    bool hit = false;
-    double time = 1.0;
     double micros = 0.0;
-    bool timedOut = false;  ///< `micros` is the limit, the rest means nothing
+    bool hit = false;  ///< there is something to find
+    ChartFlaw flaw = ChartFlaw::None;
+    std::optional<double> error{};  ///< of what was found, >= 0; none if nothing was
 };
 
 /// One setting of a method: a tolerance, a number of samples.
 struct ChartSetting
 {
     std::string label;
-    /// Distance up to which this setting may call a near miss a hit.
-    double reach = 0.0;
-    /// Answers and times of the scene's queries, or of its first ones where all would take hours.
-    std::function<std::vector<ChartAnswer>()> run;
+    /// Asks the scene's queries, or its first ones where all would take hours.
+    std::function<std::vector<ChartOutcome>()> run;
 };
 
 struct ChartMethod
@@ -48,21 +50,59 @@ struct ChartScene
 {
     std::string name;
     std::string title;
-    std::vector<ChartTruth> truths;
     std::vector<ChartMethod> methods;
 };
 
-/// Runs every setting of every method of a scene.
-/// @param progress gets a line a method
+/// What the chart says of all scenes of a family.
+struct ChartFamily
+{
+    std::string name;
+    std::string title;
+    std::string time;   ///< what the times are of
+    std::string error;  ///< what the errors are of, with its unit
+    // Words for the flaws; empty: cannot happen.
+    std::string missed;
+    std::string late;
+    std::string falseHit;
+    std::string timedOut;
+    std::vector<std::string> peers;  ///< names and versions; empty ones are left out
+};
+
+/// What is known of a query for a time of contact, independent of the methods.
+struct ChartTruth
+{
+    bool hit = false;
+    double time = 1.0;       ///< of first contact
+    double slack = 1e-11;    ///< of `time`
+    double clearance = 0.0;  ///< smallest distance met, if no hit
+};
+using SharedTruths = std::shared_ptr<const std::vector<ChartTruth>>;
+
+/// What a method said when asked for a time of contact.
+struct ChartAnswer
+{
+    bool hit = false;
+    double time = 1.0;
+    double micros = 0.0;
+    bool timedOut = false;  ///< `micros` is the limit, the rest means nothing
+};
+
+/// A family of queries for times of contact, with its flaws and errors.
+[[nodiscard]] ChartFamily toiFamily(const std::string& name, const std::string& title);
+
+/// A setting that is asked for times of contact.
+/// @param reach distance up to which it may call a near miss a hit
+[[nodiscard]] ChartSetting toiSetting(std::string label,
+                                      double reach,
+                                      SharedTruths truths,
+                                      std::function<std::vector<ChartAnswer>()> ask);
+
+/// Runs every setting of every method of a scene; prints a line for each.
 /// @return the points, as the drawing script reads them; a point that missed, was late or timed out
 ///         says so and is never left out
-[[nodiscard]] nlohmann::json chartPoints(const ChartScene& scene,
-                                         const std::function<void(const std::string&)>& progress);
+[[nodiscard]] nlohmann::json chartPoints(const ChartScene& scene);
 
 /// Writes the file that tools/chart draws: points of all scenes of a family, and what built them.
 /// Throws std::runtime_error if it cannot be written.
-void writeChart(const std::string& output,
-                const std::string& family,
-                const std::vector<std::string>& peers,
-                const nlohmann::json& points);
+void writeChart(const std::string& output, const ChartFamily& family, const nlohmann::json& points);
 }  // namespace bullet_ccd::benchmarks

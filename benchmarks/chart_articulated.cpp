@@ -4,7 +4,6 @@
 #include "benchmarks/rigid_sets.h"
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -26,19 +25,16 @@ int main(int argc, char** argv)
     try
     {
         nlohmann::json points = nlohmann::json::array();
-        const auto progress = [](const std::string& line)
-        {
-            fmt::print("{}\n", line);
-            std::fflush(stdout);
-        };
         for (const std::string& motion : motions)
         {
-            for (const auto& point : chartPoints(makeHumanChartScene(motion, options), progress))
+            for (const auto& point : chartPoints(makeHumanChartScene(motion, options)))
             {
                 points.push_back(point);
             }
         }
-        writeChart(output, "articulated", {fclVersion()}, points);
+        ChartFamily family = toiFamily("articulated", "Time of contact of a moving human");
+        family.peers = {fclVersion()};
+        writeChart(output, family, points);
     }
     catch (const std::exception& error)
     {

@@ -39,17 +39,14 @@ int main(int argc, char** argv)
         for (const std::string& set : sets)
         {
             const ChartScene scene = makeRigidScene(set, meshes, options);
-            for (const auto& point : chartPoints(scene,
-                                                 [](const std::string& line)
-                                                 {
-                                                     fmt::print("{}\n", line);
-                                                     std::fflush(stdout);
-                                                 }))
+            for (const auto& point : chartPoints(scene))
             {
                 points.push_back(point);
             }
         }
-        writeChart(output, "rigid", {fclVersion(), isBulletPresent() ? "Bullet" : ""}, points);
+        ChartFamily family = toiFamily("rigid", "Time of contact of two rigid bodies");
+        family.peers = {fclVersion(), isBulletPresent() ? "Bullet" : ""};
+        writeChart(output, family, points);
     }
     catch (const std::exception& error)
     {

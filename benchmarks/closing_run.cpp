@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -26,8 +25,7 @@ using grasp::GraspObject;
 using grasp::HandModel;
 using grasp::LinkProximity;
 
-constexpr double kTolerance = 2e-5;    // [m]
-constexpr double kSamePosture = 0.02;  // [rad]; of sliding joints a tenth [m]
+constexpr double kTolerance = 2e-5;  // [m]
 constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
 
 /// The baseline's collision library is the peer's.
@@ -88,35 +86,27 @@ std::vector<RigidBody> clutterOf(const GraspObject& object, int count)
     return bodies;
 }
 
-/// A candidate and where ours closes it.
-struct Start
-{
-    Isometry3d X_WStart;
-    Eigen::Vector3d shift;
-    std::vector<double> open;
-    Isometry3d X_WH;
-};
-
 class Ours
 {
 public:
-    Ours(const HandModel& hand, const GraspObject& object, int clutter)
-        : m_hand(hand),
-          m_object(object),
-          m_clutter(clutterOf(object, clutter)),
-          m_bodies{RigidBody{.tree = &object.tree, .motion = {}}},
+    Ours(const ClosingCase& scene, double tolerance)
+        : m_hand(scene.hand),
+          m_object(scene.object),
+          m_tolerance(tolerance),
+          m_clutter(clutterOf(scene.object, scene.clutter)),
+          m_bodies{RigidBody{.tree = &scene.object.tree, .motion = {}}},
           m_environment(m_bodies),
           m_close(grasp::kinematicClosing(m_clutter))
     {
     }
 
-    [[nodiscard]] ArticulatedToiResult approach(const Start& start)
+    [[nodiscard]] ArticulatedToiResult approach(const ClosingStart& start)
     {
         return grasp::approachUntilContact(
-            m_hand, m_environment, start.X_WStart, start.open, start.shift, kTolerance, m_work);
+            m_hand, m_environment, start.X_WStart, start.open, start.shift, m_tolerance, m_work);
     }
 
-    [[nodiscard]] ClosingOutcome run(const Start& start)
+    [[nodiscard]] ClosingOutcome run(const ClosingStart& start)
     {
         ClosingOutcome outcome;
         outcome.microseconds = microsecondsOf(
@@ -125,7 +115,7 @@ public:
                 const ArticulatedToiResult found = approach(start);
                 outcome.travel = found.status == ToiStatus::Hit ? found.time : INFINITY;
                 outcome.closing =
-                    m_close(m_hand, m_object, start.X_WH, start.open, {.tolerance = kTolerance});
+                    m_close(m_hand, m_object, start.X_WH, start.open, {.tolerance = m_tolerance});
             });
         return outcome;
     }
@@ -133,63 +123,13 @@ public:
 private:
     const HandModel& m_hand;
     const GraspObject& m_object;
+    double m_tolerance;
     std::vector<RigidBody> m_clutter;
     std::array<RigidBody, 1> m_bodies;
     Environment m_environment;
     grasp::CloseHand m_close;
     ToiWorkspace m_work;
 };
-
-ClosingOutcome runDiscrete(LinkProximity& proximity,
-                           const HandModel& hand,
-                           const Start& start,
-                           const DiscreteOptions& options)
-{
-    ClosingOutcome outcome;
-    outcome.microseconds = microsecondsOf(
-        [&]
-        {
-            outcome.travel = grasp::discreteApproach(
-                proximity, hand, start.X_WStart, start.shift, start.open, options);
-            outcome.closing =
-                grasp::discreteClosing(proximity, hand, start.X_WH, start.open, options);
-        });
-    return outcome;
-}
-
-std::vector<Start> startsOf(const ClosingCase& scene, Ours& ours)
-{
-    std::vector<Start> starts;
-    for (int number = 0; number < scene.candidates; ++number)
-    {
-        const ApproachCandidate candidate =
-            grasp::sampleApproach(scene.hand, scene.object, scene.seed, number, scene.candidates);
-        Start start{.X_WStart = candidate.X_WStart,
-                    .shift = candidate.distance * candidate.direction_W,
-                    .open = scene.hand.preshapes[candidate.preshape].positions,
-                    .X_WH = candidate.X_WStart};
-        const ArticulatedToiResult found = ours.approach(start);
-        if (found.status == ToiStatus::Hit)
-        {
-            start.X_WH.translation() += found.time * start.shift;
-            starts.push_back(std::move(start));
-        }
-    }
-    return starts;
-}
-
-/// The largest difference of a joint, of sliding ones ten times that.
-double difference(const HandModel& hand, const ClosingResult& a, const ClosingResult& b)
-{
-    double largest = 0.0;
-    for (std::size_t i = 0; i < a.positions.size(); ++i)
-    {
-        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
-        largest =
-            std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a.positions[i] - b.positions[i]));
-    }
-    return largest;
-}
 
 double meanOf(const std::vector<ClosingOutcome>& outcomes)
 {
@@ -202,38 +142,100 @@ double meanOf(const std::vector<ClosingOutcome>& outcomes)
 }
 }  // namespace
 
+std::vector<ClosingStart> closingStarts(const ClosingCase& scene)
+{
+    Ours ours(scene, kTolerance);
+    std::vector<ClosingStart> starts;
+    for (int number = 0; number < scene.candidates; ++number)
+    {
+        const ApproachCandidate candidate =
+            grasp::sampleApproach(scene.hand, scene.object, scene.seed, number, scene.candidates);
+        ClosingStart start{.X_WStart = candidate.X_WStart,
+                           .shift = candidate.distance * candidate.direction_W,
+                           .open = scene.hand.preshapes[candidate.preshape].positions,
+                           .X_WH = candidate.X_WStart};
+        const ArticulatedToiResult found = ours.approach(start);
+        if (found.status == ToiStatus::Hit)
+        {
+            start.X_WH.translation() += found.time * start.shift;
+            starts.push_back(std::move(start));
+        }
+    }
+    return starts;
+}
+
+RunClosing runContinuous(const ClosingCase& scene, double tolerance)
+{
+    return [ours = std::make_shared<Ours>(scene, tolerance)](const ClosingStart& start)
+    { return ours->run(start); };
+}
+
+RunClosing runDiscrete(LinkProximity& proximity,
+                       const HandModel& hand,
+                       const DiscreteOptions& options)
+{
+    return [&proximity, &hand, options](const ClosingStart& start)
+    {
+        ClosingOutcome outcome;
+        outcome.microseconds = microsecondsOf(
+            [&]
+            {
+                outcome.travel = grasp::discreteApproach(
+                    proximity, hand, start.X_WStart, start.shift, start.open, options);
+                outcome.closing =
+                    grasp::discreteClosing(proximity, hand, start.X_WH, start.open, options);
+            });
+        return outcome;
+    };
+}
+
+std::unique_ptr<LinkProximity> fclProximity(const HandModel& hand, const GraspObject& object)
+{
+    return std::make_unique<FclProximity>(hand, object);
+}
+
+double postureDifference(const HandModel& hand, const ClosingResult& a, const ClosingResult& b)
+{
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.positions.size(); ++i)
+    {
+        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
+        largest =
+            std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a.positions[i] - b.positions[i]));
+    }
+    return largest;
+}
+
 ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
 {
-    Ours ours(scene.hand, scene.object, scene.clutter);
-    const std::vector<Start> starts = startsOf(scene, ours);
+    const std::vector<ClosingStart> starts = closingStarts(scene);
     ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
-    const auto add = [&](std::string name, const std::function<ClosingOutcome(const Start&)>& run)
+    const auto add = [&](std::string name, const RunClosing& run)
     {
         MethodResult method{.name = std::move(name), .outcomes = {}};
-        for (const Start& start : starts)
+        for (const ClosingStart& start : starts)
         {
             method.outcomes.push_back(run(start));
         }
         method.meanMicroseconds = meanOf(method.outcomes);
         comparison.methods.push_back(std::move(method));
     };
-    add("ours", [&](const Start& start) { return ours.run(start); });
+    add("ours", runContinuous(scene, kTolerance));
     if (peers == Peers::None)
     {
         return comparison;
     }
     if (isFclPresent())
     {
-        FclProximity fcl(scene.hand, scene.object);
-        add("FCL, default step",
-            [&](const Start& start) { return runDiscrete(fcl, scene.hand, start, {}); });
+        const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
+        add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
     }
     const std::unique_ptr<LinkProximity> trees = grasp::treeProximity(scene.hand, scene.object);
     for (const double factor : kFactors)
     {
         const DiscreteOptions options{.closingStep = 0.01 * factor};
         add(fmt::format("own trees, step x {:g}", factor),
-            [&](const Start& start) { return runDiscrete(*trees, scene.hand, start, options); });
+            runDiscrete(*trees, scene.hand, options));
     }
     const DiscreteOptions fine{.closingStep = 0.001, .contactGap = kTolerance, .maxSteps = 100'000};
     for (std::size_t i = 0; i < starts.size(); ++i)
@@ -242,7 +244,7 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
             grasp::discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
         for (MethodResult& method : comparison.methods)
         {
-            const double by = difference(scene.hand, method.outcomes[i].closing, reference);
+            const double by = postureDifference(scene.hand, method.outcomes[i].closing, reference);
             method.otherPosture += by > kSamePosture ? 1 : 0;
             if (&method == comparison.methods.data())
             {

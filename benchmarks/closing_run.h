@@ -3,6 +3,11 @@
 
 #include "grasp/closing/discrete_closing.h"
 
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,13 +21,22 @@ struct ClosingOutcome
     double microseconds = 0.0;  ///< approach and closing
 };
 
+/// A candidate, and where the hand stands when it begins to close.
+struct ClosingStart
+{
+    Eigen::Isometry3d X_WStart;
+    Eigen::Vector3d shift;  ///< of the approach
+    std::vector<double> open;
+    Eigen::Isometry3d X_WH;  ///< where ours met the object
+};
+
 /// A method over all candidates.
 struct MethodResult
 {
     std::string name;
     std::vector<ClosingOutcome> outcomes;  ///< one a candidate
     double meanMicroseconds = 0.0;
-    /// Candidates of which a joint ends more than 0.02 rad (or 2 mm) from the reference.
+    /// Candidates of which a joint ends more than kSamePosture from the reference.
     int otherPosture = 0;
 };
 
@@ -50,6 +64,28 @@ enum class Peers : std::uint8_t
     All,   ///< FCL only if it is installed
     None,  ///< ours alone, and no reference
 };
+
+/// The candidates whose approach meets something.
+[[nodiscard]] std::vector<ClosingStart> closingStarts(const ClosingCase& scene);
+
+/// Approach and closing by one method.
+using RunClosing = std::function<ClosingOutcome(const ClosingStart&)>;
+[[nodiscard]] RunClosing runContinuous(const ClosingCase& scene, double tolerance);
+[[nodiscard]] RunClosing runDiscrete(grasp::LinkProximity& proximity,
+                                     const grasp::HandModel& hand,
+                                     const grasp::DiscreteOptions& options);
+
+/// The baseline's collision library is FCL.
+/// @pre isFclPresent()
+[[nodiscard]] std::unique_ptr<grasp::LinkProximity> fclProximity(const grasp::HandModel& hand,
+                                                                 const grasp::GraspObject& object);
+
+/// Postures that are farther apart are not the same.
+inline constexpr double kSamePosture = 0.02;
+/// The largest difference of a joint [rad], of sliding ones ten times that [m].
+[[nodiscard]] double postureDifference(const grasp::HandModel& hand,
+                                       const grasp::ClosingResult& a,
+                                       const grasp::ClosingResult& b);
 
 /// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
 /// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
 #include <memory>
 
@@ -39,16 +40,25 @@ struct World
     Environment environment;
     FclHuman peer;
     std::vector<const HumanQuery*> queries;
+    SharedTruths truths;
 };
 using SharedWorld = std::shared_ptr<const World>;
 
-/// All queries in sequence, repeated; the median time counts.
-template <typename Call>
-std::vector<ChartAnswer> askAll(const World& world, int repeats, const Call& call)
+/// Settings of a method.
+struct Asked
 {
-    std::vector<ChartAnswer> answers(world.queries.size());
+    int smallest = 7;  ///< tolerances from 1e-2 m down to 10^-smallest
+    int repeats = 1;
+    std::size_t queries = SIZE_MAX;  ///< the first ones only
+};
+
+/// Queries in sequence, repeated; the median time counts.
+template <typename Call>
+std::vector<ChartAnswer> askAll(const World& world, const Asked& asked, const Call& call)
+{
+    std::vector<ChartAnswer> answers(std::min(asked.queries, world.queries.size()));
     std::vector<std::vector<double>> times(answers.size());
-    for (int repeat = 0; repeat < repeats; ++repeat)
+    for (int repeat = 0; repeat < asked.repeats; ++repeat)
     {
         for (std::size_t i = 0; i < answers.size(); ++i)
         {
@@ -62,13 +72,6 @@ std::vector<ChartAnswer> askAll(const World& world, int repeats, const Call& cal
     return answers;
 }
 
-/// Settings of a method.
-struct Asked
-{
-    int smallest = 7;  ///< tolerances from 1e-2 m down to 10^-smallest
-    int repeats = 1;
-};
-
 template <typename Ask>
 ChartMethod byTolerance(const SharedWorld& world,
                         const std::string& name,
@@ -80,16 +83,17 @@ ChartMethod byTolerance(const SharedWorld& world,
     for (int exponent = 2; exponent <= asked.smallest; ++exponent)
     {
         const double tolerance = std::pow(10.0, -exponent);
-        method.settings.push_back({.label = fmt::format("1e-{}", exponent),
-                                   .reach = tolerance,
-                                   .run = [=]
-                                   {
-                                       return askAll(
-                                           *world,
-                                           asked.repeats,
-                                           [&](const HumanQuery& query)
-                                           { return ask(*world, query, tolerance, *work); });
-                                   }});
+        method.settings.push_back(
+            toiSetting(fmt::format("1e-{}", exponent),
+                       tolerance,
+                       world->truths,
+                       [=]
+                       {
+                           return askAll(*world,
+                                         asked,
+                                         [&](const HumanQuery& query)
+                                         { return ask(*world, query, tolerance, *work); });
+                       }));
     }
     return method;
 }
@@ -107,9 +111,10 @@ ChartMethod stageMethod(const SharedWorld& world, const Stage& stage)
             articulatedToi(w.scene.body(query), w.environment, asked, work);
         return {.hit = isContact(result.status), .time = result.time};
     };
-    // With bounds of first order, steps shrink with the distance: small tolerances take minutes.
+    // With bounds of first order, steps shrink with the distance: a query takes a second, small
+    // tolerances take minutes.
     const bool isFast = stage.options.bound == MotionBound::SecondOrder;
-    const Asked slow{.smallest = 4, .repeats = 1};
+    const Asked slow{.smallest = 4, .queries = world->options.quick ? 3U : 12U};
     return byTolerance(
         world, stage.name, isFast ? Asked{.repeats = world->options.repeats} : slow, ask);
 }
@@ -132,18 +137,20 @@ ChartMethod sampling(const SharedWorld& world)
     ChartMethod method{.name = "FCL sampling of all links", .settings = {}};
     for (const int samples : {11, 101, kNaiveSamples})
     {
-        method.settings.push_back(
-            {.label = fmt::format("x{}", samples),
-             .run = [=]
-             {
-                 return askAll(*world,
-                               1,
-                               [&](const HumanQuery& query) -> ChartAnswer
-                               {
-                                   const double time = world->peer.firstSample(query, samples);
-                                   return {.hit = time <= 1.0, .time = std::min(time, 1.0)};
-                               });
-             }});
+        method.settings.push_back(toiSetting(
+            fmt::format("x{}", samples),
+            0.0,
+            world->truths,
+            [=]
+            {
+                return askAll(*world,
+                              {},
+                              [&](const HumanQuery& query) -> ChartAnswer
+                              {
+                                  const double time = world->peer.firstSample(query, samples);
+                                  return {.hit = time <= 1.0, .time = std::min(time, 1.0)};
+                              });
+            }));
     }
     return method;
 }
@@ -209,19 +216,20 @@ ChartTruth truthOf(const World& world, const HumanQuery& query, ToiWorkspace& wo
 
 ChartScene makeHumanChartScene(const std::string& motion, const HumanChartOptions& options)
 {
-    const auto world = std::make_shared<const World>(options, motion);
+    const auto world = std::make_shared<World>(options, motion);
     ChartScene scene{.name = motion,
                      .title = fmt::format("human, {}: {} x {} triangles",
                                           motion,
                                           world->scene.humanTriangles,
                                           world->scene.obstacleTriangles),
-                     .truths = {},
                      .methods = {}};
     ToiWorkspace work;
+    std::vector<ChartTruth> truths;
     for (const HumanQuery* query : world->queries)
     {
-        scene.truths.push_back(truthOf(*world, *query, work));
+        truths.push_back(truthOf(*world, *query, work));
     }
+    world->truths = std::make_shared<const std::vector<ChartTruth>>(std::move(truths));
     for (const Stage& stage : humanStages(true))
     {
         scene.methods.push_back(stageMethod(world, stage));

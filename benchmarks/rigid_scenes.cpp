@@ -20,6 +20,7 @@ namespace
 {
 /// Queries of a scene that the slowest peer is asked where one takes a second.
 constexpr std::size_t kFewQueries = 10;
+constexpr std::size_t kFewQuickQueries = 3;
 /// Meshes above this size are large: ten thousand samples would take minutes.
 constexpr std::size_t kLargeMesh = 5000;
 
@@ -33,6 +34,7 @@ struct World
     double size = 0.0;  ///< longest side of B
     std::optional<FclModel> fclA{};
     std::optional<FclModel> fclB{};
+    SharedTruths truths{};
 
     [[nodiscard]] bool isLarge() const { return set.meshB->triangles.size() > kLargeMesh; }
     [[nodiscard]] FclBody peerA(std::size_t i) const { return {*fclA, set.queries[i].motionA}; }
@@ -76,20 +78,21 @@ ChartMethod ours(const SharedWorld& world, const std::string& name, ToiStrategy 
     for (int exponent = 1; exponent <= 7; ++exponent)
     {
         const double tolerance = world->size * std::pow(10.0, -exponent);
-        method.settings.push_back(
-            {.label = fmt::format("1e-{}", exponent),
-             .reach = tolerance,
-             .run = [=]
-             {
-                 return askAll(*world,
-                               world->options.repeats,
-                               [&](std::size_t i) -> ChartAnswer
-                               {
-                                   const ToiResult result =
-                                       askOurs(*world, i, tolerance, strategy, *work);
-                                   return {.hit = isContact(result.status), .time = result.time};
-                               });
-             }});
+        method.settings.push_back(toiSetting(
+            fmt::format("1e-{}", exponent),
+            tolerance,
+            world->truths,
+            [=]
+            {
+                return askAll(*world,
+                              world->options.repeats,
+                              [&](std::size_t i) -> ChartAnswer
+                              {
+                                  const ToiResult result =
+                                      askOurs(*world, i, tolerance, strategy, *work);
+                                  return {.hit = isContact(result.status), .time = result.time};
+                              });
+            }));
     }
     return method;
 }
@@ -121,11 +124,13 @@ ChartMethod sampling(const SharedWorld& world, const std::string& name, const Sa
         {
             continue;
         }
-        method.settings.push_back(
-            {.label = fmt::format("x{}", samples), .run = [=] {
-                 return askAll(
-                     *world, 1, [&](std::size_t i) { return sample(*world, i, samples); });
-             }});
+        method.settings.push_back(toiSetting(
+            fmt::format("x{}", samples),
+            0.0,
+            world->truths,
+            [=] {
+                return askAll(*world, 1, [&](std::size_t i) { return sample(*world, i, samples); });
+            }));
     }
     return method;
 }
@@ -134,9 +139,9 @@ ChartMethod peerAdvancement(const SharedWorld& world)
 {
     const auto run = [=](double timeTolerance)
     {
-        const std::size_t count = world->isLarge()
-                                      ? std::min(kFewQueries, world->set.queries.size())
-                                      : world->set.queries.size();
+        const std::size_t few = world->options.quick ? kFewQuickQueries : kFewQueries;
+        const std::size_t all = world->set.queries.size();
+        const std::size_t count = world->isLarge() ? std::min(few, all) : all;
         return runWithLimit(count,
                             world->options.peerSeconds,
                             [&](std::size_t i)
@@ -154,7 +159,7 @@ ChartMethod peerAdvancement(const SharedWorld& world)
                             });
     };
     return {.name = "FCL conservative advancement",
-            .settings = {{.label = "1e-4", .run = [run] { return run(1e-4); }}}};
+            .settings = {toiSetting("1e-4", 0.0, world->truths, [run] { return run(1e-4); })}};
 }
 
 ChartMethod bulletMethod(const SharedWorld& world,
@@ -167,21 +172,22 @@ ChartMethod bulletMethod(const SharedWorld& world,
     {
         const auto a = std::make_shared<BulletHull>(*world->set.meshA, margin);
         const auto b = std::make_shared<BulletHull>(*world->set.meshB, margin);
-        method.settings.push_back(
-            {.label = fmt::format("margin {}", margin),
-             .reach = 2.0 * margin,
-             .run = [=]
-             {
-                 return askAll(*world,
-                               world->options.repeats,
-                               [&](std::size_t i) -> ChartAnswer
-                               {
-                                   const RigidQuery& query = world->set.queries[i];
-                                   const BulletAnswer answer =
-                                       bulletCast(cast, *a, query.motionA, *b, query.motionB);
-                                   return {.hit = answer.hit, .time = answer.time};
-                               });
-             }});
+        method.settings.push_back(toiSetting(
+            fmt::format("margin {}", margin),
+            2.0 * margin,
+            world->truths,
+            [=]
+            {
+                return askAll(*world,
+                              world->options.repeats,
+                              [&](std::size_t i) -> ChartAnswer
+                              {
+                                  const RigidQuery& query = world->set.queries[i];
+                                  const BulletAnswer answer =
+                                      bulletCast(cast, *a, query.motionA, *b, query.motionB);
+                                  return {.hit = answer.hit, .time = answer.time};
+                              });
+            }));
     }
     return method;
 }
@@ -287,12 +293,12 @@ ChartScene makeRigidScene(const std::string& set,
         world->fclA.emplace(*queries.meshA);
         world->fclB.emplace(*queries.meshB);
     }
+    world->truths = std::make_shared<const std::vector<ChartTruth>>(truthsOf(*world));
     ChartScene scene{.name = set,
                      .title = fmt::format("{} ({} x {} triangles)",
                                           set,
                                           queries.meshA->triangles.size(),
                                           queries.meshB->triangles.size()),
-                     .truths = truthsOf(*world),
                      .methods = {}};
     scene.methods.push_back(ours(world, "best-first", ToiStrategy::BestFirst));
     scene.methods.push_back(ours(world, "interval", ToiStrategy::Interval));
