@@ -198,18 +198,7 @@ Missile gimpactBox()
 {
     Missile missile = boxMissile();
     missile.name = "GImpact box";
-    missile.make = [](Scene& scene)
-    {
-        auto triangles = std::make_unique<btTriangleMesh>();
-        const TriangleMesh box = makeBox(kBox);
-        for (const Triangle& t : box.triangles)
-        {
-            triangles->addTriangle(btCcdToBullet(box.vertices[std::size_t(t[0])]),
-                                   btCcdToBullet(box.vertices[std::size_t(t[1])]),
-                                   btCcdToBullet(box.vertices[std::size_t(t[2])]));
-        }
-        return scene.keep(std::make_unique<OwningGImpactShape>(std::move(triangles)));
-    };
+    missile.make = [](Scene& scene) { return gimpactShape(scene, makeBox(kBox)); };
     return missile;
 }
 
@@ -245,6 +234,18 @@ Missile boxMissile()
             .surface = makeBox(kBox),
             .radius = 0.0,
             .inner = kHalf};
+}
+
+btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles)
+{
+    auto mesh = std::make_unique<btTriangleMesh>();
+    for (const Triangle& t : triangles.triangles)
+    {
+        mesh->addTriangle(btCcdToBullet(triangles.vertices[std::size_t(t[0])]),
+                          btCcdToBullet(triangles.vertices[std::size_t(t[1])]),
+                          btCcdToBullet(triangles.vertices[std::size_t(t[2])]));
+    }
+    return scene.keep(std::make_unique<OwningGImpactShape>(std::move(mesh)));
 }
 
 std::vector<Shot> shotsAtTargets()

@@ -39,6 +39,8 @@ struct Shot
 };
 
 [[nodiscard]] Missile boxMissile();
+/// Bullet's own shape for meshes that move, with the margin of ours.
+[[nodiscard]] btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles);
 [[nodiscard]] std::vector<Shot> shotsAtTargets();
 [[nodiscard]] std::vector<std::pair<Missile, Missile>> headOnPairs();
 }  // namespace bullet_ccd::tests
