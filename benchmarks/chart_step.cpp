@@ -13,7 +13,7 @@ int main(int argc, char** argv)
     using namespace bullet_ccd::benchmarks;
     std::string output;
     std::vector<std::string> names = stepScenes();
-    int volleys = 8;
+    int volleys = 4;
     bool quick = false;
     CLI::App app("Time of a frame against what is seen of contacts, stock Bullet and ours");
     app.add_option("-o,--output", output, "JSON file")->required();
