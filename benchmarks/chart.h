@@ -4,6 +4,7 @@
 /// is the same for all.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
