@@ -1,4 +1,5 @@
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/config_option.h"
 
 #include <cstdio>
 #include <exception>
@@ -18,6 +19,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out/\n"
     "  grasp close --hand parallel_gripper --object box.obj --pose 0 0 -0.13 1 0 0 0\n"
+    "  grasp plan --config plan.yaml --seed 2   # options from a file; --print-config writes one\n"
     "  grasp check out/grasps.jsonl\n"
     "  grasp force out/grasps.jsonl --mass 0.4 --effort 5 --objective firm\n"
     "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
@@ -40,6 +42,10 @@ int run(int argc, char** argv)
     addQualityCommand(app, exitCode);
     addTableCommand(app, exitCode);
     addBenchCommand(app, exitCode);
+    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
+    {
+        addConfigOptions(*verb);
+    }
     try
     {
         app.parse(argc, argv);
