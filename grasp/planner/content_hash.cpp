@@ -103,4 +103,15 @@ std::string contentHash(const GraspObject& object)
 {
     return hexadecimal(contentHash(object.tree.mesh()));
 }
+
+std::string contentHash(std::span<const RigidBody> obstacles)
+{
+    Hash hash;
+    for (const RigidBody& obstacle : obstacles)
+    {
+        hash.add(contentHash(obstacle.tree->mesh()));
+        hash.add(obstacle.motion.X_W0);
+    }
+    return obstacles.empty() ? std::string() : hexadecimal(hash.value());
+}
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,6 @@
 #include "grasp/planner/grasp_file.h"
 
-#include "grasp/planner/content_hash.h"
+#include "grasp/planner/grasp_recorder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,122 +16,6 @@ namespace bullet_ccd::grasp
 namespace
 {
 using Json = nlohmann::ordered_json;
-
-Json toJson(const Eigen::Vector3d& v)
-{
-    return Json::array({v.x(), v.y(), v.z()});
-}
-
-/// A rotation matrix is rebuilt from its quaternion when read, so what is written is what counts.
-Json poseToJson(const Eigen::Isometry3d& X)
-{
-    const Eigen::Quaterniond q = Eigen::Quaterniond(X.linear()).normalized();
-    return {{"position_m", toJson(X.translation())},
-            {"quaternion_wxyz", Json::array({q.w(), q.x(), q.y(), q.z()})}};
-}
-
-Json handToJson(const GraspRun& run, const HandModel& hand, const std::string& hash)
-{
-    return {{"name", hand.robot.name},
-            {"urdf", run.handFile.string()},
-            {"srdf", run.srdfFile.empty() ? Json() : Json(run.srdfFile.string())},
-            {"root_link", hand.robot.tree.links.front().name},
-            {"content_hash", hash}};
-}
-
-Json objectToJson(const GraspRun& run, const GraspObject& object, const std::string& hash)
-{
-    return {{"name", object.name},
-            {"file", run.objectFile.string()},
-            {"scale", run.objectScale},
-            {"center_of_mass_m", toJson(object.centerOfMass)},
-            {"radius_m", object.radius},
-            {"watertight", object.watertight},
-            {"content_hash", hash}};
-}
-
-Json planToJson(const PlannerOptions& options)
-{
-    return {{"seed", options.seed},
-            {"candidates", options.candidates},
-            {"closing_engine", toString(options.engine)},
-            {"tolerance_m", options.closing.tolerance},
-            {"contact_threshold_m", options.closing.contactThreshold},
-            {"min_contact_spacing_m", options.minContactSpacing},
-            {"force_closure_threshold", options.forceClosureThreshold}};
-}
-
-Json approachToJson(const Grasp& grasp)
-{
-    Json json{{"start_pose_in_object", poseToJson(grasp.X_WStart)},
-              {"direction", toJson(grasp.approach_W)},
-              {"travel_to_contact_m", grasp.approachDistance}};
-    if (!grasp.positions.empty())
-    {
-        const Eigen::Vector3d moved = grasp.X_WH.translation() - grasp.X_WStart.translation();
-        const double along = moved.dot(grasp.approach_W);
-        json["retreat_m"] = grasp.approachDistance - along;
-        json["sideways_shift_m"] = (moved - along * grasp.approach_W).norm();
-    }
-    return json;
-}
-
-Json jointsToJson(const KinematicTree& tree, const std::vector<double>& positions)
-{
-    Json json = Json::object();
-    for (std::size_t link = 0; link < positions.size(); ++link)
-    {
-        if (tree.links[link].joint.isMovable() && link > 0)
-        {
-            json[tree.links[link].joint.name] = positions[link];
-        }
-    }
-    return json;
-}
-
-/// Null for a preshape that the hand does not have.
-Json preshapeToJson(const HandModel& hand, const std::string& name)
-{
-    const Preshape* found = findPreshape(hand, name);
-    return found == nullptr ? Json() : jointsToJson(hand.robot.tree, found->positions);
-}
-
-Json contactsToJson(const HandModel& hand, const std::vector<GraspContact>& contacts)
-{
-    Json json = Json::array();
-    for (const GraspContact& contact : contacts)
-    {
-        json.push_back({{"link", linkName(hand, contact.link)},
-                        {"point_m", toJson(contact.point)},
-                        {"normal_into_object", toJson(contact.normal)},
-                        {"gap_m", contact.gap}});
-    }
-    return json;
-}
-
-Json stopsToJson(const HandModel& hand, const std::vector<StopEvent>& stops)
-{
-    Json json = Json::array();
-    for (const StopEvent& stop : stops)
-    {
-        json.push_back({{"link", linkName(hand, stop.link)},
-                        {"time_s", stop.time},
-                        {"by", stop.byObject ? "object" : "hand"}});
-    }
-    return json;
-}
-
-Json qualityToJson(const GraspQuality& quality,
-                   const PlannerOptions& options,
-                   const GraspObject& object)
-{
-    return {{"epsilon", quality.epsilon},
-            {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
-            {"force_closure", quality.forceClosure},
-            {"friction", options.friction},
-            {"cone_edges", options.coneEdges},
-            {"torque_scale_m", object.radius}};
-}
 
 /// The file and line that an error is about.
 struct Place
@@ -198,6 +82,19 @@ Eigen::Isometry3d pose(const Json& json, const char* key, const Place& place)
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
     X.translation() = vector<3>(found, "position_m", place);
+    if (found.contains(kRotationKey))
+    {
+        using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+        const Eigen::Matrix<double, 9, 1> rows = vector<9>(found, kRotationKey, place);
+        const Eigen::Matrix3d R = Eigen::Map<const Rows>(rows.data());
+        if (!R.isApprox(X.linear(), 1e-6))
+        {
+            fail(place,
+                 std::string("key \"") + key +
+                     "\": its matrix and its quaternion differ: remove the matrix");
+        }
+        X.linear() = R;
+    }
     return X;
 }
 
@@ -266,6 +163,11 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     options.engine = plan.value("closing_engine", "simulated") == std::string("kinematic")
                          ? ClosingEngine::Kinematic
                          : ClosingEngine::Simulated;
+    // Nor do those of versions that did not keep it.
+    if (plan.contains("obstacles_hash") && !plan.at("obstacles_hash").is_null())
+    {
+        source.run.obstaclesHash = value<std::string>(plan, "obstacles_hash", place);
+    }
     options.closing.tolerance = value<double>(plan, "tolerance_m", place);
     options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);
     options.minContactSpacing = value<double>(plan, "min_contact_spacing_m", place);
@@ -274,6 +176,7 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     options.coneEdges = value<int>(quality, "cone_edges", place);
     source.handHash = value<std::string>(hand, "content_hash", place);
     source.objectHash = value<std::string>(object, "content_hash", place);
+    source.version = json.contains("versions") ? json.at("versions").value("bullet_ccd", "") : "";
     return source;
 }
 
@@ -359,30 +262,11 @@ void writeGrasps(std::ostream& out,
                  const GraspObject& object,
                  std::span<const Grasp> grasps)
 {
-    const std::string handHash = contentHash(hand);
-    const std::string objectHash = contentHash(object);
+    const GraspRecorder recorder(run, hand, object);
     int rank = 1;
     for (const Grasp& grasp : grasps)
     {
-        const bool closed = !grasp.positions.empty();
-        const Json record{
-            {"schema", kGraspSchema},
-            {"rank", rank++},
-            {"candidate", grasp.candidate},
-            {"reject", grasp.reject == RejectReason::None ? Json() : Json(toString(grasp.reject))},
-            {"quality", qualityToJson(grasp.quality, run.options, object)},
-            {"hand_pose_in_object", closed ? poseToJson(grasp.X_WH) : Json()},
-            {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
-            {"contacts", contactsToJson(hand, grasp.contacts)},
-            {"preshape", grasp.preshape},
-            {"preshape_joints", preshapeToJson(hand, grasp.preshape)},
-            {"approach", approachToJson(grasp)},
-            {"stops", stopsToJson(hand, grasp.stops)},
-            {"hand", handToJson(run, hand, handHash)},
-            {"object", objectToJson(run, object, objectHash)},
-            {"plan", planToJson(run.options)},
-            {"versions", {{"bullet_ccd", BULLET_CCD_VERSION}}}};
-        out << record.dump() << '\n';
+        out << recorder.ranked(grasp, rank++) << '\n';
     }
 }
 

@@ -25,6 +25,7 @@ struct GraspRun
     std::filesystem::path srdfFile;  ///< that was used; empty: all was inferred
     std::filesystem::path objectFile;
     double objectScale = 1.0;
+    std::string obstaclesHash{};  ///< contentHash() of what stood beside the object
     PlannerOptions options;
 };
 
@@ -41,6 +42,7 @@ struct GraspFileSource
     GraspRun run;
     std::string handHash;
     std::string objectHash;
+    std::string version;  ///< of bullet_ccd that wrote it
 };
 
 /// Reads the first record of a file for its source.

@@ -4,6 +4,8 @@
 #include "grasp/planner/plan_candidate.h"
 
 #include <algorithm>
+#include <chrono>
+#include <mutex>
 #include <optional>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
@@ -24,6 +26,59 @@ struct Worker
     ToiWorkspace work{};
 };
 
+/// Hands out the candidates that are not known yet, in the order of their numbers.
+class Queue
+{
+public:
+    Queue(const PlannerOptions& options, std::span<const Grasp> known)
+        : m_timeLimit(options.timeLimit), m_start(Clock::now())
+    {
+        std::vector<char> isKnown(static_cast<std::size_t>(options.candidates), 0);
+        for (const Grasp& grasp : known)
+        {
+            require(grasp.candidate >= 0 && grasp.candidate < options.candidates &&
+                        isKnown[static_cast<std::size_t>(grasp.candidate)] == 0,
+                    "planGrasps: a known candidate is there twice or has no number of this plan");
+            isKnown[static_cast<std::size_t>(grasp.candidate)] = 1;
+        }
+        for (std::size_t number = 0; number < isKnown.size(); ++number)
+        {
+            if (isKnown[number] == 0)
+            {
+                m_numbers.push_back(static_cast<std::int64_t>(number));
+            }
+        }
+    }
+
+    [[nodiscard]] std::size_t size() const { return m_numbers.size(); }
+    [[nodiscard]] std::int64_t number(std::size_t turn) const { return m_numbers[turn]; }
+    /// So many turns were given.
+    [[nodiscard]] std::size_t begun() const { return m_begun; }
+
+    /// The next turn, unless there is none or no time left. Thread-safe: the clock is read and the
+    /// turn given as one, so that no later turn is given once one was refused.
+    [[nodiscard]] std::optional<std::size_t> begin()
+    {
+        const std::scoped_lock lock(m_mutex);
+        const std::chrono::duration<double> elapsed = Clock::now() - m_start;
+        const bool isLate = m_timeLimit > 0.0 && elapsed.count() >= m_timeLimit;
+        if (m_begun == m_numbers.size() || (isLate && m_begun > 0))
+        {
+            return std::nullopt;
+        }
+        return m_begun++;
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    std::vector<std::int64_t> m_numbers;
+    double m_timeLimit = 0.0;
+    Clock::time_point m_start;
+    std::size_t m_begun = 0;
+    std::mutex m_mutex;
+};
+
 Surroundings surroundingsOf(const HandModel& hand, std::span<const RigidBody> obstacles)
 {
     Surroundings surroundings{.obstacles = obstacles};
@@ -41,6 +96,7 @@ void checkOptions(const PlannerOptions& options)
 {
     require(options.candidates > 0, "planGrasps: at least one candidate is needed");
     require(options.jobs >= 0, "planGrasps: jobs must not be negative");
+    require(options.timeLimit >= 0.0, "planGrasps: the time limit must not be negative");
     require(options.friction > 0.0, "planGrasps: friction must be positive");
     require(options.coneEdges >= 3, "planGrasps: a friction cone needs three edges or more");
     require(options.closing.tolerance > 0.0, "planGrasps: the tolerance must be positive");
@@ -59,6 +115,16 @@ int rankGroup(const Grasp& grasp)
             return 1;
         default:
             return 2;
+    }
+}
+
+/// Volumes belong to ranks, and ranks may have changed.
+void addKnown(std::vector<Grasp>& grasps, std::span<const Grasp> known)
+{
+    for (const Grasp& grasp : known)
+    {
+        grasps.push_back(grasp);
+        grasps.back().quality.volume = 0.0;
     }
 }
 
@@ -90,11 +156,11 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                               const GraspObject& object,
                               const PlannerOptions& options,
                               const MakeCloseHand& makeCloseHand,
-                              const PlanProgress& progress,
-                              std::span<const RigidBody> obstacles)
+                              const PlanExtras& extras)
 {
     checkOptions(options);
-    std::vector<Grasp> grasps(static_cast<std::size_t>(options.candidates));
+    Queue queue(options, extras.known);
+    std::vector<Grasp> planned(queue.size());
     const int jobs = options.jobs > 0 ? options.jobs : tbb::info::default_concurrency();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(jobs));
@@ -104,14 +170,19 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
         [&]
         {
             const ObjectShape shape = objectShape(object);
-            const Surroundings surroundings = surroundingsOf(hand, obstacles);
+            const Surroundings surroundings = surroundingsOf(hand, extras.obstacles);
             // Every candidate has its own place and its own random numbers, so neither the order
             // nor the number of threads matters.
             tbb::parallel_for(
-                std::int64_t{0},
-                options.candidates,
-                [&](std::int64_t number)
+                std::size_t{0},
+                queue.size(),
+                [&](std::size_t)
                 {
+                    const std::optional<std::size_t> turn = queue.begin();
+                    if (!turn)
+                    {
+                        return;
+                    }
                     std::optional<Worker>& worker = workers.local();
                     if (!worker)
                     {
@@ -119,7 +190,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                                               .check = PenetrationCheck(hand, object)});
                     }
                     const ApproachCandidate candidate = sampleApproach(
-                        hand, object, shape, options.seed, number, options.candidates);
+                        hand, object, shape, options.seed, queue.number(*turn), options.candidates);
                     worker->environment.reset(bodiesNear(candidate, object, surroundings));
                     CandidateContext context{.hand = hand,
                                              .object = object,
@@ -128,16 +199,17 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                                              .close = worker->close,
                                              .check = worker->check,
                                              .work = worker->work};
-                    Grasp& grasp = grasps[static_cast<std::size_t>(number)];
-                    grasp = planCandidate(candidate, context);
-                    if (progress)
+                    planned[*turn] = planCandidate(candidate, context);
+                    if (extras.progress)
                     {
-                        progress(grasp);
+                        extras.progress(planned[*turn]);
                     }
                 });
-            std::sort(grasps.begin(), grasps.end(), ranksBefore);
-            addVolumes(grasps, object, options);
+            planned.resize(queue.begun());
+            addKnown(planned, extras.known);
+            std::sort(planned.begin(), planned.end(), ranksBefore);
+            addVolumes(planned, object, options);
         });
-    return grasps;
+    return planned;
 }
 }  // namespace bullet_ccd::grasp

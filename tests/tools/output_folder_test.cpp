@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <unistd.h>
 
 namespace bullet_ccd::tools
 {
@@ -45,6 +46,21 @@ TEST_F(OutputFolderTest, CommitReplacesFilesAndLeavesNothingElse)
     EXPECT_EQ(read("a"), "new");
     EXPECT_EQ(read("b"), "new too");
     EXPECT_EQ(read("mine"), "kept");
+}
+
+TEST_F(OutputFolderTest, WhatAKilledProcessLeftBehindGoes)
+{
+    // A number that no process has: above what Linux gives.
+    const fs::path left = m_folder / ".unfinished-2000000000";
+    const fs::path ofThis = m_folder / (".unfinished-" + std::to_string(::getppid()));
+    for (const fs::path& folder : {left, ofThis})
+    {
+        fs::create_directories(folder);
+        write(folder / "a", "half");
+    }
+    const OutputFolder output(m_folder);
+    EXPECT_FALSE(fs::exists(left));
+    EXPECT_TRUE(fs::exists(ofThis));
 }
 
 TEST_F(OutputFolderTest, WithoutCommitNothingChanges)

@@ -1,8 +1,12 @@
 #include "tools/grasp_cli/output_folder.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <stdexcept>
+#include <string_view>
 #include <unistd.h>
 #include <utility>
 
@@ -17,6 +21,28 @@ namespace
     throw std::runtime_error(fmt::format(
         "{}: cannot be written ({}): choose another folder with -o", path.string(), reason));
 }
+
+constexpr std::string_view kStaging = ".unfinished-";  // and the number of the process
+
+/// What processes that were killed left behind.
+void removeAbandoned(const fs::path& folder)
+{
+    std::error_code error;
+    std::vector<fs::path> abandoned;
+    for (const auto& entry : fs::directory_iterator(folder, error))
+    {
+        const std::string name = entry.path().filename().string();
+        const int process = name.starts_with(kStaging) ? std::atoi(&name[kStaging.size()]) : 0;
+        if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)
+        {
+            abandoned.push_back(entry.path());
+        }
+    }
+    for (const fs::path& path : abandoned)
+    {
+        fs::remove_all(path, error);
+    }
+}
 }  // namespace
 
 OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))
@@ -27,7 +53,8 @@ OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))
     {
         failTo(m_folder, error.message());
     }
-    m_staging = m_folder / fmt::format(".unfinished-{}", ::getpid());
+    removeAbandoned(m_folder);
+    m_staging = m_folder / fmt::format("{}{}", kStaging, ::getpid());
     fs::create_directory(m_staging, error);
     if (error)
     {

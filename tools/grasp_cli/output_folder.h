@@ -8,7 +8,8 @@
 namespace bullet_ccd::tools
 {
 /// Files are written into a hidden folder inside the output folder and moved to their places by
-/// commit(); without it nothing that was there before is touched.
+/// commit(); without it nothing that was there before is touched, but for hidden folders of
+/// processes that were killed.
 class OutputFolder
 {
 public:

@@ -1,6 +1,8 @@
+#include "grasp/planner/content_hash.h"
 #include "tools/ccd_cli/obstacle_list.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/input_options.h"
+#include "tools/grasp_cli/plan_journal.h"
 #include "tools/grasp_cli/plan_outputs.h"
 #include "tools/grasp_cli/plan_run.h"
 #include "tools/grasp_cli/text_table.h"
@@ -24,6 +26,7 @@ struct PlanArguments
     fs::path output = "out";
     DrawingOptions drawing;
     bool quiet = false;
+    bool resume = false;
     std::vector<std::string> scene;
     grasp::PlannerOptions options;
 };
@@ -73,6 +76,15 @@ void printSummary(const PlanArguments& arguments,
                run.grasps.size(),
                arguments.options.friction,
                arguments.options.forceClosureThreshold);
+    if (const std::string left = candidatesLeft(run.grasps, arguments.options.candidates);
+        !left.empty())
+    {
+        fmt::print(
+            "time limit reached: {} of {} candidates tried, not {}; --resume goes on with them\n",
+            run.grasps.size(),
+            arguments.options.candidates,
+            left);
+    }
     if (found > 0)
     {
         fmt::print("\n{}", bestGrasps(run.grasps, kRows));
@@ -89,33 +101,90 @@ void printSummary(const PlanArguments& arguments,
     fmt::print("planned in {:.1f} s\nwritten:  {}\n", run.seconds, joined(written, "\n          "));
 }
 
+void printNotes(const PlanJournal& journal, const PlanArguments& arguments)
+{
+    const std::string file = journal.file().string();
+    if (!journal.known().empty())
+    {
+        fmt::print(stderr,
+                   "{}: {} of {} candidates were tried before: going on with the others\n",
+                   file,
+                   journal.known().size(),
+                   arguments.options.candidates);
+    }
+    else if (arguments.resume)
+    {
+        fmt::print(stderr, "{}: no stopped run here: starting at the first candidate\n", file);
+    }
+    else if (!journal.setAside().empty())
+    {
+        fmt::print(stderr,
+                   "{}: of a stopped run that --resume would have gone on with: now {}\n",
+                   file,
+                   journal.setAside().filename().string());
+    }
+}
+
 int plan(const PlanArguments& arguments)
 {
-    LoadedHand hand = loadHandOf(arguments.pair);
-    LoadedObject object = loadObjectOf(arguments.pair);
+    PlanRun run{.hand = loadHandOf(arguments.pair), .object = loadObjectOf(arguments.pair)};
+    const grasp::HandModel& hand = run.hand.hand;
+    const grasp::GraspObject& object = run.object.object;
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
     if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
     {
         throw std::runtime_error(
             "--scene: the simulated engine closes on the object alone: use --engine kinematic");
     }
-    OutputFolder output(arguments.output);
-    const PlanRun run = runPlan(std::move(hand),
-                                std::move(object),
-                                arguments.options,
-                                arguments.quiet,
-                                bodiesOf(obstacles));
+    const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     const grasp::GraspRun description{.handFile = run.hand.file,
-                                      .srdfFile = run.hand.hand.srdfFile,
+                                      .srdfFile = hand.srdfFile,
                                       .objectFile = run.object.file,
                                       .objectScale = arguments.pair.objectScale,
+                                      .obstaclesHash = grasp::contentHash(bodies),
                                       .options = arguments.options};
-    printSummary(
-        arguments,
-        run,
-        writePlanOutputs(
-            output, description, run.hand.hand, run.object.object, run.grasps, arguments.drawing));
+    OutputFolder output(arguments.output);
+    PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
+    if (!arguments.quiet)
+    {
+        printNotes(journal, arguments);
+    }
+    runPlan(run,
+            arguments.options,
+            arguments.quiet,
+            {.progress = [&](const Grasp& grasp) { journal.append(grasp); },
+             .obstacles = bodies,
+             .known = journal.known()});
+    std::vector<std::string> written =
+        writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing);
+    if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
+    {
+        journal.remove();
+    }
+    else
+    {
+        written.push_back(journal.file().string());
+    }
+    printSummary(arguments, run, written);
     return forceClosures(run.grasps) > 0 ? kFound : kNothingFound;
+}
+
+void addStoppingOptions(CLI::App& command, PlanArguments& arguments)
+{
+    command
+        .add_option("--time-limit",
+                    arguments.options.timeLimit,
+                    "begin no candidate after so many seconds, 0 for no limit")
+        ->type_name("S")
+        ->check(within(0.0, 1e9))
+        ->capture_default_str()
+        ->group("Search");
+    command
+        .add_flag("--resume",
+                  arguments.resume,
+                  "go on with what a run that was stopped or killed, or met its time\n"
+                  "limit, left in the output folder")
+        ->group("Search");
 }
 }  // namespace
 
@@ -132,6 +201,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->type_name("FILE")
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
+    addStoppingOptions(*command, *arguments);
     command
         ->add_option(
             "-o,--output", arguments->output, "folder; files in it are replaced at the end")

@@ -42,13 +42,11 @@ grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
                : grasp::simulatedClosing();
 }
 
-PlanRun runPlan(LoadedHand hand,
-                LoadedObject object,
-                const grasp::PlannerOptions& options,
-                bool quiet,
-                std::span<const RigidBody> obstacles)
+void runPlan(PlanRun& run,
+             const grasp::PlannerOptions& options,
+             bool quiet,
+             const grasp::PlanExtras& extras)
 {
-    PlanRun run{.hand = std::move(hand), .object = std::move(object), .grasps = {}, .seconds = 0.0};
     if (!quiet)
     {
         printNotes(run.hand, run.object);
@@ -57,16 +55,42 @@ PlanRun runPlan(LoadedHand hand,
     const grasp::GraspObject& target = run.object.object;
     Progress progress(
         fmt::format("{} x {}", model.robot.name, target.name), options.candidates, quiet);
+    for (const grasp::Grasp& grasp : extras.known)
+    {
+        progress.addKnown(grasp);
+    }
+    grasp::PlanExtras all = extras;
+    all.progress = [&](const grasp::Grasp& grasp)
+    {
+        if (extras.progress)
+        {
+            extras.progress(grasp);
+        }
+        progress.add(grasp);
+    };
     const auto start = std::chrono::steady_clock::now();
     run.grasps = grasp::planGrasps(
-        model,
-        target,
-        options,
-        closingEngine(options.engine, obstacles),
-        [&](const grasp::Grasp& grasp) { progress.add(grasp); },
-        obstacles);
+        model, target, options, closingEngine(options.engine, extras.obstacles), all);
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return run;
+}
+
+std::string candidatesLeft(const std::vector<grasp::Grasp>& grasps, std::int64_t candidates)
+{
+    std::vector<char> tried(static_cast<std::size_t>(candidates), 0);
+    for (const grasp::Grasp& grasp : grasps)
+    {
+        tried[static_cast<std::size_t>(grasp.candidate)] = 1;
+    }
+    std::vector<std::string> ranges;
+    for (auto first = std::find(tried.begin(), tried.end(), 0); first != tried.end();)
+    {
+        const auto end = std::find(first, tried.end(), 1);
+        const auto from = first - tried.begin();
+        const auto to = end - tried.begin() - 1;
+        ranges.push_back(from == to ? std::to_string(from) : fmt::format("{} to {}", from, to));
+        first = std::find(end, tried.end(), 0);
+    }
+    return joined(ranges, ", ");
 }
 
 std::size_t forceClosures(const std::vector<grasp::Grasp>& grasps)

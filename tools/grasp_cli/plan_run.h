@@ -14,8 +14,8 @@ struct PlanRun
 {
     LoadedHand hand;
     LoadedObject object;
-    std::vector<grasp::Grasp> grasps;  ///< best first
-    double seconds = 0.0;              ///< planning alone
+    std::vector<grasp::Grasp> grasps{};  ///< best first
+    double seconds = 0.0;                ///< planning alone
 };
 
 /// What a user should know about both, on stderr.
@@ -25,12 +25,15 @@ void printNotes(const LoadedHand& hand, const LoadedObject& object);
 [[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
                                                  std::span<const RigidBody> obstacles = {});
 
-/// Plans with the closing engine that the options name.
-[[nodiscard]] PlanRun runPlan(LoadedHand hand,
-                              LoadedObject object,
-                              const grasp::PlannerOptions& options,
-                              bool quiet,
-                              std::span<const RigidBody> obstacles = {});
+/// Plans with the closing engine that the options name and fills in what is found.
+void runPlan(PlanRun& run,
+             const grasp::PlannerOptions& options,
+             bool quiet,
+             const grasp::PlanExtras& extras = {});
+
+/// Candidates that were not tried, such as "3, 7 to 9"; empty if all were.
+[[nodiscard]] std::string candidatesLeft(const std::vector<grasp::Grasp>& grasps,
+                                         std::int64_t candidates);
 
 [[nodiscard]] std::size_t forceClosures(const std::vector<grasp::Grasp>& grasps);
 [[nodiscard]] std::size_t linksInContact(const grasp::Grasp& grasp);

@@ -28,13 +28,24 @@ Progress::~Progress()
 void Progress::add(const grasp::Grasp& grasp)
 {
     const std::scoped_lock lock(m_mutex);
-    ++m_done;
-    m_found += grasp.reject == grasp::RejectReason::None ? 1 : 0;
+    count(grasp);
     const std::int64_t step = std::max<std::int64_t>(1, (m_total + 9) / 10);
     if (!m_quiet && (m_terminal || m_done % step == 0 || m_done == m_total))
     {
         show();
     }
+}
+
+void Progress::addKnown(const grasp::Grasp& grasp)
+{
+    const std::scoped_lock lock(m_mutex);
+    count(grasp);
+}
+
+void Progress::count(const grasp::Grasp& grasp)
+{
+    ++m_done;
+    m_found += grasp.reject == grasp::RejectReason::None ? 1 : 0;
 }
 
 void Progress::show()

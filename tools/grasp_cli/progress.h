@@ -21,8 +21,11 @@ public:
     Progress& operator=(const Progress&) = delete;
 
     void add(const grasp::Grasp& grasp);
+    /// Counts a candidate of an earlier run without a line.
+    void addKnown(const grasp::Grasp& grasp);
 
 private:
+    void count(const grasp::Grasp& grasp);
     void show();
 
     std::string m_label;

@@ -226,10 +226,9 @@ int table(const TableArguments& arguments)
     {
         for (const std::string& object : arguments.objects)
         {
-            const PlanRun run = runPlan(loadNamedHand(hand, std::nullopt),
-                                        loadNamedObject(object, arguments.objectScale),
-                                        arguments.options,
-                                        arguments.quiet);
+            PlanRun run{.hand = loadNamedHand(hand, std::nullopt),
+                        .object = loadNamedObject(object, arguments.objectScale)};
+            runPlan(run, arguments.options, arguments.quiet);
             rows.push_back(rowOf(run));
             if (output)
             {

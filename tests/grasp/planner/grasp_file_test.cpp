@@ -1,7 +1,9 @@
 #include "grasp/planner/grasp_file.h"
 
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/closing/kinematic_closing.h"
 #include "grasp/planner/content_hash.h"
+#include "grasp/planner/grasp_recorder.h"
 #include "tests/grasp/planner/test_hands.h"
 #include "tests/support/temp_folder.h"
 
@@ -10,6 +12,7 @@
 #include <fstream>
 #include <gmock/gmock.h>
 #include <random>
+#include <set>
 #include <sstream>
 
 namespace bullet_ccd::grasp
@@ -146,6 +149,78 @@ TEST_F(GraspFile, RoundTripIsExact)
     }
 }
 
+/// All that is kept, to the bit; X_WH of a hand that was never closed means nothing.
+void expectSameBits(const Grasp& a, const Grasp& b)
+{
+    EXPECT_EQ(a.candidate, b.candidate);
+    EXPECT_EQ(a.reject, b.reject);
+    EXPECT_EQ(a.preshape, b.preshape);
+    EXPECT_EQ(a.X_WStart.matrix(), b.X_WStart.matrix());
+    EXPECT_EQ(a.approach_W, b.approach_W);
+    EXPECT_EQ(a.approachDistance, b.approachDistance);
+    EXPECT_EQ(a.positions, b.positions);
+    EXPECT_TRUE(a.positions.empty() || a.X_WH.matrix() == b.X_WH.matrix());
+    EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
+    EXPECT_EQ(a.quality.volume, b.quality.volume);
+    EXPECT_EQ(a.quality.forceClosure, b.quality.forceClosure);
+    ASSERT_EQ(a.contacts.size(), b.contacts.size());
+    ASSERT_EQ(a.stops.size(), b.stops.size());
+    for (std::size_t c = 0; c < a.contacts.size(); ++c)
+    {
+        EXPECT_EQ(a.contacts[c].link, b.contacts[c].link);
+        EXPECT_EQ(a.contacts[c].point, b.contacts[c].point);
+        EXPECT_EQ(a.contacts[c].normal, b.contacts[c].normal);
+        EXPECT_EQ(a.contacts[c].gap, b.contacts[c].gap);
+    }
+    for (std::size_t s = 0; s < a.stops.size(); ++s)
+    {
+        EXPECT_EQ(a.stops[s].link, b.stops[s].link);
+        EXPECT_EQ(a.stops[s].time, b.stops[s].time);
+        EXPECT_EQ(a.stops[s].byObject, b.stops[s].byObject);
+    }
+}
+
+TEST_F(GraspFile, ExactRecordsOfARealPlanReadBackToTheBit)
+{
+    m_hand = makeThreeFingers();
+    m_run.obstaclesHash = "0123456789abcdef";
+    const std::vector<Grasp> grasps =
+        planGrasps(m_hand, m_object, {.candidates = 30}, [] { return kinematicClosing(); });
+    const GraspRecorder recorder(m_run, m_hand, m_object);
+    std::ofstream out(m_path);
+    for (const Grasp& grasp : grasps)
+    {
+        out << recorder.exact(grasp) << '\n';
+    }
+    out.close();
+    const std::vector<Grasp> read = readGrasps(m_path, m_hand);
+    ASSERT_EQ(read.size(), grasps.size());
+    int moved = 0;  // matrices that a round trip through the quaternion alone would change
+    for (std::size_t k = 0; k < grasps.size(); ++k)
+    {
+        expectSameBits(read[k], grasps[k]);
+        EXPECT_EQ(recorder.ranked(read[k], 1), recorder.ranked(grasps[k], 1));
+        const Eigen::Quaterniond q(grasps[k].X_WStart.linear());
+        moved += q.normalized().toRotationMatrix() == grasps[k].X_WStart.linear() ? 0 : 1;
+    }
+    EXPECT_GT(moved, 10);
+    EXPECT_EQ(readGraspSource(m_path).run.obstaclesHash, m_run.obstaclesHash);
+    EXPECT_EQ(readGraspSource(m_path).version, recorderVersion());
+}
+
+TEST_F(GraspFile, AMatrixThatIsNotThatOfItsQuaternionIsAnError)
+{
+    std::string record = GraspRecorder(m_run, m_hand, m_object).exact(anyGrasp(0));
+    EXPECT_EQ(complaint(record), "");
+    const std::string key = "\"rotation_rows\":[";
+    record.insert(record.find(key) + key.size(), "9.0,");
+    EXPECT_THAT(complaint(record), HasSubstr("10 numbers where 9 are needed"));
+    std::string turned = GraspRecorder(m_run, m_hand, m_object).exact(anyGrasp(0));
+    const std::size_t first = turned.find(key) + key.size();
+    turned.replace(first, turned.find(',', first) - first, "2.5");
+    EXPECT_THAT(complaint(turned), HasSubstr("its matrix and its quaternion differ"));
+}
+
 TEST_F(GraspFile, SourceRoundTripIsExact)
 {
     write({anyGrasp(1)});
@@ -273,6 +348,27 @@ TEST(ContentHash, ChangesWithTheHandAndTheObject)
     EXPECT_NE(before, contentHash(hand));
     EXPECT_NE(contentHash(makeGraspObject("a", makeSphere(0.03, 2))),
               contentHash(makeGraspObject("a", makeSphere(0.03, 3))));
+}
+
+TEST(ContentHash, ChangesWithMeshesAndPosesOfObstacles)
+{
+    const SsvTree ball = buildSsvTree(makeSphere(0.03, 2));
+    const SsvTree box = buildSsvTree(makeBox({0.1, 0.1, 0.1}));
+    std::vector<RigidBody> obstacles;
+    EXPECT_EQ(contentHash(obstacles), "");
+    std::set<std::string> hashes{""};
+    for (const SsvTree* tree : {&ball, &box})
+    {
+        for (const double x : {0.0, 1e-12})
+        {
+            obstacles = {
+                {.tree = tree, .motion = restAt(Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0)))}};
+            hashes.insert(contentHash(obstacles));
+        }
+    }
+    obstacles.push_back({.tree = &ball});
+    hashes.insert(contentHash(obstacles));
+    EXPECT_EQ(hashes.size(), 6U);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp

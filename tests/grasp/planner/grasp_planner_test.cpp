@@ -11,6 +11,7 @@
 
 #include <array>
 #include <atomic>
+#include <mutex>
 #include <set>
 
 namespace bullet_ccd::grasp
@@ -182,13 +183,98 @@ TEST(GraspPlanner, ReportsEveryCandidateOnce)
     const HandModel hand = makeThreeFingers();
     const GraspObject object = makeObject(makeSphere(0.03, 2));
     std::atomic<int> calls = 0;
-    static_cast<void>(planGrasps(
-        hand,
-        object,
-        {.candidates = 6, .jobs = 2},
-        [] { return kinematicClosing(); },
-        [&](const Grasp&) { ++calls; }));
+    static_cast<void>(planGrasps(hand,
+                                 object,
+                                 {.candidates = 6, .jobs = 2},
+                                 [] { return kinematicClosing(); },
+                                 {.progress = [&](const Grasp&) { ++calls; }}));
     EXPECT_EQ(calls, 6);
+}
+
+TEST(GraspPlanner, GoesOnWithWhatIsKnownAsIfItHadNeverStopped)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    const PlannerOptions options{.candidates = 9, .jobs = 2, .volumes = 2};
+    const std::vector<Grasp> whole = plan(hand, object, options);
+    ASSERT_GE(countOf(whole, RejectReason::None), 2U);
+    std::vector<Grasp> known;
+    for (const Grasp& grasp : whole)
+    {
+        if (grasp.candidate % 3 != 0)
+        {
+            known.push_back(grasp);
+            known.back().quality.volume = 7.0;  // of other ranks, perhaps
+        }
+    }
+    std::mutex mutex;
+    std::set<std::int64_t> planned;
+    const std::vector<Grasp> continued = planGrasps(hand,
+                                                    object,
+                                                    options,
+                                                    [] { return kinematicClosing(); },
+                                                    {.progress =
+                                                         [&](const Grasp& grasp)
+                                                     {
+                                                         const std::scoped_lock lock(mutex);
+                                                         planned.insert(grasp.candidate);
+                                                     },
+                                                     .known = known});
+    EXPECT_EQ(planned, (std::set<std::int64_t>{0, 3, 6}));
+    ASSERT_EQ(continued.size(), whole.size());
+    for (std::size_t k = 0; k < whole.size(); ++k)
+    {
+        expectSameGrasp(continued[k], whole[k]);
+    }
+}
+
+TEST(GraspPlanner, ATimeLimitLeavesOutTheLastCandidatesAndAlwaysPlansOne)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    PlannerOptions options{.candidates = 4, .jobs = 2};
+    const std::vector<Grasp> whole = plan(hand, object, options);
+    options.timeLimit = 1e-12;  // over before the second candidate
+    std::vector<Grasp> found;
+    for (std::size_t round = 1; round <= 4; ++round)
+    {
+        found =
+            planGrasps(hand, object, options, [] { return kinematicClosing(); }, {.known = found});
+        ASSERT_EQ(found.size(), round);
+        for (const Grasp& grasp : found)
+        {
+            EXPECT_LT(grasp.candidate, static_cast<std::int64_t>(round));
+        }
+    }
+    for (std::size_t k = 0; k < whole.size(); ++k)
+    {
+        expectSameGrasp(found[k], whole[k]);
+    }
+    // All known, nothing to do; a limit that is never met changes nothing.
+    options.timeLimit = 1e9;
+    EXPECT_EQ(planGrasps(hand, object, options, [] { return kinematicClosing(); }, {.known = found})
+                  .size(),
+              4U);
+    EXPECT_EQ(plan(hand, object, options).size(), 4U);
+}
+
+TEST(GraspPlanner, RefusesKnownCandidatesThatAreNotOfThePlan)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 2));
+    const auto planWith = [&](const std::vector<Grasp>& known)
+    {
+        static_cast<void>(planGrasps(
+            hand, object, {.candidates = 2}, [] { return kinematicClosing(); }, {.known = known}));
+    };
+    Grasp grasp;
+    grasp.candidate = 2;
+    EXPECT_THROW(planWith({grasp}), std::invalid_argument);
+    grasp.candidate = -1;
+    EXPECT_THROW(planWith({grasp}), std::invalid_argument);
+    grasp.candidate = 1;
+    EXPECT_THROW(planWith({grasp, grasp}), std::invalid_argument);
+    EXPECT_NO_THROW(planWith({grasp}));
 }
 
 TEST(GraspPlanner, NamesTheReasonWhenClosingFails)
@@ -234,7 +320,7 @@ TEST(GraspPlanner, RefusesOptionsThatMakeNoSense)
     const HandModel hand = makeThreeFingers();
     const GraspObject object = makeObject(makeSphere(0.03, 2));
     const PlannerOptions good;
-    for (int wrong = 0; wrong < 5; ++wrong)
+    for (int wrong = 0; wrong < 6; ++wrong)
     {
         PlannerOptions options = good;
         options.candidates = wrong == 0 ? 0 : options.candidates;
@@ -242,6 +328,7 @@ TEST(GraspPlanner, RefusesOptionsThatMakeNoSense)
         options.friction = wrong == 2 ? 0.0 : options.friction;
         options.coneEdges = wrong == 3 ? 2 : options.coneEdges;
         options.closing.contactThreshold = wrong == 4 ? 0.0 : options.closing.contactThreshold;
+        options.timeLimit = wrong == 5 ? -1.0 : options.timeLimit;
         EXPECT_THROW(static_cast<void>(plan(hand, object, options)), std::invalid_argument);
     }
 }
@@ -252,13 +339,11 @@ std::vector<Grasp> planAmong(const HandModel& hand,
                              const GraspObject& object,
                              std::span<const RigidBody> obstacles)
 {
-    return planGrasps(
-        hand,
-        object,
-        {.candidates = 40, .jobs = 2},
-        [obstacles] { return kinematicClosing(obstacles); },
-        {},
-        obstacles);
+    return planGrasps(hand,
+                      object,
+                      {.candidates = 40, .jobs = 2},
+                      [obstacles] { return kinematicClosing(obstacles); },
+                      {.obstacles = obstacles});
 }
 }  // namespace
 
