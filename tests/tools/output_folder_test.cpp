@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace bullet_ccd::tools
@@ -50,17 +51,26 @@ TEST_F(OutputFolderTest, CommitReplacesFilesAndLeavesNothingElse)
 
 TEST_F(OutputFolderTest, WhatAKilledProcessLeftBehindGoes)
 {
-    // A number that no process has: above what Linux gives.
-    const fs::path left = m_folder / ".unfinished-2000000000";
-    const fs::path ofThis = m_folder / (".unfinished-" + std::to_string(::getppid()));
-    for (const fs::path& folder : {left, ofThis})
-    {
-        fs::create_directories(folder);
-        write(folder / "a", "half");
-    }
-    const OutputFolder output(m_folder);
+    const fs::path left = m_folder / ".unfinished-1";
+    fs::create_directories(left);
+    write(left / "a", "half");
+    OutputFolder first(m_folder);
     EXPECT_FALSE(fs::exists(left));
-    EXPECT_TRUE(fs::exists(ofThis));
+    const fs::path inUse = first.stage("b").parent_path();
+    write(inUse / "b", "half");
+    // Another process looks at what this one has under way.
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+        {
+            const OutputFolder second(m_folder);
+        }
+        ::_exit(fs::exists(inUse / "b") ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+    EXPECT_TRUE(fs::exists(inUse / "b"));
 }
 
 TEST_F(OutputFolderTest, WithoutCommitNothingChanges)

@@ -1,12 +1,11 @@
 #include "tools/grasp_cli/output_folder.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <csignal>
-#include <cstdlib>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdexcept>
 #include <string_view>
+#include <sys/file.h>
 #include <unistd.h>
 #include <utility>
 
@@ -24,6 +23,18 @@ namespace
 
 constexpr std::string_view kStaging = ".unfinished-";  // and the number of the process
 
+/// A lock that goes with its process. Negative if the folder is locked or cannot be.
+int lockedFolder(const fs::path& folder)
+{
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
+    {
+        ::close(descriptor);
+        return -1;
+    }
+    return descriptor;
+}
+
 /// What processes that were killed left behind.
 void removeAbandoned(const fs::path& folder)
 {
@@ -31,11 +42,11 @@ void removeAbandoned(const fs::path& folder)
     std::vector<fs::path> abandoned;
     for (const auto& entry : fs::directory_iterator(folder, error))
     {
-        const std::string name = entry.path().filename().string();
-        const int process = name.starts_with(kStaging) ? std::atoi(&name[kStaging.size()]) : 0;
-        if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)
+        const bool isStaging = entry.path().filename().string().starts_with(kStaging);
+        if (const int lock = isStaging ? lockedFolder(entry.path()) : -1; lock >= 0)
         {
             abandoned.push_back(entry.path());
+            ::close(lock);
         }
     }
     for (const fs::path& path : abandoned)
@@ -60,12 +71,17 @@ OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))
     {
         failTo(m_folder, error.message());
     }
+    m_lock = lockedFolder(m_staging);
 }
 
 OutputFolder::~OutputFolder()
 {
     std::error_code ignored;
     fs::remove_all(m_staging, ignored);
+    if (m_lock >= 0)
+    {
+        ::close(m_lock);
+    }
     if (m_created)
     {
         fs::remove(m_folder, ignored);  // only succeeds if nothing came of it

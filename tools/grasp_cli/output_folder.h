@@ -32,5 +32,6 @@ private:
     std::filesystem::path m_staging;
     std::vector<std::string> m_names;
     bool m_created = false;
+    int m_lock = -1;  // says to others that the staging folder is in use
 };
 }  // namespace bullet_ccd::tools
