@@ -11,6 +11,11 @@ const char* toString(ClosingEngine engine)
     return engine == ClosingEngine::Kinematic ? "kinematic" : "simulated";
 }
 
+const char* toString(ClosingOrder order)
+{
+    return order == ClosingOrder::Together ? "together" : "one-by-one";
+}
+
 bool handOverlaps(const HandModel& hand,
                   const GraspObject& object,
                   const Eigen::Isometry3d& X_WH,

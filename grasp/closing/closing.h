@@ -6,6 +6,8 @@
 #include "grasp/hand/hand_model.h"
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -16,10 +18,21 @@ enum class ClosingEngine : std::uint8_t
 };
 [[nodiscard]] const char* toString(ClosingEngine engine);
 
+enum class ClosingOrder : std::uint8_t
+{
+    Together,  ///< all fingers at once
+    OneByOne,  ///< the next begins when all joints of the one before it have stopped
+};
+[[nodiscard]] const char* toString(ClosingOrder order);
+
 struct ClosingOptions
 {
     double tolerance = 2e-5;         ///< links stop at this distance from the object [m]
     double contactThreshold = 1e-4;  ///< features of stopped links this close are contacts [m]
+    ClosingOrder order = ClosingOrder::Together;
+    /// OneByOne: names of the fingers that close first, in this order; the others follow in the
+    /// order of HandModel::fingers.
+    std::vector<std::string> firstFingers = {};
 };
 
 struct ClosingResult
@@ -35,7 +48,8 @@ struct ClosingResult
 /// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its
 /// first contact (with the object or another link), together with the joints between it and the
 /// palm; the rest goes on until everything is stopped or at its limit. Motion between contacts is
-/// continuous: nothing is jumped over.
+/// continuous: nothing is jumped over. One by one, fingers that are moved by the same joint close
+/// together, and a finger that another one runs into before its turn stays where it is.
 using CloseHand = std::function<ClosingResult(const HandModel& hand,
                                               const GraspObject& object,
                                               const Eigen::Isometry3d& X_WH,

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
-ClosingDrives::ClosingDrives(const HandModel& hand, const std::vector<double>& positions)
-    : m_hand(hand), m_start(positions)
+ClosingDrives::ClosingDrives(const HandModel& hand,
+                             const std::vector<double>& positions,
+                             std::vector<std::int32_t> turns)
+    : m_hand(hand), m_start(positions), m_turns(std::move(turns))
 {
     const KinematicTree& tree = hand.robot.tree;
     require(positions.size() == tree.size(),
@@ -35,8 +38,36 @@ ClosingDrives::ClosingDrives(const HandModel& hand, const std::vector<double>& p
         drive.speed =
             direction * (joint.type == JointType::Revolute ? kRevoluteSpeed : kPrismaticSpeed);
         drive.limitTime = (m_closed[i] - m_start[i]) / drive.speed;
-        drive.running = drive.limitTime > 0.0;
+        drive.waiting = drive.limitTime > 0.0;
     }
+    beginNext();
+}
+
+void ClosingDrives::beginNext()
+{
+    if (isRunning())
+    {
+        return;
+    }
+    const auto turnOf = [&](std::size_t link) { return m_turns.empty() ? 0 : m_turns[link]; };
+    constexpr std::int32_t kNoTurn = std::numeric_limits<std::int32_t>::max();
+    std::int32_t turn = kNoTurn;
+    for (std::size_t i = 0; i < m_drives.size(); ++i)
+    {
+        turn = m_drives[i].waiting ? std::min(turn, turnOf(i)) : turn;
+    }
+    for (std::size_t i = 0; i < m_drives.size() && turn != kNoTurn; ++i)
+    {
+        Drive& drive = m_drives[i];
+        if (drive.waiting && turnOf(i) == turn)
+        {
+            drive.waiting = false;
+            drive.running = true;
+            drive.beginTime = m_time;
+            drive.limitTime += m_time;
+        }
+    }
+    const KinematicTree& tree = m_hand.robot.tree;
     for (std::size_t i = 1; i < tree.size(); ++i)
     {
         const Drive& drive = m_drives[driverOf(i)];
@@ -96,7 +127,9 @@ void ClosingDrives::positionsAt(double time, std::vector<double>& positions) con
         const Drive& drive = m_drives[driverOf(i)];
         if (m_speeds[i] != 0.0)
         {
-            positions[i] = time < drive.limitTime ? m_start[i] + m_speeds[i] * time : m_closed[i];
+            positions[i] = time < drive.limitTime
+                               ? m_start[i] + m_speeds[i] * (time - drive.beginTime)
+                               : m_closed[i];
         }
     }
 }
@@ -104,6 +137,7 @@ void ClosingDrives::positionsAt(double time, std::vector<double>& positions) con
 void ClosingDrives::advanceTo(double time)
 {
     positionsAt(time, m_positions);
+    m_time = time;
     for (std::size_t driver = 0; driver < m_drives.size(); ++driver)
     {
         if (m_drives[driver].running && time >= m_drives[driver].limitTime)
@@ -116,6 +150,7 @@ void ClosingDrives::advanceTo(double time)
 void ClosingDrives::stopDrive(std::size_t driver)
 {
     m_drives[driver].running = false;
+    m_drives[driver].waiting = false;
     for (std::size_t i = 1; i < m_speeds.size(); ++i)
     {
         if (driverOf(i) == driver)
@@ -133,7 +168,7 @@ void ClosingDrives::stopLink(std::int32_t link, double time, bool byObject)
     for (std::int32_t i = link; i > 0; i = tree.links[static_cast<std::size_t>(i)].parent)
     {
         const std::size_t driver = driverOf(static_cast<std::size_t>(i));
-        if (m_drives[driver].running)
+        if (m_drives[driver].running || m_drives[driver].waiting)
         {
             stopDrive(driver);
             stopped = true;

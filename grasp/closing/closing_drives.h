@@ -10,8 +10,9 @@
 namespace bullet_ccd::grasp
 {
 /// Every closing joint runs at constant speed towards its limit, and its mimic joints with it,
-/// until it is there or a link that it moves is stopped. Positions follow from the time alone, so
-/// they do not depend on the steps in which it is gone through.
+/// until it is there or a link that it moves is stopped. Positions follow from the time since it
+/// began alone, so they do not depend on the steps in which it is gone through. Joints may have to
+/// wait for their turns.
 class ClosingDrives
 {
 public:
@@ -20,14 +21,21 @@ public:
 
     /// Closing begins at time 0 with these positions, one entry a link. Mimic joints start where
     /// the joints they follow want them, whatever `positions` says of them.
+    /// The joints with the first turn begin at once; see closingTurns(), empty for all.
     /// Throws std::invalid_argument if `positions` has not one finite entry a link.
-    ClosingDrives(const HandModel& hand, const std::vector<double>& positions);
+    ClosingDrives(const HandModel& hand,
+                  const std::vector<double>& positions,
+                  std::vector<std::int32_t> turns = {});
 
     /// When the first of the running drives is at its limit [s]; infinite if none runs.
     [[nodiscard]] double nextLimit() const;
     /// The same for the joints above these links.
     [[nodiscard]] double nextLimit(std::span<const std::int32_t> links) const;
     [[nodiscard]] bool isRunning() const;
+    /// If nothing runs, the joints with the next turn begin, now.
+    void beginNext();
+    /// Of the last advanceTo() [s].
+    [[nodiscard]] double time() const { return m_time; }
     /// Of the joint above each link, now [rad/s, m/s].
     [[nodiscard]] const std::vector<double>& speeds() const { return m_speeds; }
     [[nodiscard]] const std::vector<double>& positions() const { return m_positions; }
@@ -37,7 +45,7 @@ public:
     /// Moves on; drives that are at their limits stop there, exactly.
     void advanceTo(double time);
     /// Stops the joints between the link and the root, and what is coupled to them, and notes the
-    /// link as stopped at this time if any was running.
+    /// link as stopped at this time if any was running, or waiting for its turn.
     /// @pre advanceTo(time) has been called
     void stopLink(std::int32_t link, double time, bool byObject);
     [[nodiscard]] const std::vector<StopEvent>& stops() const { return m_stops; }
@@ -46,9 +54,11 @@ private:
     /// The joints that move as one: a closing joint and its mimics. One a link; most are unused.
     struct Drive
     {
-        double speed = 0.0;  // of the closing joint, signed
-        double limitTime = 0.0;
+        double speed = 0.0;      // of the closing joint, signed
+        double beginTime = 0.0;  // [s]
+        double limitTime = 0.0;  // [s]; before it begins: how long it takes
         bool running = false;
+        bool waiting = false;
     };
 
     const HandModel& m_hand;
@@ -58,6 +68,8 @@ private:
     std::vector<double> m_speeds;
     std::vector<double> m_positions;
     std::vector<StopEvent> m_stops;
+    std::vector<std::int32_t> m_turns;  // one a link, or none
+    double m_time = 0.0;
 
     [[nodiscard]] std::size_t driverOf(std::size_t link) const;
     void stopDrive(std::size_t driver);

@@ -1,5 +1,7 @@
 #include "grasp/closing/closing_groups.h"
 
+#include "bullet_ccd/math/check.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -113,5 +115,49 @@ ClosingGroups closingGroups(const HandModel& hand)
         }
     }
     return result;
+}
+
+std::vector<std::int32_t> closingTurns(const HandModel& hand,
+                                       const ClosingGroups& groups,
+                                       const ClosingOptions& options)
+{
+    if (options.order == ClosingOrder::Together)
+    {
+        return {};
+    }
+    std::vector<std::int32_t> turnOfGroup(groups.groups.size(), kNone);
+    std::int32_t next = 0;
+    const auto add = [&](std::int32_t group)
+    {
+        if (group != kNone && turnOfGroup[at(group)] == kNone)
+        {
+            turnOfGroup[at(group)] = next++;
+        }
+    };
+    const auto addFinger = [&](const Finger& finger)
+    {
+        for (const std::int32_t link : finger.links)
+        {
+            add(groups.groupOf[at(link)]);
+        }
+    };
+    for (const std::string& name : options.firstFingers)
+    {
+        const auto finger = std::find_if(hand.fingers.begin(),
+                                         hand.fingers.end(),
+                                         [&](const Finger& f) { return f.name == name; });
+        require(finger != hand.fingers.end(), "closing: no finger of the hand has this name");
+        addFinger(*finger);
+    }
+    std::for_each(hand.fingers.begin(), hand.fingers.end(), addFinger);
+    // What closes and is part of no finger comes last.
+    std::for_each(groups.groupOf.begin(), groups.groupOf.end(), add);
+    std::vector<std::int32_t> turns(groups.groupOf.size(), kNone);
+    for (std::size_t link = 0; link < turns.size(); ++link)
+    {
+        const std::int32_t group = groups.groupOf[link];
+        turns[link] = group == kNone ? kNone : turnOfGroup[at(group)];
+    }
+    return turns;
 }
 }  // namespace bullet_ccd::grasp

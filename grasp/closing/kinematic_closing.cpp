@@ -72,6 +72,7 @@ public:
             const std::vector<double> before = m_drives.speeds();
             take(event);
             m_failed = m_failed || m_drives.speeds() == before;
+            m_drives.beginNext();
             askChanged(before);
         }
         m_result.positions = m_drives.positions();
@@ -209,8 +210,8 @@ public:
     {
         require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
         require(options.tolerance > 0.0, "closing: the tolerance must be positive");
-        ClosingDrives drives(hand, positions);
         lookAt(hand, object);
+        ClosingDrives drives(hand, positions, closingTurns(hand, m_groups, options));
         if (!m_obstacles.empty())
         {
             findNeighbours(X_WH, drives.positions());

@@ -163,7 +163,16 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     options.engine = plan.value("closing_engine", "simulated") == std::string("kinematic")
                          ? ClosingEngine::Kinematic
                          : ClosingEngine::Simulated;
-    // Nor do those of versions that did not keep it.
+    // Nor do those of versions that closed all fingers together, and did not keep the obstacles.
+    if (plan.contains("closing_order"))
+    {
+        options.closing.order =
+            value<std::string>(plan, "closing_order", place) == toString(ClosingOrder::OneByOne)
+                ? ClosingOrder::OneByOne
+                : ClosingOrder::Together;
+        options.closing.firstFingers =
+            value<std::vector<std::string>>(plan, "first_fingers", place);
+    }
     if (plan.contains("obstacles_hash") && !plan.at("obstacles_hash").is_null())
     {
         source.run.obstaclesHash = value<std::string>(plan, "obstacles_hash", place);

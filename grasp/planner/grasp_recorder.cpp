@@ -56,6 +56,8 @@ Json planToJson(const GraspRun& run)
     return {{"seed", options.seed},
             {"candidates", options.candidates},
             {"closing_engine", toString(options.engine)},
+            {"closing_order", toString(options.closing.order)},
+            {"first_fingers", options.closing.firstFingers},
             {"obstacles_hash", run.obstaclesHash.empty() ? Json() : Json(run.obstaclesHash)},
             {"tolerance_m", options.closing.tolerance},
             {"contact_threshold_m", options.closing.contactThreshold},

@@ -4,6 +4,7 @@
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/closing/closing_drives.h"
+#include "grasp/closing/closing_groups.h"
 #include "grasp/sim/hand_multi_body.h"
 #include "grasp/sim/hand_pairs.h"
 
@@ -110,6 +111,7 @@ private:
 
     const HandModel& m_hand;
     const GraspObject& m_object;
+    ClosingGroups m_groups;
     HandPairs m_handPairs;
     HandMultiBody m_multiBody;
     btCcdMeshShape m_objectShape;
@@ -124,6 +126,7 @@ private:
 HandSimulation::World::World(const HandModel& handModel, const GraspObject& graspObject)
     : m_hand(handModel),
       m_object(graspObject),
+      m_groups(closingGroups(handModel)),
       m_handPairs(handModel),
       m_multiBody(makeHandMultiBody(handModel)),
       m_objectShape(
@@ -219,9 +222,13 @@ void HandSimulation::World::step()
 {
     const double end = std::min(m_drives->nextLimit(), m_time + kLongestStep);
     m_world.stepSimulation(end - m_time, 0);
-    m_time = end;
     const std::vector<double> speeds = m_drives->speeds();
-    m_drives->advanceTo(end);
+    if (m_drives->isRunning())
+    {
+        m_drives->advanceTo(end);
+    }
+    // What is left of a step in which all that moved has stopped does not count.
+    m_time = m_drives->time();
     for (std::size_t i = 1; i < speeds.size(); ++i)
     {
         if (speeds[i] != 0.0 && m_drives->speeds()[i] == 0.0)
@@ -229,6 +236,7 @@ void HandSimulation::World::step()
             setPosition(i, m_drives->positions()[i]);  // at its limit, within rounding of there
         }
     }
+    m_drives->beginNext();
     applySpeeds();
 }
 
@@ -256,7 +264,7 @@ ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
 {
     require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
     require(options.tolerance > 0.0, "closing: the tolerance must be positive");
-    ClosingDrives drives(m_hand, positions);
+    ClosingDrives drives(m_hand, positions, closingTurns(m_hand, m_groups, options));
     ClosingResult result;
     result.positions = drives.positions();
     if (handOverlaps(m_hand, m_object, X_WH, result.positions))

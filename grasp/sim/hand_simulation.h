@@ -10,7 +10,9 @@ namespace bullet_ccd::grasp
 /// Closes the hand as staged simulation steps in Bullet's multibody world: the closing joints move
 /// at constant speed (1 rad/s, prismatic ones 0.1 m/s; mimic joints at their multiple), the world
 /// advances to the first contact of any link with the object or another link, that link and the
-/// joints between it and the root stop, and the next stage begins. The object is fixed.
+/// joints between it and the root stop, and the next stage begins. The object is fixed. One by one
+/// (ClosingOptions::order), a finger begins at the first step after the one before it has stopped;
+/// the rest of that step is not counted in the times of stops.
 ///
 /// The joints are ideal servos: every stage is a full step of Bullet's world, but before positions
 /// are integrated the joints' speeds are set to what is prescribed, so that neither inertia nor

@@ -209,6 +209,32 @@ TEST_F(GraspProgram, ResultDoesNotDependOnJobs)
     EXPECT_EQ(one, contentOf(m_folder / "two" / "grasps.jsonl"));
 }
 
+TEST_F(GraspProgram, FingersCloseInTheOrderThatIsAskedFor)
+{
+    const auto recordsOf = [&](const std::string& fingers, const std::string& key)
+    {
+        const fs::path out = m_folder / fingers;
+        EXPECT_EQ(plan(out, "-q --fingers " + fingers).exitCode, 0) << fingers;
+        const std::string records = contentOf(out / "grasps.jsonl");
+        EXPECT_THAT(records, HasSubstr(key));
+        EXPECT_EQ(run("check '" + (out / "grasps.jsonl").string() + "'").exitCode, 0);
+        return records.substr(records.find("\"stops\":"), 200);
+    };
+    const std::string together =
+        recordsOf("together", "\"closing_order\":\"together\",\"first_fingers\":[]");
+    const std::string inTurns =
+        recordsOf("one-by-one", "\"closing_order\":\"one-by-one\",\"first_fingers\":[]");
+    const std::string named = recordsOf("finger_3,finger_2",
+                                        "\"closing_order\":\"one-by-one\","
+                                        "\"first_fingers\":[\"finger_3\",\"finger_2\"]");
+    EXPECT_NE(together, inTurns);
+    EXPECT_NE(named, inTurns);
+    const Outcome unknown = plan(m_folder / "out", "--fingers finger_2,fingr_1");
+    EXPECT_EQ(unknown.exitCode, 3);
+    EXPECT_THAT(unknown.err, HasSubstr("--fingers: no finger \"fingr_1\": did you mean finger_1?"));
+    EXPECT_FALSE(fs::exists(m_folder / "out"));
+}
+
 TEST_F(GraspProgram, QuietPlansSayNothingOnStderr)
 {
     EXPECT_EQ(plan(m_folder / "out", "-q").err, "");

@@ -198,6 +198,7 @@ int close(const CloseArguments& arguments)
     const Eigen::Isometry3d X_WStart = poseOf(arguments);
     const Eigen::Vector3d shift = shiftOf(arguments);
     const LoadedHand hand = loadHandOf(arguments.pair);
+    requireFingers(hand, arguments.options.closing);
     const LoadedObject object = loadObjectOf(arguments.pair);
     const grasp::Preshape& preshape = preshapeOf(arguments, hand);
     std::optional<OutputFolder> output;

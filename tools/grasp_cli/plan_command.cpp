@@ -107,7 +107,7 @@ void printNotes(const PlanJournal& journal, const PlanArguments& arguments)
     if (!journal.known().empty())
     {
         fmt::print(stderr,
-                   "{}: {} of {} candidates were tried before: going on with the others\n",
+                   "{}: {} of {} candidates were tried before and are taken over\n",
                    file,
                    journal.known().size(),
                    arguments.options.candidates);
@@ -130,6 +130,7 @@ int plan(const PlanArguments& arguments)
     PlanRun run{.hand = loadHandOf(arguments.pair), .object = loadObjectOf(arguments.pair)};
     const grasp::HandModel& hand = run.hand.hand;
     const grasp::GraspObject& object = run.object.object;
+    requireFingers(run.hand, arguments.options.closing);
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
     if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
     {

@@ -20,6 +20,12 @@ namespace
 namespace fs = std::filesystem;
 using grasp::Grasp;
 
+std::string fingersText(const grasp::ClosingOptions& closing)
+{
+    return closing.firstFingers.empty() ? std::string(grasp::toString(closing.order))
+                                        : joined(closing.firstFingers, ",");
+}
+
 /// In what, of all that candidates depend on, the two differ.
 std::vector<std::string> differences(const grasp::GraspFileSource& then,
                                      const grasp::GraspRun& now,
@@ -45,6 +51,7 @@ std::vector<std::string> differences(const grasp::GraspFileSource& then,
     compare("candidates", a.candidates, b.candidates);
     compare(
         "engine", std::string(grasp::toString(a.engine)), std::string(grasp::toString(b.engine)));
+    compare("fingers", fingersText(a.closing), fingersText(b.closing));
     compare("friction", a.friction, b.friction);
     compare("cone edges", a.coneEdges, b.coneEdges);
     compare("least epsilon", a.forceClosureThreshold, b.forceClosureThreshold);

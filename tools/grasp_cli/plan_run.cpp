@@ -1,5 +1,6 @@
 #include "tools/grasp_cli/plan_run.h"
 
+#include "bullet_ccd/io/nearest_name.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/progress.h"
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 namespace bullet_ccd::tools
@@ -32,6 +34,27 @@ void printNotes(const LoadedHand& hand, const LoadedObject& object)
     printNotes(hand.file, hand.hand.robot.notes);
     printNotes(hand.file, hand.hand.notes);
     printNotes(object.file, object.notes);
+}
+
+void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing)
+{
+    std::vector<std::string> known;
+    for (const grasp::Finger& finger : hand.hand.fingers)
+    {
+        known.push_back(finger.name);
+    }
+    for (const std::string& name : closing.firstFingers)
+    {
+        if (std::find(known.begin(), known.end(), name) == known.end())
+        {
+            throw std::runtime_error(
+                fmt::format("{}: --fingers: no finger \"{}\": did you mean {}? The hand has {}",
+                            hand.file.string(),
+                            name,
+                            nearestName(name, known),
+                            joined(known, ", ")));
+        }
+    }
 }
 
 grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,

@@ -21,6 +21,9 @@ struct PlanRun
 /// What a user should know about both, on stderr.
 void printNotes(const LoadedHand& hand, const LoadedObject& object);
 
+/// Throws std::runtime_error "<file>: <what>: <remedy>" for names of fingers that the hand has not.
+void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing);
+
 /// @param obstacles  of the kinematic engine; must outlive the engines
 [[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
                                                  std::span<const RigidBody> obstacles = {});

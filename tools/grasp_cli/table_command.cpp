@@ -228,6 +228,7 @@ int table(const TableArguments& arguments)
         {
             PlanRun run{.hand = loadNamedHand(hand, std::nullopt),
                         .object = loadNamedObject(object, arguments.objectScale)};
+            requireFingers(run.hand, arguments.options.closing);
             runPlan(run, arguments.options, arguments.quiet);
             rows.push_back(rowOf(run));
             if (output)

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <numbers>
+#include <string>
 
 namespace bullet_ccd::tests
 {
@@ -402,6 +403,119 @@ TEST_P(ClosingEngine, AContactOfTheFollowerStopsTheJointItFollows)
     EXPECT_EQ(result.stops[0].link, follower);
     EXPECT_NEAR(result.positions[1], result.positions[2], 1e-12);
     expectJustBefore(result.positions[2], kTouch, -1.0, std::sqrt(kD * kD - kR * kR));
+}
+
+namespace
+{
+/// Closes finger by finger, the named ones first; every link but the palm is a finger of its own.
+ClosingResult closeInTurns(const grasp::MakeCloseHand& make,
+                           HandModel hand,
+                           const GraspObject& object,
+                           const std::vector<double>& positions,
+                           const std::vector<std::string>& first = {})
+{
+    for (std::int32_t link = 1; link < static_cast<std::int32_t>(positions.size()); ++link)
+    {
+        hand.fingers.push_back({.name = "finger" + std::to_string(link), .links = {link}});
+    }
+    return make()(
+        hand,
+        object,
+        kIdentity,
+        positions,
+        {.tolerance = kTolerance, .order = grasp::ClosingOrder::OneByOne, .firstFingers = first});
+}
+}  // namespace
+
+TEST_P(ContinuousClosing, OneByOneTheNextFingerBeginsWhenTheOneBeforeItHasStopped)
+{
+    // Jaw 1 needs 0.2 s to the block, jaw 2 0.1 s.
+    const GraspObject block = blockAt(0.005);
+    const std::vector<double> open{0.0, 0.0, 0.0};
+    for (const bool secondFirst : {false, true})
+    {
+        const ClosingResult result = closeInTurns(
+            GetParam().make,
+            parallelJaw(),
+            block,
+            open,
+            secondFirst ? std::vector<std::string>{"finger2"} : std::vector<std::string>{});
+        EXPECT_EQ(result.status, ToiStatus::Hit);
+        expectJustBefore(result.positions[1], 0.02, 1.0, 1.0);
+        expectJustBefore(result.positions[2], 0.01, 1.0, 1.0);
+        ASSERT_EQ(result.stops.size(), 2U);
+        EXPECT_EQ(result.stops[0].link, secondFirst ? 2 : 1);
+        EXPECT_EQ(result.stops[1].link, secondFirst ? 1 : 2);
+        EXPECT_NEAR(result.stops[0].time, secondFirst ? 0.1 : 0.2, 1e-4);
+        EXPECT_NEAR(result.stops[1].time, 0.3, 1e-4);
+    }
+}
+
+TEST_P(ContinuousClosing, OneByOneJointsReachTheirLimitsExactlyAndGiveTheTurnOn)
+{
+    // Finger 1 has two joints of which the second takes longer, finger 3 begins after both.
+    HandBuilder builder;
+    const auto a = builder.add(0, kIdentity, revolute(kZ, 1.0, 2.0), -1, finger(kL1));
+    builder.add(a, poseOf({kL1, 0.0, 0.0}), revolute(kZ, -0.7, 1.37), -1, finger(kL2));
+    builder.add(0, poseOf({0.0, 0.0, 1.0}), revolute(kZ, 0.0, 2.0), -1, finger(kL1));
+    const TriangleMesh there = shifted(cylinder({kTouch + std::numbers::pi / 2}), {0.0, 0.0, 1.0});
+    const ClosingResult result =
+        closeInTurns(GetParam().make, builder.take(), objectOf(there), {0.0, 1.2, 0.3, kStart});
+    EXPECT_EQ(result.status, ToiStatus::Hit);
+    EXPECT_EQ(result.positions[1], 1.0);
+    EXPECT_EQ(result.positions[2], -0.7);
+    expectJustBefore(result.positions[3], kTouch, -1.0, std::sqrt(kD * kD - kR * kR));
+    ASSERT_EQ(result.stops.size(), 1U);
+    EXPECT_EQ(result.stops[0].link, 3);
+    EXPECT_NEAR(result.stops[0].time, 1.0 + kStart - result.positions[3], kRounding);
+}
+
+TEST_P(ContinuousClosing, OneByOneAFingerThatIsRunIntoStaysWhereItIs)
+{
+    // Triangle of the two bases and the place where the left tip meets the right finger, at rest
+    // at kStart: length^2 = gap^2 + s^2 - 2 gap s cos(kStart), s along the right finger.
+    const double gap = 0.12;
+    const double length = 0.115;
+    const double middle = gap * std::cos(kStart);
+    const double s = middle + std::sqrt(middle * middle - gap * gap + length * length);
+    ASSERT_LT(s, length);
+    const double meet = std::atan2(s * std::sin(kStart), gap - s * std::cos(kStart));
+    const ClosingResult result = closeInTurns(
+        GetParam().make, mirroredFingers(length, gap, true), farAway(), {0.0, kStart, kStart});
+    EXPECT_EQ(result.status, ToiStatus::Hit);
+    EXPECT_NEAR(result.positions[1], meet, 1e-4);
+    EXPECT_GE(result.positions[1], meet - kRounding);
+    EXPECT_EQ(result.positions[2], kStart);
+    ASSERT_EQ(result.stops.size(), 2U);
+    EXPECT_FALSE(result.stops[0].byObject);
+    EXPECT_FALSE(result.stops[1].byObject);
+}
+
+TEST_P(ContinuousClosing, OneByOneFingersOfOneMotorCloseTogether)
+{
+    const auto oneMotor = []
+    {
+        HandBuilder builder;
+        const auto driver =
+            builder.add(0, poseOf({0.0, 0.0, 1.0}), revolute(kZ, 0.0, 2.0), -1, finger(kL1));
+        const auto follower = builder.add(0, kIdentity, revolute(kZ, 0.0, 2.0), -1, finger(kL1));
+        builder.mimic(follower, driver, 1.0, 0.0);
+        return builder.take();
+    };
+    const GraspObject object = objectOf(cylinder({kTouch + std::numbers::pi / 2}));
+    const std::vector<double> open{0.0, kStart, kStart};
+    const ClosingResult together = closeOnce(oneMotor(), object, open);
+    const ClosingResult inTurns =
+        closeInTurns(GetParam().make, oneMotor(), object, open, {"finger2"});
+    EXPECT_EQ(inTurns.positions, together.positions);
+    EXPECT_EQ(inTurns.stops.size(), together.stops.size());
+}
+
+TEST_P(ContinuousClosing, OneByOneRejectsANameThatNoFingerHas)
+{
+    EXPECT_THROW(static_cast<void>(closeInTurns(
+                     GetParam().make, parallelJaw(), blockAt(0.0), {0.0, 0.0, 0.0}, {"finger7"})),
+                 std::invalid_argument);
 }
 
 TEST_P(ContinuousClosing, RejectsWhatIsNoPose)
