@@ -1,6 +1,7 @@
 #include "grasp/planner/close_at_pose.h"
 #include "grasp/planner/penetration_check.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/finger_option.h"
 #include "tools/grasp_cli/input_options.h"
 #include "tools/grasp_cli/plan_outputs.h"
 #include "tools/grasp_cli/plan_run.h"
@@ -280,6 +281,7 @@ void addCloseCommand(CLI::App& app, int& exitCode)
         ->type_name("NAME")
         ->group("Pose");
     addEngineOption(*command, arguments->options);
+    addFingersOption(*command, arguments->options.closing);
     addQualityOptions(*command, arguments->options);
     command->add_flag("--json", arguments->json, "print one record, as in grasps.jsonl, instead")
         ->group("Output");

@@ -32,7 +32,7 @@ void addTableCommand(CLI::App& app, int& exitCode);
 
 /// Options that plan and table share: candidates, seed, jobs, engine, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
-/// Its parts for verbs that search nothing: engine and order of fingers, quality.
+/// Its parts for verbs that search nothing.
 void addEngineOption(CLI::App& command, grasp::PlannerOptions& options);
 void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options);
 }  // namespace bullet_ccd::tools

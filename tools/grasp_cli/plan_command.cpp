@@ -1,6 +1,7 @@
 #include "grasp/planner/content_hash.h"
 #include "tools/ccd_cli/obstacle_list.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/finger_option.h"
 #include "tools/grasp_cli/input_options.h"
 #include "tools/grasp_cli/plan_journal.h"
 #include "tools/grasp_cli/plan_outputs.h"
@@ -202,6 +203,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->type_name("FILE")
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
+    addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);
     command
         ->add_option(

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -27,22 +26,6 @@ CLI::Option* addValue(
 {
     return command.add_option(names, value, text)->type_name(type)->capture_default_str();
 }
-
-void setFingers(grasp::ClosingOptions& closing, const std::vector<std::string>& words)
-{
-    closing.firstFingers.clear();
-    const bool isWord = words.size() == 1;
-    if (isWord && words[0] == grasp::toString(grasp::ClosingOrder::Together))
-    {
-        closing.order = grasp::ClosingOrder::Together;
-        return;
-    }
-    closing.order = grasp::ClosingOrder::OneByOne;
-    if (!isWord || words[0] != grasp::toString(grasp::ClosingOrder::OneByOne))
-    {
-        closing.firstFingers = words;
-    }
-}
 }  // namespace
 
 void addEngineOption(CLI::App& command, grasp::PlannerOptions& options)
@@ -56,18 +39,6 @@ void addEngineOption(CLI::App& command, grasp::PlannerOptions& options)
         ->transform(wordFor<grasp::ClosingEngine>({{"kinematic", grasp::ClosingEngine::Kinematic},
                                                    {"simulated", grasp::ClosingEngine::Simulated}}))
         ->default_str(grasp::toString(options.engine))
-        ->group("Closing");
-    command
-        .add_option_function<std::vector<std::string>>(
-            "--fingers",
-            [&options](const std::vector<std::string>& words)
-            { setFingers(options.closing, words); },
-            "together; or one-by-one: the next begins when the one before it\n"
-            "has stopped; or names: these first, one by one, then the others")
-        ->type_name("ORDER")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->default_str(grasp::toString(options.closing.order))
         ->group("Closing");
 }
 

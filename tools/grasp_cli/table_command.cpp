@@ -1,6 +1,7 @@
 #include "grasp/planner/grasp_file.h"
 #include "tools/grasp_cli/audit.h"
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/finger_option.h"
 #include "tools/grasp_cli/input_options.h"
 #include "tools/grasp_cli/output_folder.h"
 #include "tools/grasp_cli/plan_run.h"
@@ -268,6 +269,7 @@ void addTableCommand(CLI::App& app, int& exitCode)
     const auto arguments = std::make_shared<TableArguments>();
     addInputOptions(*command, arguments->hands, arguments->objects, arguments->objectScale);
     addPlannerOptions(*command, arguments->options);
+    addFingersOption(*command, arguments->options.closing);
     command->add_option("-o,--output", arguments->output, "folder for the table and all grasps")
         ->type_name("FOLDER")
         ->group("Output");
