@@ -51,7 +51,7 @@ protected:
 
     grasp::HandModel m_hand = tests::makeGripper(false);
     std::optional<grasp::PenetrationCheck> m_check;
-    const grasp::GraspObject m_plate = plateAt({0.0005, 0.05, 0.05}, {0.0, 0.0, 0.03});
+    const grasp::GraspObject m_plate = plateAt({0.0005, 0.05, 0.028}, {0.0, 0.0, 0.03});
 };
 
 TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)
@@ -68,7 +68,7 @@ TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)
 TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
 {
     // 1 mm of plate, jaws of 10 mm: in steps of 25 mm the second ends beyond it.
-    const grasp::GraspObject plate = plateAt({0.0005, 0.05, 0.05}, {-0.027, 0.0, 0.03});
+    const grasp::GraspObject plate = plateAt({0.0005, 0.05, 0.028}, {-0.027, 0.0, 0.03});
     const ClosingStart start = startWith(plate);
     const ClosingResult first = ours(start, 2e-5);
     const ClosingResult other = stepped(start, 0.25);
@@ -79,8 +79,8 @@ TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
 
 TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
 {
-    // The plate lies 50 um above the jaws' tips, at z = 60 mm: they slide along it.
-    const grasp::GraspObject plate = plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06105});
+    // The plate lies 40 um above the jaws' tips, at z = 60 mm: they slide along it.
+    const grasp::GraspObject plate = plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06104});
     const ClosingStart start = startWith(plate);
     const ClosingResult wide = ours(start, 1e-4);
     const ClosingResult narrow = ours(start, 2e-5);
