@@ -71,9 +71,10 @@ struct Grasp
     RejectReason reject = RejectReason::None;
     std::string preshape;
     Eigen::Isometry3d X_WStart =
-        Eigen::Isometry3d::Identity();                       ///< root link where approach begins
-    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();    ///< unit
-    double approachDistance = 0.0;                           ///< travelled until contact [m]
+        Eigen::Isometry3d::Identity();                     ///< root link where approach begins
+    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();  ///< unit
+    double approachDistance = 0.0;                         ///< travelled until contact [m]
+    std::int64_t obstaclesInReach = 0;  ///< beside the object, what swept boxes could not rule out
     Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< root link of the final grasp
     std::vector<double> positions;                           ///< one entry a link
     std::vector<GraspContact> contacts;

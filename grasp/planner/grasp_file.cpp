@@ -199,6 +199,10 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     grasp.X_WStart = pose(approach, "start_pose_in_object", place);
     grasp.approach_W = vector<3>(approach, "direction", place);
     grasp.approachDistance = value<double>(approach, "travel_to_contact_m", place);
+    if (approach.contains("obstacles_in_reach"))  // older files do not have it
+    {
+        grasp.obstaclesInReach = value<std::int64_t>(approach, "obstacles_in_reach", place);
+    }
     if (!member(json, "hand_pose_in_object", place).is_null())
     {
         grasp.X_WH = pose(json, "hand_pose_in_object", place);

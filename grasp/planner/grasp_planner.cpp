@@ -191,7 +191,10 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                     }
                     const ApproachCandidate candidate = sampleApproach(
                         hand, object, shape, options.seed, queue.number(*turn), options.candidates);
-                    worker->environment.reset(bodiesNear(candidate, object, surroundings));
+                    const std::vector<RigidBody> bodies =
+                        bodiesNear(candidate, object, surroundings);
+                    const auto near = static_cast<std::int64_t>(bodies.size()) - 1;
+                    worker->environment.reset(bodies);
                     CandidateContext context{.hand = hand,
                                              .object = object,
                                              .environment = worker->environment,
@@ -200,6 +203,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                                              .check = worker->check,
                                              .work = worker->work};
                     planned[*turn] = planCandidate(candidate, context);
+                    planned[*turn].obstaclesInReach = near;
                     if (extras.progress)
                     {
                         extras.progress(planned[*turn]);

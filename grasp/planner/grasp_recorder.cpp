@@ -69,7 +69,8 @@ Json approachToJson(const Grasp& grasp)
 {
     Json json{{"start_pose_in_object", poseToJson(grasp.X_WStart)},
               {"direction", toJson(grasp.approach_W)},
-              {"travel_to_contact_m", grasp.approachDistance}};
+              {"travel_to_contact_m", grasp.approachDistance},
+              {"obstacles_in_reach", grasp.obstaclesInReach}};
     if (!grasp.positions.empty())
     {
         const Eigen::Vector3d moved = grasp.X_WH.translation() - grasp.X_WStart.translation();

@@ -133,6 +133,56 @@ void drawContacts(Canvas& canvas, const GraspScene& scene, const Camera& camera,
     }
 }
 
+/// One edge of a swept box: faint where a surface lies in front of it.
+void drawBoxEdge(Canvas& canvas,
+                 const Eigen::Vector3d& from,
+                 const Eigen::Vector3d& to,
+                 const Color& color,
+                 const Layer& hand,
+                 const Layer& object)
+{
+    constexpr int kPieces = 48;
+    const double unit = canvas.height / 640.0;
+    for (int piece = 0; piece < kPieces; ++piece)
+    {
+        const Eigen::Vector3d begin = from + (to - from) * piece / kPieces;
+        const Eigen::Vector3d end = from + (to - from) * (piece + 1) / kPieces;
+        const Eigen::Vector3d middle = 0.5 * (begin + end);
+        const bool hidden = isHidden(hand, middle, 0.0) || isHidden(object, middle, 0.0);
+        drawLine(canvas,
+                 begin.head<2>(),
+                 end.head<2>(),
+                 1.4 * unit,
+                 {0.75F * color, hidden ? 0.25F : 0.9F});
+    }
+}
+
+void drawBoxes(Canvas& canvas,
+               const GraspScene& scene,
+               const Camera& camera,
+               const Layer& hand,
+               const Layer& object)
+{
+    for (const SceneBox& box : scene.boxes)
+    {
+        for (std::size_t corner = 0; corner < box.corners.size(); ++corner)
+        {
+            for (const std::size_t axis : {1U, 2U, 4U})
+            {
+                if ((corner & axis) == 0)
+                {
+                    drawBoxEdge(canvas,
+                                camera.project(box.corners[corner]),
+                                camera.project(box.corners[corner | axis]),
+                                box.color,
+                                hand,
+                                object);
+                }
+            }
+        }
+    }
+}
+
 /// Bar of 1, 2 or 5 times a power of ten millimetres, about a fifth of the panel wide.
 void drawScaleBar(Canvas& canvas, double pixelsPerMetre, int left, int panelWidth)
 {
@@ -169,6 +219,7 @@ Canvas drawView(const GraspScene& scene, const Camera& camera)
     std::vector<std::int32_t> front(hand.id.size(), kNone);
     Canvas canvas = compose(hand, object, front);
     drawOutlines(canvas, hand, object, front, 0.08 * scene.objectRadius);
+    drawBoxes(canvas, scene, camera, hand, object);
     drawContacts(canvas, scene, camera, hand);
     return canvas;
 }
@@ -183,7 +234,11 @@ void drawGrasp(const HandModel& hand,
     require(options.width >= 64 && options.height >= 64,
             file.string() + ": picture of " + std::to_string(options.width) + " x " +
                 std::to_string(options.height) + " pixels: ask for at least 64 x 64");
-    const GraspScene scene = makeScene(hand, object, grasp);
+    GraspScene scene = makeScene(hand, object, grasp);
+    if (options.sweptBoxes)
+    {
+        addSweptBoxes(scene, hand, grasp);
+    }
     Canvas picture(options.width, options.height);
     const int panelWidth = options.width / 2;
     int left = 0;

@@ -12,11 +12,13 @@ struct PictureOptions
 {
     int width = 1200;  ///< pixels; two views side by side
     int height = 640;
+    bool sweptBoxes = false;  ///< the boxes that links pass through while they close
 };
 
 /// Renders hand, object and contacts (points and normals) of a grasp to a PNG: two views, shaded,
 /// hidden surfaces removed, the object see-through enough that contacts behind it are found,
-/// contacts behind a link drawn faintly. The views are chosen so that few contacts are hidden; a
+/// contacts behind a link drawn faintly. Swept boxes are drawn as edges in the colours of their
+/// links, faint where a surface hides them. The views are chosen so that few contacts are hidden; a
 /// bar gives the scale. Throws std::runtime_error if the file cannot be written,
 /// std::invalid_argument for a size below 64 pixels.
 void drawGrasp(const HandModel& hand,

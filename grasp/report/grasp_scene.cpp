@@ -1,5 +1,7 @@
 #include "grasp/report/grasp_scene.h"
 
+#include "grasp/closing/swept_boxes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -115,6 +117,31 @@ GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Gra
     return scene;
 }
 
+void addSweptBoxes(GraspScene& scene, const HandModel& hand, const Grasp& grasp)
+{
+    const Preshape* preshape = findPreshape(hand, grasp.preshape);
+    if (preshape == nullptr)
+    {
+        return;
+    }
+    const std::vector<Eigen::AlignedBox3d> boxes = sweptBoxes(hand, preshape->positions).closing;
+    for (std::size_t link = 0; link < boxes.size(); ++link)
+    {
+        const auto index = static_cast<std::int32_t>(link);
+        if (boxes[link].isEmpty() || fingerOf(hand, index) == kNone)
+        {
+            continue;
+        }
+        SceneBox& box =
+            scene.boxes.emplace_back(SceneBox{.corners = {}, .color = colorOf(hand, index)});
+        for (std::size_t k = 0; k < box.corners.size(); ++k)
+        {
+            box.corners[k] =
+                grasp.X_WH * boxes[link].corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
+        }
+    }
+}
+
 Camera frameScene(const GraspScene& scene, const Eigen::Vector3d& direction, int width, int height)
 {
     // World z is up in the picture, unless seen along it: then the hand comes from above.
@@ -137,6 +164,13 @@ Camera frameScene(const GraspScene& scene, const Eigen::Vector3d& direction, int
     for (const std::int32_t i : scene.framed)
     {
         extend(scene.hand[static_cast<std::size_t>(i)]);
+    }
+    for (const SceneBox& swept : scene.boxes)
+    {
+        for (const Eigen::Vector3d& corner : swept.corners)
+        {
+            box.extend(camera.R_CW * corner);
+        }
     }
     const Eigen::Vector3d size = box.sizes().cwiseMax(1e-9);
     camera.center_W = camera.R_CW.transpose() * box.center();

@@ -15,6 +15,13 @@ inline const Color kContactColor(0.86F, 0.07F, 0.24F);
 /// Share of the object's colour where it lies in front of a link.
 inline constexpr float kObjectCover = 0.6F;
 
+/// A box that a link sweeps, in W; corner k has the upper end along axis i where bit i of k is set.
+struct SceneBox
+{
+    std::array<Eigen::Vector3d, 8> corners;
+    Color color;
+};
+
 struct GraspScene
 {
     std::vector<Shape> hand;  ///< one a link with geometry; id = link
@@ -23,14 +30,19 @@ struct GraspScene
     Eigen::Vector3d approach_W = Eigen::Vector3d::UnitZ();
     double objectRadius = 0.0;         ///< [m]
     std::vector<std::int32_t> framed;  ///< entries of `hand` that must be in the picture
+    std::vector<SceneBox> boxes;       ///< empty until addSweptBoxes()
 };
 
 [[nodiscard]] GraspScene makeScene(const HandModel& hand,
                                    const GraspObject& object,
                                    const Grasp& grasp);
 
-/// Camera of the given size in pixels that looks from `direction` with the object, palm and fingers
-/// filling the picture up to a margin.
+/// Adds the boxes of all links of fingers while they close from the grasp's preshape; none if the
+/// hand does not have it.
+void addSweptBoxes(GraspScene& scene, const HandModel& hand, const Grasp& grasp);
+
+/// Camera of the given size in pixels that looks from `direction` with the object, palm, fingers
+/// and boxes filling the picture up to a margin.
 [[nodiscard]] Camera frameScene(const GraspScene& scene,
                                 const Eigen::Vector3d& direction,
                                 int width,

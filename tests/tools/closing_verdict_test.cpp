@@ -51,7 +51,7 @@ protected:
 
     grasp::HandModel m_hand = tests::makeGripper(false);
     std::optional<grasp::PenetrationCheck> m_check;
-    const grasp::GraspObject m_plate = plateAt({0.0005, 0.05, 0.028}, {0.0, 0.0, 0.03});
+    const grasp::GraspObject m_plate = plateAt({0.005, 0.05, 0.028}, {0.0, 0.0, 0.03});
 };
 
 TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)

@@ -29,6 +29,7 @@ struct CloseArguments
     std::string preshape;          ///< empty: the hand's first
     std::string output;
     bool json = false;
+    bool boxes = false;
     bool quiet = false;
     grasp::PlannerOptions options;
 };
@@ -235,8 +236,13 @@ int close(const CloseArguments& arguments)
     }
     if (output)
     {
-        const std::vector<std::string> written = writePlanOutputs(
-            *output, run, hand.hand, object.object, grasps, {.pictures = 1, .models = 1});
+        const std::vector<std::string> written =
+            writePlanOutputs(*output,
+                             run,
+                             hand.hand,
+                             object.object,
+                             grasps,
+                             {.pictures = 1, .models = 1, .sweptBoxes = arguments.boxes});
         if (!arguments.json)
         {
             fmt::print("written:  {}\n", joined(written, "\n          "));
@@ -290,6 +296,8 @@ void addCloseCommand(CLI::App& app, int& exitCode)
                      arguments->output,
                      "folder for the same files that plan writes; default: none")
         ->type_name("FOLDER")
+        ->group("Output");
+    command->add_flag("--boxes", arguments->boxes, "draw the boxes that links sweep, too")
         ->group("Output");
     command->add_flag("-q,--quiet", arguments->quiet, "no notes on stderr")->group("Output");
     command->footer(

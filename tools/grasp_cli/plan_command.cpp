@@ -64,8 +64,25 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
     return alignedText(table);
 }
 
+/// What the swept boxes of the hand were worth.
+std::string cullingText(const std::vector<Grasp>& grasps, std::size_t obstacles)
+{
+    double near = 0.0;
+    for (const Grasp& grasp : grasps)
+    {
+        near += static_cast<double>(grasp.obstaclesInReach);
+    }
+    near /= std::max(1.0, static_cast<double>(grasps.size()));
+    return fmt::format(
+        "obstacles: {}, of which {:.1f} in reach of a candidate ({:.1f} % culled by swept boxes)\n",
+        obstacles,
+        near,
+        100.0 * (1.0 - near / static_cast<double>(obstacles)));
+}
+
 void printSummary(const PlanArguments& arguments,
                   const PlanRun& run,
+                  std::size_t obstacles,
                   const std::vector<std::string>& written)
 {
     constexpr std::size_t kRows = 10;
@@ -98,6 +115,10 @@ void printSummary(const PlanArguments& arguments,
     if (const std::string rejected = rejectionCounts(run.grasps); !rejected.empty())
     {
         fmt::print("rejected: {}\n", rejected);
+    }
+    if (obstacles > 0)
+    {
+        fmt::print("{}", cullingText(run.grasps, obstacles));
     }
     fmt::print("planned in {:.1f} s\nwritten:  {}\n", run.seconds, joined(written, "\n          "));
 }
@@ -167,7 +188,7 @@ int plan(const PlanArguments& arguments)
     {
         written.push_back(journal.file().string());
     }
-    printSummary(arguments, run, written);
+    printSummary(arguments, run, obstacles.size(), written);
     return forceClosures(run.grasps) > 0 ? kFound : kNothingFound;
 }
 
@@ -210,6 +231,11 @@ void addPlanCommand(CLI::App& app, int& exitCode)
             "-o,--output", arguments->output, "folder; files in it are replaced at the end")
         ->type_name("FOLDER")
         ->capture_default_str()
+        ->group("Output");
+    command
+        ->add_flag("--boxes",
+                   arguments->drawing.sweptBoxes,
+                   "draw the boxes that links sweep while they close, too")
         ->group("Output");
     command->add_option("--pictures", arguments->drawing.pictures, "draw the best K grasps")
         ->type_name("K")

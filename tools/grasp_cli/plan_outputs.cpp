@@ -96,7 +96,8 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
     for (std::size_t k = 0; k < worthDrawing(grasps, drawing.pictures); ++k)
     {
         pictures.push_back(output.stage(drawingName(k + 1, kPicture)));
-        grasp::drawGrasp(hand, object, grasps[k], {}, pictures.back());
+        grasp::drawGrasp(
+            hand, object, grasps[k], {.sweptBoxes = drawing.sweptBoxes}, pictures.back());
     }
     const std::size_t models = worthDrawing(grasps, drawing.models.value_or(drawing.pictures));
     for (std::size_t k = 0; k < models; ++k)

@@ -15,6 +15,7 @@ struct DrawingOptions
 {
     int pictures = 5;
     std::optional<int> models;  ///< not given: as many as pictures
+    bool sweptBoxes = false;    ///< in the pictures; models always have them
 };
 
 /// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or

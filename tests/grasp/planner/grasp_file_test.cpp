@@ -65,6 +65,7 @@ protected:
         grasp.X_WH = anyPose();
         grasp.approach_W = anyVector().normalized();
         grasp.approachDistance = std::abs(m_normal(m_random));
+        grasp.obstaclesInReach = 3 + candidate;
         grasp.positions = anyPositions();
         for (std::int32_t link = 0; link < 4; ++link)
         {
@@ -131,6 +132,7 @@ TEST_F(GraspFile, RoundTripIsExact)
         EXPECT_LT((a.X_WH.linear() - b.X_WH.linear()).cwiseAbs().maxCoeff(), 1e-15);
         EXPECT_EQ(a.approach_W, b.approach_W);
         EXPECT_EQ(a.approachDistance, b.approachDistance);
+        EXPECT_EQ(a.obstaclesInReach, b.obstaclesInReach);
         EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
         EXPECT_EQ(a.quality.volume, b.quality.volume);
         EXPECT_EQ(a.quality.forceClosure, b.quality.forceClosure);

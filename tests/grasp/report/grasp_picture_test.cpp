@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/report/grasp_scene.h"
+#include "tests/grasp/planner/test_hands.h"
 #include "tests/grasp/report/report_scene.h"
 
 #include <gtest/gtest.h>
@@ -103,6 +104,35 @@ TEST(DrawGrasp, WithoutContactsThereIsNoCrimson)
     const Census census = countPixels(readPng(file), 0, 400);
     EXPECT_EQ(census.contact, 0);
     EXPECT_GT(census.object, 1000);
+}
+
+TEST(DrawGrasp, SweptBoxesHoldTheirLinksAndAreDrawn)
+{
+    const HandModel hand = tests::makeThreeFingers();
+    Grasp grasp;
+    grasp.preshape = "open";
+    grasp.X_WH = Eigen::Translation3d(0.01, 0.02, -0.06) * Eigen::Quaterniond(0.8, 0.6, 0.0, 0.0);
+    grasp.positions = {0.0, 0.4, 0.3, 0.2, 0.7, 0.5, 0.1};
+    GraspScene scene = makeScene(hand, makeBall(), grasp);
+    addSweptBoxes(scene, hand, grasp);
+    ASSERT_EQ(scene.boxes.size(), 6U);  // of all links but the palm
+    for (std::size_t link = 1; link < 7; ++link)
+    {
+        Eigen::AlignedBox3d box;  // in the root link
+        for (const Eigen::Vector3d& corner : scene.boxes[link - 1].corners)
+        {
+            box.extend(grasp.X_WH.inverse() * corner);
+        }
+        for (const Eigen::Vector3d& vertex : scene.hand[link].vertices)
+        {
+            EXPECT_LT(box.exteriorDistance(grasp.X_WH.inverse() * vertex), 1e-12);
+        }
+    }
+    const std::filesystem::path with = tests::outputFile("boxes.png");
+    const std::filesystem::path without = tests::outputFile("no_boxes.png");
+    drawGrasp(hand, makeBall(), grasp, {.width = 300, .height = 200, .sweptBoxes = true}, with);
+    drawGrasp(hand, makeBall(), grasp, {.width = 300, .height = 200}, without);
+    EXPECT_NE(readPng(with).bytes, readPng(without).bytes);
 }
 
 TEST(DrawGrasp, TheSameGraspGivesTheSameBytes)
