@@ -184,29 +184,41 @@ int show(const HandArguments& arguments)
     printNotes(hand);
     return kFound;
 }
+
+void addShowOptions(CLI::App& command, HandArguments& arguments)
+{
+    command.add_option("hand", arguments.hand, "URDF file or name of a shipped hand")
+        ->type_name("HAND");
+    command.add_option("--srdf", arguments.srdf, "fingers and preshapes")->type_name("FILE");
+}
+
+int showNamed(const HandArguments& arguments)
+{
+    if (arguments.hand.empty())
+    {
+        throw CLI::RequiredError("hand");
+    }
+    return show(arguments);
+}
 }  // namespace
 
 void addHandCommand(CLI::App& app, int& exitCode)
 {
-    auto* command =
-        app.add_subcommand("hand", "show what is understood of a hand, and what was inferred");
+    constexpr const char* kWhat = "show what is understood of a hand, and what was inferred";
+    auto* command = app.add_subcommand("hand", kWhat);
     const auto arguments = std::make_shared<HandArguments>();
-    command->add_option("hand", arguments->hand, "URDF file or name of a shipped hand")
-        ->type_name("HAND");
-    command->add_option("--srdf", arguments->srdf, "fingers and preshapes")->type_name("FILE");
+    addShowOptions(*command, *arguments);
+    CLI::App* shown = command->add_subcommand("show", kWhat);
+    addShowOptions(*shown, *arguments);
+    shown->callback([arguments, &exitCode] { exitCode = showNamed(*arguments); });
     addHandCheckCommand(*command, exitCode);
     command->callback(
         [command, arguments, &exitCode]
         {
-            if (!command->get_subcommands().empty())
+            if (command->get_subcommands().empty())
             {
-                return;
+                exitCode = showNamed(*arguments);
             }
-            if (arguments->hand.empty())
-            {
-                throw CLI::RequiredError("hand");
-            }
-            exitCode = show(*arguments);
         });
 }
 }  // namespace bullet_ccd::tools
