@@ -1,7 +1,7 @@
 #include "grasp/approach/approach_sampler.h"
 
 #include "bullet_ccd/math/check.h"
-#include "grasp/approach/object_shape.h"
+#include "grasp/approach/approach_aim.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,32 +32,6 @@ constexpr double kKeepDirection = 0.15;  // cost of turning the direction of app
 constexpr int kTries = 8;
 constexpr int kFacingRounds = 3;
 constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
-
-/// Random numbers by counter: the k-th draw of candidate `number` depends on nothing but (seed,
-/// number, k), so candidates can be made in any order and on any thread.
-class Draws
-{
-public:
-    Draws(std::uint64_t seed, std::uint64_t number) : m_state(mix(mix(seed) ^ number)) {}
-
-    /// In [0, 1).
-    [[nodiscard]] double unit() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
-    [[nodiscard]] double between(double low, double high) { return low + (high - low) * unit(); }
-    [[nodiscard]] bool coin() { return (next() >> 63) != 0; }
-
-private:
-    /// The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
-    [[nodiscard]] static std::uint64_t mix(std::uint64_t z)
-    {
-        z += 0x9e3779b97f4a7c15U;
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
-        return z ^ (z >> 31);
-    }
-    [[nodiscard]] std::uint64_t next() { return m_state = mix(m_state); }
-
-    std::uint64_t m_state;
-};
 
 /// The open hand as its grasp frame sees it.
 struct OpenHand
@@ -130,12 +104,13 @@ std::vector<std::size_t> fittingPreshapes(const HandModel& hand, const ObjectSha
     return fitting.empty() ? all : fitting;
 }
 
-/// Point `number` of `count` on the unit sphere: rings of equal area, each turned by the golden
-/// angle.
-Eigen::Vector3d fibonacciDirection(std::int64_t number, std::int64_t count)
+/// Point `number` of `count` on a cap about z of the unit sphere that has this share of its area:
+/// rings of equal area, each turned by the golden angle.
+Eigen::Vector3d fibonacciDirection(std::int64_t number, std::int64_t count, double share)
 {
     const double goldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double z = 1.0 - (2.0 * static_cast<double>(number) + 1.0) / static_cast<double>(count);
+    const double z =
+        1.0 - share * (2.0 * static_cast<double>(number) + 1.0) / static_cast<double>(count);
     const double ring = std::sqrt(std::max(0.0, 1.0 - z * z));
     const double angle = goldenAngle * static_cast<double>(number);
     return {ring * std::cos(angle), ring * std::sin(angle), z};
@@ -152,6 +127,13 @@ Eigen::Quaterniond randomRotation(Draws& draws)
     return {q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b)};
 }
 
+/// Rotation that takes z to straight down, and turns by `angle` about it.
+Eigen::Quaterniond aboutDown(const Eigen::Vector3d& up, double angle)
+{
+    return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -up) *
+           Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
+}
+
 /// `direction` turned by up to `angle` about a random axis across it.
 Eigen::Vector3d jittered(const Eigen::Vector3d& direction, double angle, Draws& draws)
 {
@@ -162,14 +144,12 @@ Eigen::Vector3d jittered(const Eigen::Vector3d& direction, double angle, Draws& 
     return std::cos(by) * direction + std::sin(by) * (std::cos(around) * u + std::sin(around) * v);
 }
 
-/// Rotation with z along `z` and x as near to `x` as that allows.
-Eigen::Matrix3d frameFrom(const Eigen::Vector3d& z, const Eigen::Vector3d& x)
+/// Along a thin principal axis, either way.
+Eigen::Vector3d drawOpposition(const ObjectShape& shape, Draws& draws)
 {
-    Eigen::Vector3d across = x - x.dot(z) * z;
-    across = across.norm() > 1e-6 ? across.normalized() : z.unitOrthogonal();
-    Eigen::Matrix3d rotation;
-    rotation << across, z.cross(across), z;
-    return rotation;
+    const int axis = draws.unit() < kThinShare ? 2 : 1;
+    return draws.coin() ? Eigen::Vector3d(shape.axes.col(axis))
+                        : Eigen::Vector3d(-shape.axes.col(axis));
 }
 
 /// Orientation of the grasp frame for one try: the first keeps the direction of the sequence, odd
@@ -248,48 +228,32 @@ Eigen::Vector3d targetPoint(const GraspObject& object, const ObjectShape& shape,
     }
     return target;
 }
-}  // namespace
 
-ApproachCandidate sampleApproach(const HandModel& hand,
-                                 const GraspObject& object,
-                                 std::uint64_t seed,
-                                 std::int64_t number,
-                                 std::int64_t count)
+/// The candidate in its sequence.
+struct Place
 {
-    return sampleApproach(hand, object, objectShape(object), seed, number, count);
-}
+    std::uint64_t seed = 0;
+    std::int64_t number = 0;
+    std::int64_t count = 1;
+    std::int64_t turn = 0;  ///< number among the candidates with its preshape
 
-ApproachCandidate sampleApproach(const HandModel& hand,
-                                 const GraspObject& object,
-                                 const ObjectShape& shape,
-                                 std::uint64_t seed,
-                                 std::int64_t number,
-                                 std::int64_t count)
+    [[nodiscard]] Draws draws() const { return {seed, static_cast<std::uint64_t>(number)}; }
+    /// Of the whole sequence.
+    [[nodiscard]] Draws sequence() const { return {seed, ~std::uint64_t{0}}; }
+};
+
+/// Of kTries proposals the cheapest; turning away from `direction` costs, too.
+template <typename Propose>
+Eigen::Isometry3d cheapest(const Propose& propose,
+                           const Eigen::Vector3d& direction,
+                           const GraspObject& object,
+                           const OpenHand& open)
 {
-    require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
-    require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
-    const std::vector<std::size_t> fitting = fittingPreshapes(hand, shape);
-    const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
-    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
-
-    // The rotation belongs to the sequence, everything else to the candidate.
-    Draws sequence(seed, ~std::uint64_t{0});
-    const Eigen::Vector3d direction =
-        randomRotation(sequence) * fibonacciDirection(number % count, count);
-    const double cell = 2.0 / std::sqrt(static_cast<double>(count));  // radius of its share [rad]
-
-    Draws draws(seed, static_cast<std::uint64_t>(number));
     Eigen::Isometry3d best = Eigen::Isometry3d::Identity();
     double bestCost = std::numeric_limits<double>::infinity();
     for (int attempt = 0; attempt < kTries; ++attempt)
     {
-        Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
-        X_WG.linear() = proposeOrientation(attempt, direction, cell, shape, draws);
-        X_WG.translation() = targetPoint(object, shape, draws);
-        if (attempt % 2 == 1)
-        {
-            faceTheSurfaces(X_WG, object);
-        }
+        const Eigen::Isometry3d X_WG = propose(attempt);
         const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
         const double itsCost =
             cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;
@@ -299,16 +263,148 @@ ApproachCandidate sampleApproach(const HandModel& hand,
             bestCost = itsCost;
         }
     }
+    return best;
+}
+
+/// Its share of the directions of the sphere, or of the cap above the table.
+Eigen::Isometry3d aroundTheObject(const Place& place,
+                                  const GraspObject& object,
+                                  const ObjectShape& shape,
+                                  const OpenHand& open,
+                                  const ApproachOptions& options)
+{
+    const double share = options.tableTop ? 0.5 * (1.0 - std::cos(options.maxTilt)) : 1.0;
+    const Eigen::Vector3d ofCap =
+        fibonacciDirection(place.number % place.count, place.count, share);
+    // The rotation belongs to the sequence, everything else to the candidate.
+    Draws sequence = place.sequence();
+    const Eigen::Vector3d direction =
+        options.tableTop ? aboutDown(options.up, 2.0 * std::numbers::pi * sequence.unit()) * ofCap
+                         : randomRotation(sequence) * ofCap;
+    // Radius of its share [rad].
+    const double cell = 2.0 * std::sqrt(share) / std::sqrt(static_cast<double>(place.count));
+    Draws draws = place.draws();
+    const auto propose = [&](int attempt)
+    {
+        Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+        X_WG.linear() = proposeOrientation(attempt, direction, cell, shape, draws);
+        X_WG.translation() = targetPoint(object, shape, draws);
+        if (attempt % 2 == 1)
+        {
+            faceTheSurfaces(X_WG, object);
+        }
+        X_WG.linear() = withinLimits(X_WG.linear(), options, draws);
+        return X_WG;
+    };
+    return cheapest(propose, direction, object, open);
+}
+
+/// Against the normal of a point of the surface, turned a little; odd tries oppose the fingers as
+/// the surfaces do there.
+Eigen::Isometry3d atTheSurface(const Place& place,
+                               const GraspObject& object,
+                               const ObjectShape& shape,
+                               const OpenHand& open,
+                               const ApproachOptions& options)
+{
+    Draws draws = place.draws();
+    const ApproachAim aim = surfaceAim(object, options, draws);
+    const auto propose = [&](int attempt)
+    {
+        const Eigen::Vector3d z = withinTilt(jittered(aim.direction, kLargestTurn, draws), options);
+        Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+        X_WG.linear() = frameFrom(z, drawOpposition(shape, draws));
+        X_WG.translation() = middleOnLine(object, aim.point, z);
+        if (const LocalWidth local = localWidth(object, X_WG, kRayGrid);
+            attempt % 2 == 1 && local.hits > 0)
+        {
+            X_WG.linear() = frameFrom(z, X_WG.linear() * local.opposition);
+        }
+        X_WG.linear() = withinLimits(X_WG.linear(), options, draws);
+        return X_WG;
+    };
+    return cheapest(propose, aim.direction, object, open);
+}
+
+/// Squarely at a face of the object's box.
+Eigen::Isometry3d atTheBox(const Place& place,
+                           const GraspObject& object,
+                           const ObjectShape& shape,
+                           const ApproachOptions& options)
+{
+    Draws sequence = place.sequence();
+    Draws draws = place.draws();
+    const ApproachAim aim = boxAim(object, shape, options, place.turn, sequence);
+    const double sign = draws.coin() ? 1.0 : -1.0;
+    Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+    X_WG.linear() = withinLimits(frameFrom(aim.direction, sign * aim.opposition), options, draws);
+    X_WG.translation() = middleOnLine(object, aim.point, X_WG.linear().col(2));
+    return X_WG;
+}
+
+/// The grasp frame where the approach would bring it.
+Eigen::Isometry3d targetFrame(const Place& place,
+                              const GraspObject& object,
+                              const ObjectShape& shape,
+                              const OpenHand& open,
+                              const ApproachOptions& options)
+{
+    switch (options.source)
+    {
+        case ApproachSource::Surface:
+            return atTheSurface(place, object, shape, open, options);
+        case ApproachSource::Boxes:
+            return atTheBox(place, object, shape, options);
+        case ApproachSource::Sphere:
+            break;
+    }
+    return aroundTheObject(place, object, shape, open, options);
+}
+}  // namespace
+
+ApproachCandidate sampleApproach(const HandModel& hand,
+                                 const GraspObject& object,
+                                 std::uint64_t seed,
+                                 std::int64_t number,
+                                 std::int64_t count,
+                                 const ApproachOptions& options)
+{
+    return sampleApproach(hand, object, objectShape(object), seed, number, count, options);
+}
+
+ApproachCandidate sampleApproach(const HandModel& hand,
+                                 const GraspObject& object,
+                                 const ObjectShape& shape,
+                                 std::uint64_t seed,
+                                 std::int64_t number,
+                                 std::int64_t count,
+                                 const ApproachOptions& options)
+{
+    require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
+    require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
+    checkApproachOptions(options);
+    const std::vector<std::size_t> fitting = fittingPreshapes(hand, shape);
+    const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
+    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
+    const Place place{.seed = seed,
+                      .number = number,
+                      .count = count,
+                      .turn = number / static_cast<std::int64_t>(fitting.size())};
+    Eigen::Isometry3d X_WG = targetFrame(place, object, shape, open, options);
 
     ApproachCandidate candidate{.number = number, .preshape = preshape};
-    candidate.direction_W = best.linear().col(2);
+    candidate.direction_W = X_WG.linear().col(2);
     // The ball of the hand about its grasp frame, moved back until it is clear of the object's.
-    const double aside = (best.translation() - object.centerOfMass).norm();
-    const double back = open.radius + object.radius + aside + kStartMargin;
+    const double aside = (X_WG.translation() - object.centerOfMass).norm();
+    const double back = open.radius + object.radius + aside + kStartMargin + options.standoff;
     candidate.centerDistance = back;
     candidate.distance = back + object.radius + aside + open.radius;
-    best.translation() -= back * candidate.direction_W;
-    candidate.X_WStart = best * hand.X_RG.inverse();
+    if (options.reach > 0.0)
+    {
+        candidate.distance = std::min(candidate.distance, options.reach);
+    }
+    X_WG.translation() -= back * candidate.direction_W;
+    candidate.X_WStart = X_WG * hand.X_RG.inverse();
     return candidate;
 }
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,7 @@
 /// Candidate hand poses around an object.
 #pragma once
 
+#include "grasp/approach/approach_options.h"
 #include "grasp/approach/object_shape.h"
 #include "grasp/hand/hand_model.h"
 
@@ -21,19 +22,32 @@ struct ApproachCandidate
 
 /// Candidate `number` of the sequence of `seed`.
 ///
-/// The grasp frame's z axis is the direction of approach and points at (about) the centre of mass;
-/// over the first `count` candidates the directions cover the sphere evenly, except that each may
-/// be turned within its neighbourhood, or square to a thin principal axis of the object, where that
-/// lets the object fit between the fingers. The roll lays the hand's opposition axis along a thin
-/// direction of the object. The preshapes that open wide enough for the object's thinnest direction
-/// take turns, or all if none does. The hand's bounding ball about the grasp frame
-/// starts clear of the object's about its centre of mass. A pure function of its arguments. Throws
-/// std::invalid_argument for count <= 0, number < 0 or a hand without preshapes.
+/// For ApproachSource::Sphere the grasp frame's z axis is the direction of approach and points at
+/// (about) the centre of mass; over the first `count` candidates the directions cover the sphere
+/// evenly, except that each may be turned within its neighbourhood, or square to a thin principal
+/// axis of the object, where that lets the object fit between the fingers. The roll lays the hand's
+/// opposition axis along a thin direction of the object. The preshapes that open wide enough for
+/// the object's thinnest direction take turns, or all if none does. The hand's bounding ball about
+/// the grasp frame starts clear of the object's about its centre of mass. A pure function of its
+/// arguments.
+///
+/// For Surface the line of approach goes through a point of the surface drawn with probability by
+/// area and is turned from the normal there by at most kLargestTurn; the roll is as above. For
+/// Boxes it meets a face of the box along the object's principal axes at right angles; points are
+/// spread evenly over the faces, which take turns, and the opposition axis lies along the face's
+/// shorter side. Both bring the grasp frame to the middle of what the line goes through.
+///
+/// With tableTop the directions of Sphere cover the cap within maxTilt of -up instead; what would
+/// be tilted more is turned back to the limit. A roll beyond the limits is drawn anew within them.
+///
+/// Throws std::invalid_argument for count <= 0, number < 0, a hand without preshapes, or options
+/// that cannot be.
 [[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
                                                const GraspObject& object,
                                                std::uint64_t seed,
                                                std::int64_t number,
-                                               std::int64_t count);
+                                               std::int64_t count,
+                                               const ApproachOptions& options = {});
 
 /// The same for many candidates of one object: `shape` is objectShape(object).
 [[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
@@ -41,5 +55,6 @@ struct ApproachCandidate
                                                const ObjectShape& shape,
                                                std::uint64_t seed,
                                                std::int64_t number,
-                                               std::int64_t count);
+                                               std::int64_t count,
+                                               const ApproachOptions& options = {});
 }  // namespace bullet_ccd::grasp

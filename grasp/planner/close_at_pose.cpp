@@ -1,6 +1,6 @@
 #include "grasp/planner/close_at_pose.h"
 
-#include "grasp/approach/approach_motion.h"
+#include "bullet_ccd/math/check.h"
 #include "grasp/planner/penetration_check.h"
 #include "grasp/planner/plan_candidate.h"
 
@@ -42,15 +42,39 @@ void approach(Grasp& grasp,
     grasp.approachDistance = travelled * shift.norm();
     grasp.X_WH.translation() += travelled * shift;
 }
-}  // namespace
 
-Grasp closeAtPose(const HandModel& hand,
-                  const GraspObject& object,
-                  const Eigen::Isometry3d& X_WStart,
-                  const Eigen::Vector3d& shift,
-                  const Preshape& preshape,
-                  const PlannerOptions& options,
-                  const CloseHand& close)
+/// Moves grasp.X_WH along the path until the first contact; sets what the approach leaves behind.
+PathApproach follow(Grasp& grasp,
+                    std::span<const Eigen::Isometry3d> path,
+                    const std::vector<double>& positions,
+                    CandidateContext& context)
+{
+    PathApproach way = approachUntilContact(context.hand,
+                                            context.environment,
+                                            path,
+                                            positions,
+                                            context.options.closing.tolerance,
+                                            context.work);
+    grasp.reject = rejectReasonOf(way.status, RejectReason::OverlapAtStart);
+    grasp.X_WH = way.X_WH;
+    const Eigen::Vector3d moved = way.X_WH.translation() - path.front().translation();
+    grasp.approachDistance = moved.norm();
+    if (grasp.approachDistance > 0.0)
+    {
+        grasp.approach_W = moved / grasp.approachDistance;
+    }
+    return way;
+}
+
+/// Calls move(grasp, context) with the open hand at X_WStart, and closes it where that leaves it.
+template <typename Move>
+Grasp closeAfter(const Move& move,
+                 const HandModel& hand,
+                 const GraspObject& object,
+                 const Eigen::Isometry3d& X_WStart,
+                 const Preshape& preshape,
+                 const PlannerOptions& options,
+                 const CloseHand& close)
 {
     Grasp grasp;
     grasp.preshape = preshape.name;
@@ -72,10 +96,7 @@ Grasp closeAtPose(const HandModel& hand,
     {
         return grasp;
     }
-    if (!shift.isZero(0.0))
-    {
-        approach(grasp, shift, preshape.positions, context);
-    }
+    move(grasp, context);
     if (grasp.reject == RejectReason::None)
     {
         const Eigen::Isometry3d X_WH = grasp.X_WH;
@@ -87,5 +108,40 @@ Grasp closeAtPose(const HandModel& hand,
         }
     }
     return grasp;
+}
+}  // namespace
+
+Grasp closeAtPose(const HandModel& hand,
+                  const GraspObject& object,
+                  const Eigen::Isometry3d& X_WStart,
+                  const Eigen::Vector3d& shift,
+                  const Preshape& preshape,
+                  const PlannerOptions& options,
+                  const CloseHand& close)
+{
+    const auto move = [&](Grasp& grasp, CandidateContext& context)
+    {
+        if (!shift.isZero(0.0))
+        {
+            approach(grasp, shift, preshape.positions, context);
+        }
+    };
+    return closeAfter(move, hand, object, X_WStart, preshape, options, close);
+}
+
+PathGrasp closeOnPath(const HandModel& hand,
+                      const GraspObject& object,
+                      std::span<const Eigen::Isometry3d> path,
+                      const Preshape& preshape,
+                      const PlannerOptions& options,
+                      const CloseHand& close)
+{
+    require(!path.empty(), "closeOnPath: the path has no pose");
+    PathGrasp result{.way = {.status = ToiStatus::Overlapping, .time = 0.0, .X_WH = path.front()},
+                     .grasp = {}};
+    const auto move = [&](Grasp& grasp, CandidateContext& context)
+    { result.way = follow(grasp, path, preshape.positions, context); };
+    result.grasp = closeAfter(move, hand, object, path.front(), preshape, options, close);
+    return result;
 }
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,7 @@
 /// One pose that somebody chose, instead of sampled candidates.
 #pragma once
 
+#include "grasp/approach/approach_motion.h"
 #include "grasp/planner/grasp_planner.h"
 
 namespace bullet_ccd::grasp
@@ -20,4 +21,22 @@ namespace bullet_ccd::grasp
                                 const Preshape& preshape,
                                 const PlannerOptions& options,
                                 const CloseHand& close);
+
+/// A grasp at the end of a path, and how far along the hand got.
+struct PathGrasp
+{
+    PathApproach way;
+    Grasp grasp;
+};
+
+/// The same after the open hand has moved along a path of poses of its root link (W), until its
+/// first contact or the end: see approachUntilContact(). The grasp has its start at the first pose;
+/// its direction and distance of approach are those of the straight line to where the hand closes.
+/// Throws std::invalid_argument for a path without a pose.
+[[nodiscard]] PathGrasp closeOnPath(const HandModel& hand,
+                                    const GraspObject& object,
+                                    std::span<const Eigen::Isometry3d> path,
+                                    const Preshape& preshape,
+                                    const PlannerOptions& options,
+                                    const CloseHand& close);
 }  // namespace bullet_ccd::grasp

@@ -3,6 +3,7 @@
 #include "grasp/planner/grasp_recorder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -142,6 +143,38 @@ std::vector<double> positionsFrom(const Json& joints, const HandModel& hand, con
     return positions;
 }
 
+ApproachOptions samplingFrom(const Json& plan, const Place& place)
+{
+    ApproachOptions options;
+    // Files of versions that knew one source alone do not say so.
+    if (!plan.contains("approach"))
+    {
+        return options;
+    }
+    const Json& json = plan.at("approach");
+    const auto name = value<std::string>(json, "from", place);
+    constexpr std::array kSources{
+        ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes};
+    const auto* const source = std::find_if(
+        kSources.begin(), kSources.end(), [&](ApproachSource s) { return name == toString(s); });
+    if (source == kSources.end())
+    {
+        fail(place, "key \"from\": unknown source \"" + name + "\": read it with a newer version");
+    }
+    options.source = *source;
+    options.tableTop = value<bool>(json, "table_top", place);
+    options.up = vector<3>(json, "up", place);
+    options.maxTilt = value<double>(json, "max_tilt_rad", place);
+    options.standoff = value<double>(json, "standoff_m", place);
+    options.reach = value<double>(json, "reach_m", place);
+    if (!member(json, "roll_rad", place).is_null())
+    {
+        const Eigen::Vector2d roll = vector<2>(json, "roll_rad", place);
+        options.roll = RollLimits{.from = roll[0], .to = roll[1]};
+    }
+    return options;
+}
+
 GraspFileSource sourceFrom(const Json& json, const Place& place)
 {
     const Json& hand = member(json, "hand", place);
@@ -159,6 +192,7 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     PlannerOptions& options = source.run.options;
     options.seed = value<std::uint64_t>(plan, "seed", place);
     options.candidates = value<std::int64_t>(plan, "candidates", place);
+    options.approach = samplingFrom(plan, place);
     // Files of versions that only simulated do not say so.
     options.engine = plan.value("closing_engine", "simulated") == std::string("kinematic")
                          ? ClosingEngine::Kinematic

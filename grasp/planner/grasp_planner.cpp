@@ -97,6 +97,7 @@ void checkOptions(const PlannerOptions& options)
     require(options.candidates > 0, "planGrasps: at least one candidate is needed");
     require(options.jobs >= 0, "planGrasps: jobs must not be negative");
     require(options.timeLimit >= 0.0, "planGrasps: the time limit must not be negative");
+    checkApproachOptions(options.approach);
     require(options.friction > 0.0, "planGrasps: friction must be positive");
     require(options.coneEdges >= 3, "planGrasps: a friction cone needs three edges or more");
     require(options.closing.tolerance > 0.0, "planGrasps: the tolerance must be positive");
@@ -189,8 +190,13 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                         worker.emplace(Worker{.close = makeCloseHand(),
                                               .check = PenetrationCheck(hand, object)});
                     }
-                    const ApproachCandidate candidate = sampleApproach(
-                        hand, object, shape, options.seed, queue.number(*turn), options.candidates);
+                    const ApproachCandidate candidate = sampleApproach(hand,
+                                                                       object,
+                                                                       shape,
+                                                                       options.seed,
+                                                                       queue.number(*turn),
+                                                                       options.candidates,
+                                                                       options.approach);
                     const std::vector<RigidBody> bodies =
                         bodiesNear(candidate, object, surroundings);
                     const auto near = static_cast<std::int64_t>(bodies.size()) - 1;

@@ -16,6 +16,7 @@ struct PlannerOptions
     std::uint64_t seed = 1;
     int jobs = 0;            ///< threads; 0: one a core. Results do not depend on it.
     double timeLimit = 0.0;  ///< after it no further candidate is begun [s]; 0: none
+    ApproachOptions approach = {};
     ClosingOptions closing = {};
     /// That the caller hands to planGrasps(); kept here for the record.
     ClosingEngine engine = ClosingEngine::Kinematic;

@@ -50,11 +50,24 @@ Json objectToJson(const GraspRun& run, const GraspObject& object, const std::str
             {"content_hash", hash}};
 }
 
+Json samplingToJson(const ApproachOptions& options)
+{
+    return {
+        {"from", toString(options.source)},
+        {"table_top", options.tableTop},
+        {"up", toJson(options.up)},
+        {"max_tilt_rad", options.maxTilt},
+        {"standoff_m", options.standoff},
+        {"reach_m", options.reach},
+        {"roll_rad", options.roll ? Json::array({options.roll->from, options.roll->to}) : Json()}};
+}
+
 Json planToJson(const GraspRun& run)
 {
     const PlannerOptions& options = run.options;
     return {{"seed", options.seed},
             {"candidates", options.candidates},
+            {"approach", samplingToJson(options.approach)},
             {"closing_engine", toString(options.engine)},
             {"closing_order", toString(options.closing.order)},
             {"first_fingers", options.closing.firstFingers},

@@ -142,8 +142,13 @@ json benchClosing(const LoadedHand& hand,
     for (int number = 0; number < options.candidates; ++number)
     {
         ++counts.candidates;
-        const grasp::ApproachCandidate candidate = grasp::sampleApproach(
-            hand.hand, object.object, shape, options.seed, number, options.candidates);
+        const grasp::ApproachCandidate candidate = grasp::sampleApproach(hand.hand,
+                                                                         object.object,
+                                                                         shape,
+                                                                         options.seed,
+                                                                         number,
+                                                                         options.candidates,
+                                                                         options.approach);
         ClosingStart start{.hand = hand.hand,
                            .object = object.object,
                            .check = check,

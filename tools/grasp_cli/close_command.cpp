@@ -3,6 +3,7 @@
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/finger_option.h"
 #include "tools/grasp_cli/input_options.h"
+#include "tools/grasp_cli/path_file.h"
 #include "tools/grasp_cli/plan_outputs.h"
 #include "tools/grasp_cli/plan_run.h"
 #include "tools/grasp_cli/text_table.h"
@@ -24,8 +25,9 @@ using grasp::RejectReason;
 struct CloseArguments
 {
     PairOptions pair;
-    std::vector<double> pose;      ///< x y z qw qx qy qz
+    std::vector<double> pose;      ///< x y z qw qx qy qz; empty: there is a path
     std::vector<double> approach;  ///< dx dy dz distance; empty: none
+    std::string path;              ///< file; empty: none
     std::string preshape;          ///< empty: the hand's first
     std::string output;
     bool json = false;
@@ -63,6 +65,43 @@ Eigen::Vector3d shiftOf(const CloseArguments& arguments)
             "--approach", "the direction must not be zero, and the distance must be positive");
     }
     return a[3] * direction.normalized();
+}
+
+/// How the hand gets to where it closes.
+struct HandWay
+{
+    Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Isometry3d> path{};  ///< instead, if not empty
+};
+
+HandWay wayOf(const CloseArguments& arguments)
+{
+    if (!arguments.path.empty())
+    {
+        return {.path = readPathFile(arguments.path)};
+    }
+    if (arguments.pose.empty())
+    {
+        throw CLI::RequiredError("--pose or --path");
+    }
+    return {.X_WStart = poseOf(arguments), .shift = shiftOf(arguments)};
+}
+
+grasp::PathGrasp closeAfter(const HandWay& way,
+                            const LoadedHand& hand,
+                            const LoadedObject& object,
+                            const grasp::Preshape& preshape,
+                            const grasp::PlannerOptions& options)
+{
+    const grasp::CloseHand engine = closingEngine(options.engine)();
+    if (!way.path.empty())
+    {
+        return closeOnPath(hand.hand, object.object, way.path, preshape, options, engine);
+    }
+    return {.way = {},
+            .grasp = closeAtPose(
+                hand.hand, object.object, way.X_WStart, way.shift, preshape, options, engine)};
 }
 
 const grasp::Preshape& preshapeOf(const CloseArguments& arguments, const LoadedHand& hand)
@@ -167,6 +206,19 @@ std::string failureOf(const grasp::HandModel& hand,
     }
 }
 
+/// Empty for a hand that could not set out.
+std::string pathText(const grasp::PathApproach& way)
+{
+    if (way.status == ToiStatus::Overlapping)
+    {
+        return {};
+    }
+    const std::string end =
+        isContact(way.status) ? fmt::format("a contact at {:.4f} of leg {}", way.time, way.leg + 1)
+                              : "its end";
+    return fmt::format("followed the path for {:.3f} mm, to {}\n\n", 1e3 * way.length, end);
+}
+
 void printGrasp(const CloseArguments& arguments, const grasp::HandModel& hand, const Grasp& grasp)
 {
     if (!arguments.approach.empty())
@@ -197,8 +249,7 @@ void printGrasp(const CloseArguments& arguments, const grasp::HandModel& hand, c
 
 int close(const CloseArguments& arguments)
 {
-    const Eigen::Isometry3d X_WStart = poseOf(arguments);
-    const Eigen::Vector3d shift = shiftOf(arguments);
+    const HandWay way = wayOf(arguments);
     const LoadedHand hand = loadHandOf(arguments.pair);
     requireFingers(hand, arguments.options.closing);
     const LoadedObject object = loadObjectOf(arguments.pair);
@@ -217,14 +268,8 @@ int close(const CloseArguments& arguments)
                               .objectFile = object.file,
                               .objectScale = arguments.pair.objectScale,
                               .options = arguments.options};
-    const std::vector<Grasp> grasps = {
-        grasp::closeAtPose(hand.hand,
-                           object.object,
-                           X_WStart,
-                           shift,
-                           preshape,
-                           arguments.options,
-                           closingEngine(arguments.options.engine)())};
+    const grasp::PathGrasp closed = closeAfter(way, hand, object, preshape, arguments.options);
+    const std::vector<Grasp> grasps = {closed.grasp};
     const std::string failure = failureOf(hand.hand, object.object, grasps.front());
     if (arguments.json)
     {
@@ -232,6 +277,10 @@ int close(const CloseArguments& arguments)
     }
     else
     {
+        if (!way.path.empty())
+        {
+            fmt::print("{}", pathText(closed.way));
+        }
         printGrasp(arguments, hand.hand, grasps.front());
     }
     if (output)
@@ -263,15 +312,16 @@ void addCloseCommand(CLI::App& app, int& exitCode)
     arguments->options.candidates = 1;
     addPairOptions(*command, arguments->pair);
     constexpr double kFar = 1e3;  // [m]
-    command
-        ->add_option("--pose",
-                     arguments->pose,
-                     "of the hand's root link in the object's mesh frame [m]:\nx y z qw qx qy qz")
-        ->type_name("X..QZ")
-        ->required()
-        ->expected(7)
-        ->check(within(-kFar, kFar))
-        ->group("Pose");
+    auto* pose =
+        command
+            ->add_option(
+                "--pose",
+                arguments->pose,
+                "of the hand's root link in the object's mesh frame [m]:\nx y z qw qx qy qz")
+            ->type_name("X..QZ")
+            ->expected(7)
+            ->check(within(-kFar, kFar))
+            ->group("Pose");
     command
         ->add_option("--approach",
                      arguments->approach,
@@ -281,6 +331,16 @@ void addCloseCommand(CLI::App& app, int& exitCode)
         ->type_name("DX..D")
         ->expected(4)
         ->check(within(-kFar, kFar))
+        ->needs(pose)
+        ->group("Pose");
+    command
+        ->add_option("--path",
+                     arguments->path,
+                     "instead of a pose: CSV file of poses x,y,z,qw,qx,qy,qz, one a\n"
+                     "row; the open hand moves from each to the next until its\n"
+                     "first contact, or the end, and closes there")
+        ->type_name("FILE")
+        ->excludes(pose)
         ->group("Pose");
     command
         ->add_option("--preshape", arguments->preshape, "to close from; default: the hand's first")

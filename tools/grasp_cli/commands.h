@@ -32,6 +32,8 @@ void addTableCommand(CLI::App& app, int& exitCode);
 
 /// Options that plan and table share: candidates, seed, jobs, engine, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
+/// Those of them that say where the hand comes from.
+void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options);
 /// Its parts for verbs that search nothing.
 void addEngineOption(CLI::App& command, grasp::PlannerOptions& options);
 void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options);

@@ -26,6 +26,22 @@ std::string fingersText(const grasp::ClosingOptions& closing)
                                         : joined(closing.firstFingers, ",");
 }
 
+std::string approachText(const grasp::ApproachOptions& options)
+{
+    const Eigen::Vector3d& up = options.up;
+    return fmt::format(
+        "from {}{} (up {} {} {}, tilt {}), standoff {}, reach {}{}",
+        grasp::toString(options.source),
+        options.tableTop ? " above a table" : "",
+        up.x(),
+        up.y(),
+        up.z(),
+        options.maxTilt,
+        options.standoff,
+        options.reach,
+        options.roll ? fmt::format(", roll {} to {}", options.roll->from, options.roll->to) : "");
+}
+
 /// In what, of all that candidates depend on, the two differ.
 std::vector<std::string> differences(const grasp::GraspFileSource& then,
                                      const grasp::GraspRun& now,
@@ -51,6 +67,7 @@ std::vector<std::string> differences(const grasp::GraspFileSource& then,
     compare("candidates", a.candidates, b.candidates);
     compare(
         "engine", std::string(grasp::toString(a.engine)), std::string(grasp::toString(b.engine)));
+    compare("approach", approachText(a.approach), approachText(b.approach));
     compare("fingers", fingersText(a.closing), fingersText(b.closing));
     compare("friction", a.friction, b.friction);
     compare("cone edges", a.coneEdges, b.coneEdges);

@@ -74,6 +74,7 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
              "threads, 0 for one a core; the result does not depend on it")
         ->check(within(0, 1024))
         ->group("Search");
+    addApproachOptions(command, options.approach);
     addEngineOption(command, options);
     addQualityOptions(command, options);
     addValue(command,

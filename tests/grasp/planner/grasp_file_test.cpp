@@ -237,6 +237,51 @@ TEST_F(GraspFile, SourceRoundTripIsExact)
     EXPECT_EQ(source.objectHash, contentHash(m_object));
 }
 
+TEST_F(GraspFile, KeepsTheOptionsOfTheApproach)
+{
+    for (const ApproachSource source :
+         {ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes})
+    {
+        const ApproachOptions asked{.source = source,
+                                    .tableTop = true,
+                                    .up = anyVector(),
+                                    .maxTilt = 1.0 / 3.0,
+                                    .standoff = 0.1 + 0.2,
+                                    .reach = 1.0 / 7.0,
+                                    .roll = RollLimits{-1.0 / 3.0, 0.7}};
+        m_run.options.approach = asked;
+        write({anyGrasp(1)});
+        const ApproachOptions read = readGraspSource(m_path).run.options.approach;
+        EXPECT_EQ(read.source, asked.source);
+        EXPECT_EQ(read.tableTop, asked.tableTop);
+        EXPECT_EQ(read.up, asked.up);
+        EXPECT_EQ(read.maxTilt, asked.maxTilt);
+        EXPECT_EQ(read.standoff, asked.standoff);
+        EXPECT_EQ(read.reach, asked.reach);
+        ASSERT_TRUE(read.roll.has_value());
+        EXPECT_EQ(read.roll->from, asked.roll->from);
+        EXPECT_EQ(read.roll->to, asked.roll->to);
+    }
+    m_run.options.approach.roll.reset();
+    write({anyGrasp(1)});
+    EXPECT_FALSE(readGraspSource(m_path).run.options.approach.roll.has_value());
+}
+
+TEST_F(GraspFile, RecordsWithoutOptionsOfTheApproachCanBeRead)
+{
+    write({anyGrasp(0)});
+    std::string record = text();
+    const std::string key = "\"approach\":{\"from\"";
+    const std::size_t begin = record.find(key);
+    ASSERT_NE(begin, std::string::npos);
+    record.erase(begin, record.find("},", begin) + 2 - begin);
+    EXPECT_EQ(complaint(record), "");
+    const ApproachOptions read = readGraspSource(m_path).run.options.approach;
+    EXPECT_EQ(read.source, ApproachSource::Sphere);
+    EXPECT_FALSE(read.tableTop);
+    EXPECT_EQ(read.up, ApproachOptions{}.up);
+}
+
 TEST_F(GraspFile, KeepsTheSrdfAndThePreshapes)
 {
     m_run.srdfFile = "hands/three fingers.srdf";
