@@ -132,8 +132,8 @@ void addSweptBoxes(GraspScene& scene, const HandModel& hand, const Grasp& grasp)
         {
             continue;
         }
-        SceneBox& box =
-            scene.boxes.emplace_back(SceneBox{.corners = {}, .color = colorOf(hand, index)});
+        SceneBox& box = scene.boxes.emplace_back();
+        box.color = colorOf(hand, index);
         for (std::size_t k = 0; k < box.corners.size(); ++k)
         {
             box.corners[k] =

@@ -146,6 +146,35 @@ BenchSummary summarizeClosings(const std::vector<json>& rows)
 
 namespace
 {
+/// The objects that a hand does not hold, by the reason that rejected most of their candidates.
+std::string notHeldBy(const std::string& hand, const std::vector<const json*>& rows)
+{
+    std::map<std::string, std::vector<std::string>> objects;
+    for (const json* row : rows)
+    {
+        const json& rejected = (*row)["rejected"];
+        if ((*row)["force_closures"].get<int>() == 0 && !rejected.empty())
+        {
+            std::string most = rejected.begin().key();
+            for (const auto& [reason, number] : rejected.items())
+            {
+                most = number.get<int>() > rejected[most].get<int>() ? reason : most;
+            }
+            objects[most].push_back((*row)["object"].get<std::string>());
+        }
+    }
+    std::string text;
+    for (const auto& [reason, names] : objects)
+    {
+        text += fmt::format("{} does not hold {}, mostly {}: {}\n",
+                            hand,
+                            names.size(),
+                            reason,
+                            joined(names, ", "));
+    }
+    return text;
+}
+
 /// All that is known of an object that no hand holds.
 std::string lineOf(const std::string& object, const std::vector<const json*>& rows)
 {
@@ -194,8 +223,10 @@ BenchSummary summarizePlans(const std::vector<json>& rows)
         objects[object].push_back(&row);
         held[object] = held[object] || row["force_closures"].get<int>() > 0;
     }
+    std::string notHeld;
     for (const auto& [hand, ofHand] : byHand(rows))
     {
+        notHeld += notHeldBy(hand, ofHand);
         int heldObjects = 0;
         double closures = 0.0;
         double candidates = 0.0;
@@ -224,8 +255,9 @@ BenchSummary summarizePlans(const std::vector<json>& rows)
     }
     const auto count =
         std::count_if(held.begin(), held.end(), [](const auto& object) { return object.second; });
-    summary.text = fmt::format("{}\n{} of {} objects are held by at least one hand\n",
+    summary.text = fmt::format("{}\n{}\n{} of {} objects are held by at least one hand\n",
                                alignedText(table),
+                               notHeld,
                                count,
                                held.size());
     for (const auto& [object, isHeld] : held)
