@@ -300,8 +300,8 @@ void writeReport(const GraspRun& run,
          << "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>"
          << escaped(title) << "</title>\n<style>" << kStyle << "</style></head>\n<body>\n<h1>"
          << escaped(title) << "</h1>\n<p class=\"sub\">" << grasps.size() << " of "
-         << run.options.candidates << " candidates tried, seed "
-         << run.options.seed << ", friction " << number(run.options.friction, 4) << "</p>\n";
+         << run.options.candidates << " candidates tried, seed " << run.options.seed
+         << ", friction " << number(run.options.friction, 4) << "</p>\n";
     writeTiles(page, grasps);
     writeFigures(page, grasps, pictures, std::filesystem::absolute(file).parent_path());
     writeTable(page, grasps);
