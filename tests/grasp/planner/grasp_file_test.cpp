@@ -160,6 +160,7 @@ void expectSameBits(const Grasp& a, const Grasp& b)
     EXPECT_EQ(a.X_WStart.matrix(), b.X_WStart.matrix());
     EXPECT_EQ(a.approach_W, b.approach_W);
     EXPECT_EQ(a.approachDistance, b.approachDistance);
+    EXPECT_EQ(a.obstaclesInReach, b.obstaclesInReach);
     EXPECT_EQ(a.positions, b.positions);
     EXPECT_TRUE(a.positions.empty() || a.X_WH.matrix() == b.X_WH.matrix());
     EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
