@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <cstdint>
+#include <iterator>
 #include <tuple>
+#include <utility>
 
 namespace bullet_ccd
 {
@@ -35,6 +38,11 @@ Contact makeContact(const Eigen::Isometry3d& X_WB,
             .triangleB = pair.triangleB};
 }
 
+TriangleDistance swapped(const TriangleDistance& closest)
+{
+    return {closest.distance, closest.pointB, closest.pointA};
+}
+
 /// Closest points of all corners with the other triangle and of all edges with each other, where
 /// they are as near as `threshold`: two parallel triangles have one closest pair of points among
 /// many, but the corners of their overlap are among these. Oblique ones are left out; they belong
@@ -47,13 +55,13 @@ void appendFeatureContacts(const TriangleCorners& a,
                            const Eigen::Isometry3d& X_WB,
                            std::vector<Contact>& contacts)
 {
-    const auto offer = [&](const TriangleCorners& featureA, const TriangleCorners& featureB)
+    const double cosine = std::cos(options.mergeAngle);
+    const auto offer = [&](const TriangleDistance& closest)
     {
-        const TriangleDistance closest = triangleDistance(featureA, featureB);
         if (closest.distance > 0.0 && closest.distance <= options.threshold)
         {
             const Contact contact = makeContact(X_WB, pair, closest);
-            if (contact.normal.dot(nearest.normal) >= std::cos(options.mergeAngle))
+            if (contact.normal.dot(nearest.normal) >= cosine)
             {
                 contacts.push_back(contact);
             }
@@ -61,13 +69,11 @@ void appendFeatureContacts(const TriangleCorners& a,
     };
     for (std::size_t i = 0; i < 3; ++i)
     {
-        offer({a[i], a[i], a[i]}, b);
-        offer(a, {b[i], b[i], b[i]});
-        const Vector3d& nextA = a[(i + 1) % 3];
+        offer(pointToTriangle(a[i], b));
+        offer(swapped(pointToTriangle(b[i], a)));
         for (std::size_t j = 0; j < 3; ++j)
         {
-            const Vector3d& nextB = b[(j + 1) % 3];
-            offer({a[i], nextA, nextA}, {b[j], nextB, nextB});
+            offer(segmentToSegment(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]));
         }
     }
 }
@@ -124,19 +130,33 @@ Cell cellOf(const Vector3d& point, double size)
 template <class PointOf>
 void keepNearest(std::vector<Contact>& contacts, double cell, PointOf pointOf)
 {
-    const auto key = [&](const Contact& c) { return cellOf(pointOf(c), cell); };
-    std::sort(contacts.begin(),
-              contacts.end(),
-              [&](const Contact& x, const Contact& y)
-              {
-                  return std::tuple(key(x), x.gap, x.triangleA, x.triangleB) <
-                         std::tuple(key(y), y.gap, y.triangleA, y.triangleB);
-              });
-    const auto last =
-        std::unique(contacts.begin(),
-                    contacts.end(),
-                    [&](const Contact& x, const Contact& y) { return key(x) == key(y); });
-    contacts.erase(last, contacts.end());
+    struct Place
+    {
+        Cell cell;
+        double gap;
+        std::int32_t triangleA;
+        std::int32_t triangleB;
+        std::size_t index;
+        auto operator<=>(const Place&) const = default;
+    };
+    std::vector<Place> places;
+    places.reserve(contacts.size());
+    for (const Contact& c : contacts)
+    {
+        places.push_back(
+            {cellOf(pointOf(c), cell), c.gap, c.triangleA, c.triangleB, places.size()});
+    }
+    std::sort(places.begin(), places.end());
+    const auto last = std::unique(places.begin(),
+                                  places.end(),
+                                  [](const Place& x, const Place& y) { return x.cell == y.cell; });
+    std::vector<Contact> kept;
+    kept.reserve(static_cast<std::size_t>(last - places.begin()));
+    std::transform(places.begin(),
+                   last,
+                   std::back_inserter(kept),
+                   [&](const Place& place) { return contacts[place.index]; });
+    contacts = std::move(kept);
 }
 
 /// Groups of contacts with like normals; the seed of each is its closest contact.

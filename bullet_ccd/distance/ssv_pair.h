@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bullet_ccd
 {
@@ -121,7 +122,10 @@ inline bool forEachSeparatingAxis(const PlacedSsv& a, const PlacedSsv& b, Visit&
 
 /// Lower bound of the distance of two volumes; negative if no axis separates them. Looks along the
 /// line of centers, too: for volumes far apart for their size no face or edge gives a better bound.
-inline double separation(const PlacedSsv& a, const PlacedSsv& b)
+/// The search for a larger one ends at the first beyond `enough`.
+inline double separation(const PlacedSsv& a,
+                         const PlacedSsv& b,
+                         double enough = std::numeric_limits<double>::infinity())
 {
     double best = -1.0;
     const Eigen::Vector3d D = b.center - a.center;
@@ -133,12 +137,16 @@ inline double separation(const PlacedSsv& a, const PlacedSsv& b)
                               (b.axes.transpose() * D).cwiseAbs().dot(b.half);
         best = distance - extent / distance - a.radius - b.radius - 4e-6 * (sizes + distance);
     }
+    if (best > enough)
+    {
+        return best;
+    }
     forEachSeparatingAxis(a,
                           b,
                           [&](double gap, const auto&)
                           {
                               best = std::max(best, gap);
-                              return false;
+                              return best > enough;
                           });
     return best;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <tuple>
 
@@ -35,7 +36,7 @@ struct Descent
     }
     [[nodiscard]] double separationOf(std::int32_t a, std::int32_t b) const
     {
-        return separation(place(nodeA(a), R, p), place(nodeB(b)));
+        return separation(place(nodeA(a), R, p), place(nodeB(b)), bound);
     }
 
     void run(std::int32_t a, std::int32_t b)
@@ -52,11 +53,14 @@ struct Descent
         // The nearest first, so that the bound shrinks early: insertion into at most kArity places.
         std::array<std::tuple<double, std::int32_t, std::int32_t>, kArity> children;
         const std::int32_t count = openA ? nodeOfA.count : nodeOfB.count;
+        const PlacedSsv whole = openA ? place(nodeOfB) : place(nodeOfA, R, p);
         for (std::int32_t k = 0; k < count; ++k)
         {
             const std::int32_t childA = openA ? nodeOfA.first + k : a;
             const std::int32_t childB = openA ? b : nodeOfB.first + k;
-            const std::tuple child(separationOf(childA, childB), childA, childB);
+            const double apart = openA ? separation(place(nodeA(childA), R, p), whole, bound)
+                                       : separation(whole, place(nodeB(childB)), bound);
+            const std::tuple child(apart, childA, childB);
             auto place = static_cast<std::size_t>(k);
             for (; place > 0 && child < children[place - 1]; --place)
             {
@@ -74,20 +78,26 @@ struct Descent
         }
     }
 
-    /// Exact distance of two triangles by their slots, in the mesh frame of B.
-    [[nodiscard]] TrianglePair measure(std::int32_t a, std::int32_t b) const
+    /// Exact distance of two triangles by their slots, in the mesh frame of B; nothing if a look
+    /// shows that it is beyond the bound.
+    [[nodiscard]] std::optional<TrianglePair> measure(std::int32_t a, std::int32_t b) const
     {
         TriangleCorners corners = treeA.corners(a);
         for (Eigen::Vector3d& corner : corners)
         {
             corner = R * corner + p;
         }
-        const TriangleDistance d = triangleDistance(corners, treeB.corners(b));
-        return {.triangleA = treeA.triangle(a),
-                .triangleB = treeB.triangle(b),
-                .distance = d.distance,
-                .pointA = d.pointA + treeB.origin(),
-                .pointB = d.pointB + treeB.origin()};
+        const TriangleCorners others = treeB.corners(b);
+        if (planeShowsFarther(corners, others, bound))
+        {
+            return std::nullopt;
+        }
+        const TriangleDistance d = triangleDistance(corners, others);
+        return TrianglePair{.triangleA = treeA.triangle(a),
+                            .triangleB = treeB.triangle(b),
+                            .distance = d.distance,
+                            .pointA = d.pointA + treeB.origin(),
+                            .pointB = d.pointB + treeB.origin()};
     }
 };
 
@@ -127,12 +137,12 @@ TrianglePair treeDistance(const SsvTree& treeA,
             exempt,
             [&](auto& descent, std::int32_t a, std::int32_t b)
             {
-                const TrianglePair pair = descent.measure(a, b);
-                if (pair.distance < best.distance)
+                const std::optional<TrianglePair> pair = descent.measure(a, b);
+                if (pair && pair->distance < best.distance)
                 {
-                    best = pair;
+                    best = *pair;
                     // Nothing is closer than touching: a negative bound ends the descent.
-                    descent.bound = pair.distance > 0.0 ? pair.distance : -1.0;
+                    descent.bound = pair->distance > 0.0 ? pair->distance : -1.0;
                 }
             });
     return best;
@@ -152,10 +162,10 @@ void trianglePairsWithin(const SsvTree& treeA,
             {},
             [&](auto& descent, std::int32_t a, std::int32_t b)
             {
-                const TrianglePair pair = descent.measure(a, b);
-                if (pair.distance <= threshold)
+                const std::optional<TrianglePair> pair = descent.measure(a, b);
+                if (pair && pair->distance <= threshold)
                 {
-                    pairs.push_back(pair);
+                    pairs.push_back(*pair);
                 }
             });
     std::sort(pairs.begin() + first,

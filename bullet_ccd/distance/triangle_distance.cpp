@@ -193,7 +193,63 @@ void considerFace(const Face& face, const TriangleCorners& other, Closest& best)
         }
     }
 }
+/// True if all corners of `other` are farther than `distance` from the plane of `c`, on one side.
+bool allBeyond(const TriangleCorners& c, const TriangleCorners& other, double distance)
+{
+    const Vector3d normal = (c[1] - c[0]).cross(c[2] - c[0]);
+    const std::array<Vector3d, 3> away{other[0] - c[0], other[1] - c[0], other[2] - c[0]};
+    const std::array<double, 3> heights{
+        away[0].dot(normal), away[1].dot(normal), away[2].dot(normal)};
+    const auto [low, high] = std::minmax({heights[0], heights[1], heights[2]});
+    const double height = low > 0.0 ? low : -high;
+    if (!(height > 0.0))
+    {
+        return false;
+    }
+    // The normal errs by a few roundings of the product of the edges' lengths.
+    constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+    const double lengths = std::max((c[1] - c[0]).squaredNorm(), (c[2] - c[0]).squaredNorm());
+    const double farthest =
+        std::max({away[0].squaredNorm(), away[1].squaredNorm(), away[2].squaredNorm()});
+    const double certain = height - kRounding * lengths * std::sqrt(farthest);
+    return certain > distance * normal.norm() * (1.0 + kRounding);
+}
 }  // namespace
+
+TriangleDistance pointToTriangle(const Eigen::Vector3d& point, const TriangleCorners& triangle)
+{
+    Closest best;
+    const Face face(triangle);
+    if (face.hasArea() && face.covers(point))
+    {
+        best.consider(point, point - (face.height(point) / face.normalSquared) * face.normal);
+    }
+    else
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const Vector3d& p = triangle[k];
+            const Vector3d& q = triangle[(k + 1) % 3];
+            best.consider(point, pointOn(p, q, closestParameter(p, q, point)));
+        }
+    }
+    return {.distance = std::sqrt(best.squared), .pointA = best.a, .pointB = best.b};
+}
+
+TriangleDistance segmentToSegment(const Eigen::Vector3d& p0,
+                                  const Eigen::Vector3d& p1,
+                                  const Eigen::Vector3d& q0,
+                                  const Eigen::Vector3d& q1)
+{
+    Closest best;
+    considerEdges(p0, p1, q0, q1, best);
+    return {.distance = std::sqrt(best.squared), .pointA = best.a, .pointB = best.b};
+}
+
+bool planeShowsFarther(const TriangleCorners& a, const TriangleCorners& b, double distance)
+{
+    return allBeyond(a, b, distance) || allBeyond(b, a, distance);
+}
 
 TriangleDistance triangleDistance(const TriangleCorners& a, const TriangleCorners& b)
 {

@@ -20,4 +20,19 @@ struct TriangleDistance
 
 /// Distance of two triangles given in one common frame. Never throws, allocates nothing.
 [[nodiscard]] TriangleDistance triangleDistance(const TriangleCorners& a, const TriangleCorners& b);
+/// Closest points of a point and a triangle (B).
+[[nodiscard]] TriangleDistance pointToTriangle(const Eigen::Vector3d& point,
+                                               const TriangleCorners& triangle);
+
+/// Closest points of the segments from p0 to p1 (A) and from q0 to q1 (B), which may be points.
+[[nodiscard]] TriangleDistance segmentToSegment(const Eigen::Vector3d& p0,
+                                                const Eigen::Vector3d& p1,
+                                                const Eigen::Vector3d& q0,
+                                                const Eigen::Vector3d& q1);
+
+/// True only if the plane of one of the triangles shows that they are farther apart than
+/// `distance`: a first look at a tenth of the cost, where only near ones matter.
+[[nodiscard]] bool planeShowsFarther(const TriangleCorners& a,
+                                     const TriangleCorners& b,
+                                     double distance);
 }  // namespace bullet_ccd

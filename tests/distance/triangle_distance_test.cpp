@@ -224,6 +224,42 @@ TEST(TriangleDistance, IsSymmetricAndIndependentOfTheOrderOfCorners)
     }
 }
 
+// A point is a triangle with three equal corners, a segment one with two.
+TEST(TriangleDistance, PointsAndSegmentsAreDegenerateTriangles)
+{
+    Random random(31);
+    for (int trial = 0; trial < 2000; ++trial)
+    {
+        const Corners a = randomCorners(random);
+        const Corners b = trial % 4 == 0 ? sliver(random, 1e-9) : randomCorners(random);
+        const double rounding = kRounding * sizeOf(a, b);
+        EXPECT_NEAR(pointToTriangle(a[0], b).distance,
+                    triangleDistance({a[0], a[0], a[0]}, b).distance,
+                    rounding);
+        const TriangleDistance edges = segmentToSegment(a[0], a[1], b[0], b[1]);
+        EXPECT_NEAR(edges.distance,
+                    triangleDistance({a[0], a[1], a[1]}, {b[0], b[1], b[1]}).distance,
+                    rounding);
+        EXPECT_NEAR((edges.pointA - edges.pointB).norm(), edges.distance, rounding);
+    }
+}
+
+TEST(TriangleDistance, APlaneShowsNothingFartherThanItIs)
+{
+    Random random(32);
+    int shown = 0;
+    constexpr int kTrials = 4000;
+    for (int trial = 0; trial < kTrials; ++trial)
+    {
+        const Corners a = trial % 3 == 0 ? sliver(random, 1e-12) : randomCorners(random);
+        const Corners b = randomCorners(random);
+        const double distance = triangleDistance(a, b).distance;
+        EXPECT_FALSE(planeShowsFarther(a, b, distance * (1.0 + 1e-15)));
+        shown += planeShowsFarther(a, b, 0.5 * distance) ? 1 : 0;
+    }
+    EXPECT_GE(shown, kTrials / 4);
+}
+
 TEST(TriangleDistance, ClosedForms)
 {
     const Corners flat{Vector3d(0, 0, 0), Vector3d(2, 0, 0), Vector3d(0, 2, 0)};
