@@ -69,19 +69,38 @@ struct RaySpan
     Eigen::Vector3d normalAtUpper = Eigen::Vector3d::Zero();  ///< unit, n_x >= 0
 };
 
-/// Quick rejection: the grid spans [-spacing, spacing] in y and z.
-bool reachesGrid(const TriangleCorners& t, double spacing)
+/// The 3 x 3 lines along x, through (y, z) = `spacing` times -1, 0 or 1 each.
+struct RayGrid
 {
-    for (int k = 1; k < 3; ++k)
+    double spacing;
+
+    /// Place of the line nearest to a point across them.
+    [[nodiscard]] Eigen::Vector2d nearest(const Eigen::Vector2d& at) const
     {
-        if (std::min({t[0][k], t[1][k], t[2][k]}) > spacing ||
-            std::max({t[0][k], t[1][k], t[2][k]}) < -spacing)
+        return {nearest(at.x()), nearest(at.y())};
+    }
+    [[nodiscard]] double nearest(double at) const
+    {
+        return at > 0.5 * spacing ? spacing : (at < -0.5 * spacing ? -spacing : 0.0);
+    }
+
+    /// Calls visit(number, place) for all lines through the rectangle.
+    template <typename Visit>
+    void forLinesIn(const Eigen::Vector2d& lower,
+                    const Eigen::Vector2d& upper,
+                    const Visit& visit) const
+    {
+        for (int line = 0; line < LocalWidth::kRays; ++line)
         {
-            return false;
+            const double x = spacing * (line % 3 - 1);
+            const double y = spacing * (line / 3 - 1);
+            if (x >= lower.x() && x <= upper.x() && y >= lower.y() && y <= upper.y())
+            {
+                visit(line, Eigen::Vector2d(x, y));
+            }
         }
     }
-    return true;
-}
+};
 
 /// Extends the span of the line along x through (y, z) = `at` by the triangle, if it meets it.
 void extend(RaySpan& span, const TriangleCorners& t, const Eigen::Vector2d& at)
@@ -151,23 +170,25 @@ ObjectShape objectShape(const GraspObject& object)
 
 namespace
 {
-/// Calls visit(triangle) for all triangles whose bounding volumes reach the tube |y|, |z| <=
-/// spacing about the x axis of G.
+/// Calls visit(triangle) for all triangles whose bounding balls a line of the grid in G pierces.
 template <typename Visit>
-void forTrianglesInTube(const SsvTree& tree,
+void forTrianglesOnGrid(const SsvTree& tree,
                         const Eigen::Isometry3d& X_GW,
-                        double spacing,
+                        const RayGrid& grid,
                         const Visit& visit)
 {
-    const Eigen::Isometry3d X_GT = X_GW * Eigen::Translation3d(tree.origin());
+    // Only where the balls are across the lines counts.
+    const Eigen::Matrix<double, 2, 3> across = X_GW.linear().bottomRows<2>();
+    const Eigen::Vector2d origin = (X_GW * tree.origin()).tail<2>();
     std::vector<std::int32_t> open{0};
     while (!open.empty())
     {
         const SsvNode& node = tree.nodes()[static_cast<std::size_t>(open.back())];
         open.pop_back();
-        const Eigen::Vector3d center =
-            X_GT * Eigen::Map<const Eigen::Vector3f>(node.center).cast<double>();
-        if (center.tail<2>().cwiseAbs().maxCoeff() > spacing + double{node.size()})
+        const Eigen::Vector2d center =
+            across * Eigen::Map<const Eigen::Vector3f>(node.center).cast<double>() + origin;
+        const double radius = node.size();
+        if ((center - grid.nearest(center)).squaredNorm() > radius * radius)
         {
             continue;
         }
@@ -186,22 +207,23 @@ void forTrianglesInTube(const SsvTree& tree,
 LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, double spacing)
 {
     const Eigen::Isometry3d X_GW = X_WG.inverse();
+    const RayGrid grid{spacing};
     std::array<RaySpan, LocalWidth::kRays> spans;
     const TriangleMesh& mesh = object.tree.mesh();
     const auto extendBy = [&](std::int32_t index)
     {
         const auto [a, b, c] = cornersOf(mesh, mesh.triangles[static_cast<std::size_t>(index)]);
-        const TriangleCorners corners{X_GW * a, X_GW * b, X_GW * c};
-        if (reachesGrid(corners, spacing))
-        {
-            for (int ray = 0; ray < LocalWidth::kRays; ++ray)
-            {
-                const Eigen::Vector2d at(spacing * (ray % 3 - 1), spacing * (ray / 3 - 1));
-                extend(spans[static_cast<std::size_t>(ray)], corners, at);
-            }
-        }
+        const TriangleCorners t{X_GW * a, X_GW * b, X_GW * c};
+        const Eigen::Vector2d lower =
+            t[0].tail<2>().cwiseMin(t[1].tail<2>()).cwiseMin(t[2].tail<2>());
+        const Eigen::Vector2d upper =
+            t[0].tail<2>().cwiseMax(t[1].tail<2>()).cwiseMax(t[2].tail<2>());
+        grid.forLinesIn(lower,
+                        upper,
+                        [&](int line, const Eigen::Vector2d& at)
+                        { extend(spans[static_cast<std::size_t>(line)], t, at); });
     };
-    forTrianglesInTube(object.tree, X_GW, spacing, extendBy);
+    forTrianglesOnGrid(object.tree, X_GW, grid, extendBy);
     LocalWidth result;
     Eigen::Vector3d opposition = Eigen::Vector3d::Zero();
     for (const RaySpan& span : spans)
