@@ -5,9 +5,8 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <map>
-#include <set>
 
 namespace bullet_ccd::grasp
 {
@@ -77,7 +76,7 @@ InnerHull::InnerHull(const Eigen::MatrixXd& points) : m_dimension(static_cast<in
                 vertices[static_cast<std::size_t>(k++)] = corner;
             }
         }
-        addFacet(vertices);
+        addFacet(vertices, dualThrough(vertices));
         m_facets.back().neighbours = vertices;
     }
 }
@@ -91,9 +90,8 @@ std::int32_t InnerHull::nearestFacet()
     return m_nearest.top().second;
 }
 
-std::int32_t InnerHull::addFacet(const Ridge& vertices)
+InnerHull::Vector InnerHull::dualThrough(const Ridge& vertices) const
 {
-    // Through all vertices goes {x : v . (x - inside) = 1}.
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxDimension, kMaxDimension> spokes(
         m_dimension, m_dimension);
     for (Eigen::Index k = 0; k < m_dimension; ++k)
@@ -101,11 +99,33 @@ std::int32_t InnerHull::addFacet(const Ridge& vertices)
         const auto vertex = static_cast<std::size_t>(vertices[static_cast<std::size_t>(k)]);
         spokes.row(k) = (m_points[vertex] - m_inside).transpose();
     }
-    const Vector v = spokes.partialPivLu().solve(Vector::Ones(m_dimension));
-    const double length = v.norm();
+    return spokes.partialPivLu().solve(Vector::Ones(m_dimension));
+}
+
+/// Of the facet through the ridge of two others and a point beyond one of them. On the ridge both
+/// duals give 1, and so does what lies between them; the point says where. So a facet costs O(d),
+/// where solving for all its vertices costs O(d^3).
+InnerHull::Vector InnerHull::dualBetween(const Facet& seen,
+                                         const Facet& unseen,
+                                         const Ridge& vertices,
+                                         const Vector& apex) const
+{
+    const double above = seen.dual.dot(apex - m_inside) - 1.0;
+    const double below = 1.0 - unseen.dual.dot(apex - m_inside);
+    if (!(above > 0.0 && below >= 0.0 && std::isfinite(above + below)))
+    {
+        return dualThrough(vertices);
+    }
+    return (below * seen.dual + above * unseen.dual) / (above + below);
+}
+
+std::int32_t InnerHull::addFacet(const Ridge& vertices, const Vector& dual)
+{
+    const double length = dual.norm();
     Facet facet;
     facet.vertices = vertices;
-    facet.normal = v / length;
+    facet.dual = dual;
+    facet.normal = dual / length;
     facet.offset = 1.0 / length + facet.normal.dot(m_inside);
     if (!std::isfinite(length))
     {
@@ -116,6 +136,7 @@ std::int32_t InnerHull::addFacet(const Ridge& vertices)
     const auto index = static_cast<std::int32_t>(m_facets.size());
     m_nearest.emplace(facet.offset, index);
     m_facets.push_back(facet);
+    m_lastLook.push_back(kNone);
     return index;
 }
 
@@ -124,23 +145,41 @@ bool InnerHull::sees(const Vector& point, std::int32_t index) const
     return facet(index).normal.dot(point) > facet(index).offset + kBeyond;
 }
 
-std::vector<std::int32_t> InnerHull::visibleFrom(const Vector& point, std::int32_t first) const
+std::vector<std::int32_t> InnerHull::visibleFrom(const Vector& point, std::int32_t first)
 {
+    const auto look = static_cast<std::int32_t>(m_points.size());
     std::vector<std::int32_t> visible = {first};
-    std::set<std::int32_t> known = {first};
+    m_lastLook[static_cast<std::size_t>(first)] = look;
     for (std::size_t next = 0; next < visible.size(); ++next)
     {
         for (int k = 0; k < m_dimension; ++k)
         {
             const std::int32_t neighbour =
                 facet(visible[next]).neighbours[static_cast<std::size_t>(k)];
-            if (known.insert(neighbour).second && sees(point, neighbour))
+            std::int32_t& lastLook = m_lastLook[static_cast<std::size_t>(neighbour)];
+            if (lastLook != look && sees(point, neighbour))
             {
                 visible.push_back(neighbour);
             }
+            lastLook = look;
         }
     }
     return visible;
+}
+
+/// Facets are neighbours where they have a ridge in common.
+void InnerHull::join(std::vector<Side>& sides)
+{
+    std::sort(
+        sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.ridge < b.ridge; });
+    for (std::size_t k = 0; k + 1 < sides.size(); k += 2)
+    {
+        const Side& one = sides[k];
+        const Side& other = sides[k + 1];
+        BULLET_CCD_ASSERT(one.ridge == other.ridge);
+        m_facets[static_cast<std::size_t>(one.facet)].neighbours[one.place] = other.facet;
+        m_facets[static_cast<std::size_t>(other.facet)].neighbours[other.place] = one.facet;
+    }
 }
 
 void InnerHull::add(const Vector& point, std::int32_t beyond)
@@ -153,9 +192,7 @@ void InnerHull::add(const Vector& point, std::int32_t beyond)
     const auto apex = static_cast<std::int32_t>(m_points.size());
     m_points.push_back(point);
     const auto last = static_cast<std::size_t>(m_dimension - 1);
-    // Two new facets are neighbours where they share all vertices but one; a facet's sorted
-    // vertices less that one lead to the first of the two.
-    std::map<Ridge, std::pair<std::int32_t, std::size_t>> open;
+    std::vector<Side> sides;
     for (const std::int32_t index : visible)
     {
         const Facet old = facet(index);
@@ -169,25 +206,20 @@ void InnerHull::add(const Vector& point, std::int32_t beyond)
             Ridge vertices = old.vertices;
             vertices[k] = vertices[last];
             vertices[last] = apex;
-            const std::int32_t added = addFacet(vertices);
+            const std::int32_t added =
+                addFacet(vertices, dualBetween(old, facet(outer), vertices, point));
             m_facets[static_cast<std::size_t>(added)].neighbours[last] = outer;
             auto& outerNeighbours = m_facets[static_cast<std::size_t>(outer)].neighbours;
             *std::find(outerNeighbours.begin(), outerNeighbours.end(), index) = added;
             for (std::size_t j = 0; j < last; ++j)
             {
                 Ridge ridge = vertices;
-                ridge[j] = -1;
+                ridge[j] = kNone;
                 std::sort(ridge.begin(), ridge.end());
-                const auto [found, isNew] = open.try_emplace(ridge, added, j);
-                if (!isNew)
-                {
-                    const auto [other, opposite] = found->second;
-                    m_facets[static_cast<std::size_t>(added)].neighbours[j] = other;
-                    m_facets[static_cast<std::size_t>(other)].neighbours[opposite] = added;
-                    open.erase(found);
-                }
+                sides.push_back({ridge, added, j});
             }
         }
     }
+    join(sides);
 }
 }  // namespace bullet_ccd::grasp

@@ -5,6 +5,8 @@
 /// costs nothing here, where only the facet nearest to the origin is ever asked for.
 #pragma once
 
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
 #include <Eigen/Core>
 
 #include <array>
@@ -33,8 +35,9 @@ public:
     {
         std::array<std::int32_t, kMaxDimension> vertices{};
         std::array<std::int32_t, kMaxDimension> neighbours{};  ///< k-th: opposite the k-th vertex
-        Vector normal;                                         ///< unit, outward
-        double offset = 0.0;                                   ///< normal . vertex
+        Vector dual;    ///< v . (x - a point inside) = 1 on the facet; infinite if seen edge-on
+        Vector normal;  ///< unit, outward
+        double offset = 0.0;  ///< normal . vertex
         bool alive = true;
     };
 
@@ -52,15 +55,29 @@ public:
 private:
     using Ridge = std::array<std::int32_t, kMaxDimension>;
 
-    std::int32_t addFacet(const std::array<std::int32_t, kMaxDimension>& vertices);
+    /// A facet's vertices but for one; the facet; and the place in it of that one.
+    struct Side
+    {
+        Ridge ridge;
+        std::int32_t facet;
+        std::size_t place;
+    };
+
+    [[nodiscard]] Vector dualThrough(const Ridge& vertices) const;
+    [[nodiscard]] Vector dualBetween(const Facet& seen,
+                                     const Facet& unseen,
+                                     const Ridge& vertices,
+                                     const Vector& apex) const;
+    std::int32_t addFacet(const Ridge& vertices, const Vector& dual);
     [[nodiscard]] bool sees(const Vector& point, std::int32_t facet) const;
-    [[nodiscard]] std::vector<std::int32_t> visibleFrom(const Vector& point,
-                                                        std::int32_t first) const;
+    [[nodiscard]] std::vector<std::int32_t> visibleFrom(const Vector& point, std::int32_t first);
+    void join(std::vector<Side>& sides);
 
     int m_dimension;
     std::vector<Vector> m_points;
     Vector m_inside;
     std::vector<Facet> m_facets;
+    std::vector<std::int32_t> m_lastLook;  ///< number of points when each facet was looked at
     std::priority_queue<std::pair<double, std::int32_t>,
                         std::vector<std::pair<double, std::int32_t>>,
                         std::greater<>>
