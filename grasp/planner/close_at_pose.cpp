@@ -101,7 +101,10 @@ Grasp closeAfter(const Move& move,
     {
         const Eigen::Isometry3d X_WH = grasp.X_WH;
         closeAndScore(grasp, X_WH, preshape.positions, context);
-        rejectPenetration(grasp, context);
+        if (!grasp.positions.empty() && !check.at(X_WH, grasp.positions).clean())
+        {
+            grasp.reject = RejectReason::Penetration;
+        }
         if (options.volumes > 0)
         {
             addVolume(grasp, object, options);

@@ -5,6 +5,7 @@
 #include "grasp/planner/sign_test.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -14,7 +15,7 @@ namespace
 {
 /// Intersections and depths up to this are contact, not penetration: the rounding of poses is far
 /// below, the gap that closing leaves far above [m].
-constexpr double kTouching = 1e-9;
+constexpr double kTouching = PenetrationCheck::kResolution;
 const Eigen::Vector3d kShift = kTouching * Eigen::Vector3d(0.6101, -0.4937, 0.6197);
 
 struct PlacedMesh
@@ -131,6 +132,52 @@ bool addInside(const std::vector<Eigen::Vector3d>& points,
     }
     return report.verticesInside > before;
 }
+/// A vertex of each set of triangles that hang together by common vertices.
+std::vector<Eigen::Vector3d> vertexOfEachPart(const TriangleMesh& mesh)
+{
+    std::vector<std::size_t> joined(mesh.vertices.size());
+    std::iota(joined.begin(), joined.end(), std::size_t{0});
+    const auto partOf = [&](std::int32_t vertex)
+    {
+        auto part = static_cast<std::size_t>(vertex);
+        while (joined[part] != part)
+        {
+            part = joined[part] = joined[joined[part]];
+        }
+        return part;
+    };
+    for (const Triangle& triangle : mesh.triangles)
+    {
+        joined[partOf(triangle[1])] = partOf(triangle[0]);
+        joined[partOf(triangle[2])] = partOf(triangle[0]);
+    }
+    std::vector<bool> isUsed(joined.size(), false);
+    std::vector<Eigen::Vector3d> vertices;
+    for (const Triangle& triangle : mesh.triangles)
+    {
+        const std::size_t part = partOf(triangle[0]);
+        if (!isUsed[part])
+        {
+            vertices.push_back(mesh.vertices[part]);
+            isUsed[part] = true;
+        }
+    }
+    return vertices;
+}
+
+bool anyInside(const std::vector<Eigen::Vector3d>& points,
+               const Eigen::Isometry3d& toSurface,
+               const Eigen::AlignedBox3d& region,
+               ClosedSurface& surface)
+{
+    return std::any_of(points.begin(),
+                       points.end(),
+                       [&](const Eigen::Vector3d& point)
+                       {
+                           const Eigen::Vector3d place = toSurface * point;
+                           return region.contains(place) && surface.contains(place);
+                       });
+}
 }  // namespace
 
 struct PenetrationCheck::Parts
@@ -141,15 +188,21 @@ struct PenetrationCheck::Parts
           placedObject(place(object.tree.mesh(), Eigen::Isometry3d::Identity())),
           grid(makeGrid(placedObject)),
           objectSurface(object.tree.mesh()),
-          links(hand.robot.linkMeshes.size())
+          objectParts(vertexOfEachPart(object.tree.mesh()))
     {
+        for (const TriangleMesh& mesh : hand.robot.linkMeshes)
+        {
+            links.push_back({.bounds = bullet_ccd::bounds(mesh), .parts = vertexOfEachPart(mesh)});
+        }
     }
 
-    /// A link's surface; none if it is open or was not needed yet.
-    struct LinkSurface
+    /// What is known of a link in its own frame.
+    struct Link
     {
-        bool known = false;
-        std::optional<ClosedSurface> closed;
+        Eigen::AlignedBox3d bounds;
+        std::vector<Eigen::Vector3d> parts;  ///< a vertex of each
+        bool surfaceIsKnown = false;
+        std::optional<ClosedSurface> surface = {};  ///< none if it is open or was not needed yet
     };
 
     const HandModel& hand;
@@ -157,18 +210,38 @@ struct PenetrationCheck::Parts
     PlacedMesh placedObject;
     BoxGrid grid;
     ClosedSurface objectSurface;
-    std::vector<LinkSurface> links;
+    std::vector<Eigen::Vector3d> objectParts;  ///< a vertex of each
+    std::vector<Link> links;
 
-    ClosedSurface* surfaceOf(std::size_t link)
+    ClosedSurface* surfaceOf(std::size_t index)
     {
-        LinkSurface& surface = links[link];
-        const TriangleMesh& mesh = hand.robot.linkMeshes[link];
-        if (!surface.known && isWatertight(mesh))
+        Link& link = links[index];
+        const TriangleMesh& mesh = hand.robot.linkMeshes[index];
+        if (!link.surfaceIsKnown && isWatertight(mesh))
         {
-            surface.closed.emplace(mesh);
+            link.surface.emplace(mesh);
         }
-        surface.known = true;
-        return surface.closed ? &*surface.closed : nullptr;
+        link.surfaceIsKnown = true;
+        return link.surface ? &*link.surface : nullptr;
+    }
+
+    /// True if a part of the link is within the object, or a part of the object within the link.
+    bool holds(std::size_t index, const Eigen::Isometry3d& X_WL)
+    {
+        const Link& link = links[index];
+        if (object.watertight && anyInside(link.parts, X_WL, placedObject.bounds, objectSurface))
+        {
+            return true;
+        }
+        const Eigen::Isometry3d X_LW = X_WL.inverse();
+        const auto isNear = [&](const Eigen::Vector3d& p)
+        { return link.bounds.contains(X_LW * p); };
+        if (std::none_of(objectParts.begin(), objectParts.end(), isNear))
+        {
+            return false;
+        }
+        ClosedSurface* surface = surfaceOf(index);
+        return surface != nullptr && anyInside(objectParts, X_LW, link.bounds, *surface);
     }
 
     /// Adds what is wrong with the link at its pose; true if anything is.
@@ -221,6 +294,21 @@ PenetrationReport PenetrationCheck::at(const Eigen::Isometry3d& X_WH,
         }
     }
     return report;
+}
+
+bool PenetrationCheck::holdsInside(const Eigen::Isometry3d& X_WH,
+                                   const std::vector<double>& positions)
+{
+    const std::vector<Eigen::Isometry3d> poses =
+        linkPoses(m_parts->hand.robot.tree, X_WH, positions);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        if (m_parts->holds(i, poses[i]))
+        {
+            return true;
+        }
+    }
+    return false;
 }
 
 PenetrationReport checkPenetration(const HandModel& hand,

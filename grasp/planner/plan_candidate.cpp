@@ -275,7 +275,18 @@ void closeAndScore(Grasp& grasp,
 
 void rejectPenetration(Grasp& grasp, const CandidateContext& context)
 {
-    if (!grasp.positions.empty() && !context.check.at(grasp.X_WH, grasp.positions).clean())
+    if (grasp.positions.empty())
+    {
+        return;
+    }
+    // The contacts are all that is near, and of each link the nearest is among them.
+    const bool touches = std::any_of(grasp.contacts.begin(),
+                                     grasp.contacts.end(),
+                                     [](const GraspContact& contact)
+                                     { return !(contact.gap > PenetrationCheck::kResolution); });
+    const bool penetrates = touches ? !context.check.at(grasp.X_WH, grasp.positions).clean()
+                                    : context.check.holdsInside(grasp.X_WH, grasp.positions);
+    if (penetrates)
     {
         grasp.reject = RejectReason::Penetration;
     }

@@ -48,7 +48,8 @@ void closeAndScore(Grasp& grasp,
                    const std::vector<double>& preshape,
                    CandidateContext& context);
 
-/// Rejects a closed grasp that the independent check finds to intersect the object.
+/// Rejects a closed grasp that intersects the object. Its contacts say whether surfaces are apart;
+/// only where they are not, or where one is inside the other, the independent check decides.
 void rejectPenetration(Grasp& grasp, const CandidateContext& context);
 
 /// Obstacles, and where the hand can get from each of its preshapes.

@@ -278,6 +278,43 @@ TEST(PenetrationCheck, RandomPosesAgreeWithAllPairsOfTriangles)
     EXPECT_LE(intersecting, 7 * kTrials / 10);
 }
 
+// Where no surfaces cross, one vertex of each part tells what all vertices do.
+TEST(PenetrationCheck, OneVertexOfEachPartTellsWhatIsInside)
+{
+    TriangleMesh object = makeBox({0.5, 0.5, 0.5});
+    appendMesh(object, reversed(makeBox({0.3, 0.3, 0.3})));  // a cavity
+    TriangleMesh link = makeTorus(0.08, 0.02, 8, 6);
+    for (const Eigen::Vector3d& place : {Eigen::Vector3d(0.0, 0.8, 0.0), Eigen::Vector3d(0, 0, 2)})
+    {
+        TriangleMesh part = makeBox({0.02, 0.03, 0.04});
+        for (Eigen::Vector3d& vertex : part.vertices)
+        {
+            vertex += place;
+        }
+        appendMesh(link, part);
+    }
+    const TriangleMesh shell = makeBox({2.5, 2.5, 2.5});
+    const HandModel hand = handOf({link, shell});
+    const GraspObject target = makeGraspObject("object", object);
+    PenetrationCheck check(hand, target);
+    std::mt19937 random(11);
+    std::array<int, 2> apart{};
+    for (int trial = 0; trial < 300; ++trial)
+    {
+        const Eigen::Isometry3d pose = randomPose(random, 1.0);
+        // The shell is either around the object or far away.
+        const std::vector<double> positions{0.0, trial % 2 == 0 ? 0.0 : 20.0};
+        const PenetrationReport report = check.at(pose, positions);
+        if (report.intersectingTriangles == 0)
+        {
+            EXPECT_EQ(check.holdsInside(pose, positions), report.verticesInside > 0);
+            ++apart[report.verticesInside > 0 ? 1 : 0];
+        }
+    }
+    EXPECT_GE(apart[0], 30);
+    EXPECT_GE(apart[1], 30);
+}
+
 TEST(BoxGrid, FindsExactlyTheBoxesThatOverlap)
 {
     std::mt19937 random(7);
