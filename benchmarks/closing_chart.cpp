@@ -48,7 +48,7 @@ struct World
         {
             ClosingResult early = continuous(start).closing;
             const ClosingResult other = sweep(start).closing;
-            if (postureDifference(hand, early, other) > kBracket)
+            if (grasp::postureDifference(hand, early.positions, other.positions) > kBracket)
             {
                 ++dropped;
                 continue;
@@ -76,7 +76,8 @@ using SharedWorld = std::shared_ptr<const World>;
 ChartOutcome judge(const World& world, std::size_t i, const ClosingOutcome& result)
 {
     // The reference itself is known to half of the bracket.
-    const double error = postureDifference(world.hand, result.closing, world.references[i]);
+    const double error = grasp::postureDifference(
+        world.hand, result.closing.positions, world.references[i].positions);
     ChartOutcome outcome{
         .micros = result.microseconds, .hit = true, .error = std::max(error, 0.5 * kBracket)};
     if (std::isinf(result.travel))

@@ -194,18 +194,6 @@ std::unique_ptr<LinkProximity> fclProximity(const HandModel& hand, const GraspOb
     return std::make_unique<FclProximity>(hand, object);
 }
 
-double postureDifference(const HandModel& hand, const ClosingResult& a, const ClosingResult& b)
-{
-    double largest = 0.0;
-    for (std::size_t i = 0; i < a.positions.size(); ++i)
-    {
-        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
-        largest =
-            std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a.positions[i] - b.positions[i]));
-    }
-    return largest;
-}
-
 ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
 {
     const std::vector<ClosingStart> starts = closingStarts(scene);
@@ -244,7 +232,8 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
             grasp::discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
         for (MethodResult& method : comparison.methods)
         {
-            const double by = postureDifference(scene.hand, method.outcomes[i].closing, reference);
+            const double by = grasp::postureDifference(
+                scene.hand, method.outcomes[i].closing.positions, reference.positions);
             method.otherPosture += by > kSamePosture ? 1 : 0;
             if (&method == comparison.methods.data())
             {

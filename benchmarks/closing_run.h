@@ -82,10 +82,6 @@ using RunClosing = std::function<ClosingOutcome(const ClosingStart&)>;
 
 /// Postures that are farther apart are not the same.
 inline constexpr double kSamePosture = 0.02;
-/// The largest difference of a joint [rad], of sliding ones ten times that [m].
-[[nodiscard]] double postureDifference(const grasp::HandModel& hand,
-                                       const grasp::ClosingResult& a,
-                                       const grasp::ClosingResult& b);
 
 /// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
 /// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.

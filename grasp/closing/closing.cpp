@@ -3,6 +3,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bullet_ccd::grasp
 {
@@ -14,6 +15,19 @@ const char* toString(ClosingEngine engine)
 const char* toString(ClosingOrder order)
 {
     return order == ClosingOrder::Together ? "together" : "one-by-one";
+}
+
+double postureDifference(const HandModel& hand,
+                         std::span<const double> a,
+                         std::span<const double> b)
+{
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+    {
+        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
+        largest = std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a[i] - b[i]));
+    }
+    return largest;
 }
 
 bool handOverlaps(const HandModel& hand,

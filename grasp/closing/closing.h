@@ -6,6 +6,7 @@
 #include "grasp/hand/hand_model.h"
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,12 @@ using CloseHand = std::function<ClosingResult(const HandModel& hand,
                                               const ClosingOptions& options)>;
 /// Makes one closing engine per thread.
 using MakeCloseHand = std::function<CloseHand()>;
+
+/// The largest difference of a joint [rad]; of sliding joints ten times that [m].
+/// @pre positions of one entry a link
+[[nodiscard]] double postureDifference(const HandModel& hand,
+                                       std::span<const double> a,
+                                       std::span<const double> b);
 
 /// Surfaces closer than this intersect, for all that double precision can tell [m].
 inline constexpr double kTouching = 1e-12;

@@ -72,7 +72,7 @@ TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
     const ClosingStart start = startWith(plate);
     const ClosingResult first = ours(start, 2e-5);
     const ClosingResult other = stepped(start, 0.25);
-    ASSERT_GT(postureDifference(m_hand, first.positions, other.positions), 0.02);
+    ASSERT_GT(grasp::postureDifference(m_hand, first.positions, other.positions), 0.02);
     EXPECT_EQ(compareClosings(start, first, other, {}), ClosingVerdict::OtherPasses);
     EXPECT_EQ(compareClosings(start, other, first, {}), ClosingVerdict::FirstPasses);
 }
@@ -84,7 +84,7 @@ TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
     const ClosingStart start = startWith(plate);
     const ClosingResult wide = ours(start, 1e-4);
     const ClosingResult narrow = ours(start, 2e-5);
-    ASSERT_GT(postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
+    ASSERT_GT(grasp::postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
     EXPECT_EQ(compareClosings(start, wide, narrow, {}), ClosingVerdict::Touches);
     EXPECT_EQ(compareClosings(start, wide, narrow, {.reach = 1e-5}), ClosingVerdict::Unexplained);
 }

@@ -94,8 +94,9 @@ void count(ClosingCounts& counts,
     counts.inside += isInside(start, ours.positions) ? 1 : 0;
     counts.referenceInside += isInside(start, other.positions) ? 1 : 0;
     counts.largestGap = std::max(counts.largestGap, largestStopGap(start, ours));
-    counts.largestDifference = std::max(
-        counts.largestDifference, postureDifference(start.hand, ours.positions, other.positions));
+    counts.largestDifference =
+        std::max(counts.largestDifference,
+                 grasp::postureDifference(start.hand, ours.positions, other.positions));
     const ClosingVerdict verdict = compareClosings(start, ours, other, likeness);
     ++counts.verdicts[static_cast<std::size_t>(verdict)];
     if (verdict == ClosingVerdict::Unexplained)

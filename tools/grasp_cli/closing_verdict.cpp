@@ -169,19 +169,6 @@ double largestStopGap(const ClosingStart& start, const ClosingResult& closing)
     return largest;
 }
 
-double postureDifference(const HandModel& hand,
-                         std::span<const double> a,
-                         std::span<const double> b)
-{
-    double largest = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-    {
-        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
-        largest = std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a[i] - b[i]));
-    }
-    return largest;
-}
-
 ClosingVerdict compareClosings(const ClosingStart& start,
                                const ClosingResult& first,
                                const ClosingResult& other,

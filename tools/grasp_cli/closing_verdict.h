@@ -43,11 +43,6 @@ struct ClosingStart
 /// The largest distance of a link from what stopped it, at the end of a closing [m].
 [[nodiscard]] double largestStopGap(const ClosingStart& start, const grasp::ClosingResult& closing);
 
-/// The largest difference of a joint [rad]; of sliding joints ten times that [m].
-[[nodiscard]] double postureDifference(const grasp::HandModel& hand,
-                                       std::span<const double> a,
-                                       std::span<const double> b);
-
 /// When two closings are alike.
 struct ClosingLikeness
 {

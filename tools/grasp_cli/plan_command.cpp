@@ -120,7 +120,10 @@ void printSummary(const PlanArguments& arguments,
     {
         fmt::print("{}", cullingText(run.grasps, obstacles));
     }
-    fmt::print("planned in {:.1f} s\nwritten:  {}\n", run.seconds, joined(written, "\n          "));
+    fmt::print("planned in {:.2f} s, {:.0f} candidates a second\nwritten:  {}\n",
+               run.seconds,
+               static_cast<double>(run.grasps.size()) / std::max(run.seconds, 1e-9),
+               joined(written, "\n          "));
 }
 
 void printNotes(const PlanJournal& journal, const PlanArguments& arguments)
