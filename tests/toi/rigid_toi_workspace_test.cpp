@@ -27,7 +27,8 @@ void* counted(std::size_t size, std::size_t alignment)
 }
 }  // namespace
 
-// Counting replacements of the global operators.
+// Counting replacements of the global operators. Not to be inlined: where only one of a pair is,
+// the compiler takes it for a mismatch.
 void* operator new(std::size_t size)
 {
     return counted(size, alignof(std::max_align_t));
@@ -36,19 +37,19 @@ void* operator new(std::size_t size, std::align_val_t alignment)
 {
     return counted(size, static_cast<std::size_t>(alignment));
 }
-void operator delete(void* memory) noexcept
+[[gnu::noinline]] void operator delete(void* memory) noexcept
 {
     std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
     std::free(memory);
 }
-void operator delete(void* memory, std::align_val_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
 {
     std::free(memory);
 }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
 {
     std::free(memory);
 }
