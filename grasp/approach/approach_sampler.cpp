@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -32,13 +33,6 @@ constexpr double kKeepDirection = 0.15;  // cost of turning the direction of app
 constexpr int kTries = 8;
 constexpr int kFacingRounds = 3;
 constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
-
-/// The open hand as its grasp frame sees it.
-struct OpenHand
-{
-    double radius = 0.0;   ///< of the ball about the grasp frame's origin that holds all links [m]
-    double opening = 0.0;  ///< extent along x of the fingertips' middles [m]
-};
 
 /// Middle of the outermost link with geometry of a finger, in the grasp frame.
 std::optional<Eigen::Vector3d> fingertip(const HandModel& hand,
@@ -88,20 +82,22 @@ OpenHand openHand(const HandModel& hand, const Preshape& preshape)
 /// The preshapes that the object fits into across its thinnest direction, in the order of the hand;
 /// all of them if it fits into none. Closing from a preshape that it does not fit into stops at the
 /// fingers themselves, before they are round the object.
-std::vector<std::size_t> fittingPreshapes(const HandModel& hand, const ObjectShape& shape)
+std::vector<std::size_t> fittingPreshapes(const ApproachShapes& shapes)
 {
     std::vector<std::size_t> fitting;
-    std::vector<std::size_t> all;
-    for (std::size_t k = 0; k < hand.preshapes.size(); ++k)
+    for (std::size_t k = 0; k < shapes.hands.size(); ++k)
     {
-        all.push_back(k);
-        const double opening = openHand(hand, hand.preshapes[k]).opening;
-        if (shape.extents()[2] <= kPreshapeUsed * opening)
+        if (shapes.object.extents()[2] <= kPreshapeUsed * shapes.hands[k].opening)
         {
             fitting.push_back(k);
         }
     }
-    return fitting.empty() ? all : fitting;
+    if (fitting.empty())
+    {
+        fitting.resize(shapes.hands.size());
+        std::iota(fitting.begin(), fitting.end(), std::size_t{0});
+    }
+    return fitting;
 }
 
 /// Point `number` of `count` on a cap about z of the unit sphere that has this share of its area:
@@ -369,12 +365,22 @@ ApproachCandidate sampleApproach(const HandModel& hand,
                                  std::int64_t count,
                                  const ApproachOptions& options)
 {
-    return sampleApproach(hand, object, objectShape(object), seed, number, count, options);
+    return sampleApproach(hand, object, approachShapes(hand, object), seed, number, count, options);
+}
+
+ApproachShapes approachShapes(const HandModel& hand, const GraspObject& object)
+{
+    ApproachShapes shapes{.object = objectShape(object), .hands = {}};
+    for (const Preshape& preshape : hand.preshapes)
+    {
+        shapes.hands.push_back(openHand(hand, preshape));
+    }
+    return shapes;
 }
 
 ApproachCandidate sampleApproach(const HandModel& hand,
                                  const GraspObject& object,
-                                 const ObjectShape& shape,
+                                 const ApproachShapes& shapes,
                                  std::uint64_t seed,
                                  std::int64_t number,
                                  std::int64_t count,
@@ -383,14 +389,14 @@ ApproachCandidate sampleApproach(const HandModel& hand,
     require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
     require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
     checkApproachOptions(options);
-    const std::vector<std::size_t> fitting = fittingPreshapes(hand, shape);
+    const std::vector<std::size_t> fitting = fittingPreshapes(shapes);
     const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
-    const OpenHand open = openHand(hand, hand.preshapes[preshape]);
+    const OpenHand& open = shapes.hands[preshape];
     const Place place{.seed = seed,
                       .number = number,
                       .count = count,
                       .turn = number / static_cast<std::int64_t>(fitting.size())};
-    Eigen::Isometry3d X_WG = targetFrame(place, object, shape, open, options);
+    Eigen::Isometry3d X_WG = targetFrame(place, object, shapes.object, open, options);
 
     ApproachCandidate candidate{.number = number, .preshape = preshape};
     candidate.direction_W = X_WG.linear().col(2);

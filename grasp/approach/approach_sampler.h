@@ -49,10 +49,26 @@ struct ApproachCandidate
                                                std::int64_t count,
                                                const ApproachOptions& options = {});
 
-/// The same for many candidates of one object: `shape` is objectShape(object).
+/// A preshape as its grasp frame sees it.
+struct OpenHand
+{
+    double radius = 0.0;   ///< of the ball about the grasp frame's origin that holds all links [m]
+    double opening = 0.0;  ///< extent along x of the fingertips' middles [m]
+};
+
+/// What the sampler looks at, for many candidates of one hand and object.
+struct ApproachShapes
+{
+    ObjectShape object;
+    std::vector<OpenHand> hands;  ///< one a preshape
+};
+
+[[nodiscard]] ApproachShapes approachShapes(const HandModel& hand, const GraspObject& object);
+
+/// The same for many candidates: `shapes` is approachShapes(hand, object).
 [[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
                                                const GraspObject& object,
-                                               const ObjectShape& shape,
+                                               const ApproachShapes& shapes,
                                                std::uint64_t seed,
                                                std::int64_t number,
                                                std::int64_t count,

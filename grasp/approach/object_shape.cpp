@@ -74,11 +74,7 @@ struct RayGrid
 {
     double spacing;
 
-    /// Place of the line nearest to a point across them.
-    [[nodiscard]] Eigen::Vector2d nearest(const Eigen::Vector2d& at) const
-    {
-        return {nearest(at.x()), nearest(at.y())};
-    }
+    /// The coordinate of the lines, in either direction, that is nearest to `at`.
     [[nodiscard]] double nearest(double at) const
     {
         return at > 0.5 * spacing ? spacing : (at < -0.5 * spacing ? -spacing : 0.0);
@@ -177,18 +173,24 @@ void forTrianglesOnGrid(const SsvTree& tree,
                         const RayGrid& grid,
                         const Visit& visit)
 {
-    // Only where the balls are across the lines counts.
-    const Eigen::Matrix<double, 2, 3> across = X_GW.linear().bottomRows<2>();
-    const Eigen::Vector2d origin = (X_GW * tree.origin()).tail<2>();
+    // Only where the balls are across the lines counts. Written out, for the compiler.
+    const Eigen::Vector3d alongY = X_GW.linear().row(1);
+    const Eigen::Vector3d alongZ = X_GW.linear().row(2);
+    const Eigen::Vector3d origin = X_GW * tree.origin();
     std::vector<std::int32_t> open{0};
     while (!open.empty())
     {
         const SsvNode& node = tree.nodes()[static_cast<std::size_t>(open.back())];
         open.pop_back();
-        const Eigen::Vector2d center =
-            across * Eigen::Map<const Eigen::Vector3f>(node.center).cast<double>() + origin;
+        const double x = node.center[0];
+        const double y = node.center[1];
+        const double z = node.center[2];
+        const double atY = alongY[0] * x + alongY[1] * y + alongY[2] * z + origin[1];
+        const double atZ = alongZ[0] * x + alongZ[1] * y + alongZ[2] * z + origin[2];
+        const double offY = atY - grid.nearest(atY);
+        const double offZ = atZ - grid.nearest(atZ);
         const double radius = node.size();
-        if ((center - grid.nearest(center)).squaredNorm() > radius * radius)
+        if (offY * offY + offZ * offZ > radius * radius)
         {
             continue;
         }

@@ -170,7 +170,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     arena.execute(
         [&]
         {
-            const ObjectShape shape = objectShape(object);
+            const ApproachShapes shapes = approachShapes(hand, object);
             const Surroundings surroundings = surroundingsOf(hand, extras.obstacles);
             // Every candidate has its own place and its own random numbers, so neither the order
             // nor the number of threads matters.
@@ -192,7 +192,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                     }
                     const ApproachCandidate candidate = sampleApproach(hand,
                                                                        object,
-                                                                       shape,
+                                                                       shapes,
                                                                        options.seed,
                                                                        queue.number(*turn),
                                                                        options.candidates,

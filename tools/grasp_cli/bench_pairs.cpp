@@ -136,7 +136,7 @@ json benchClosing(const LoadedHand& hand,
     const grasp::CloseHand closeReference = referenceClosing(reference, hand, object);
     const std::array bodies{RigidBody{.tree = &object.object.tree, .motion = {}}};
     const Environment environment(bodies);
-    const grasp::ObjectShape shape = grasp::objectShape(object.object);
+    const grasp::ApproachShapes shapes = grasp::approachShapes(hand.hand, object.object);
     grasp::PenetrationCheck check(hand.hand, object.object);
     ToiWorkspace work;
     ClosingCounts counts;
@@ -145,7 +145,7 @@ json benchClosing(const LoadedHand& hand,
         ++counts.candidates;
         const grasp::ApproachCandidate candidate = grasp::sampleApproach(hand.hand,
                                                                          object.object,
-                                                                         shape,
+                                                                         shapes,
                                                                          options.seed,
                                                                          number,
                                                                          options.candidates,

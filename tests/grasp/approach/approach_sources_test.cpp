@@ -79,11 +79,11 @@ std::vector<ApproachCandidate> sample(const GraspObject& object,
                                       std::uint64_t seed = 3)
 {
     const HandModel hand = makeGripper(true);
-    const ObjectShape shape = objectShape(object);
+    const ApproachShapes shapes = approachShapes(hand, object);
     std::vector<ApproachCandidate> candidates;
     for (std::int64_t number = 0; number < count; ++number)
     {
-        candidates.push_back(sampleApproach(hand, object, shape, seed, number, count, options));
+        candidates.push_back(sampleApproach(hand, object, shapes, seed, number, count, options));
     }
     return candidates;
 }
@@ -272,12 +272,12 @@ TEST(ApproachFromBoxes, EveryFaceIsMetInEveryPreshape)
     HandModel hand = makeGripper(true);
     hand.preshapes.push_back({"narrower", {0.0, 0.005, 0.005}});
     const GraspObject object = boxAtPlace();
-    const ObjectShape shape = objectShape(object);
+    const ApproachShapes shapes = approachShapes(hand, object);
     std::map<std::array<std::int64_t, 4>, int> seen;
     for (std::int64_t number = 0; number < 24; ++number)
     {
         const ApproachCandidate candidate =
-            sampleApproach(hand, object, shape, 1, number, 24, {.source = ApproachSource::Boxes});
+            sampleApproach(hand, object, shapes, 1, number, 24, {.source = ApproachSource::Boxes});
         const Eigen::Vector3d& d = candidate.direction_W;
         ++seen[{static_cast<std::int64_t>(candidate.preshape),
                 std::lround(d.x()),
