@@ -2,10 +2,11 @@
 /// a link at its contact and go on with the next.
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "tests/oracles/brute_force_toi.h"
-#include "tests/stability/cases.h"
+#include "tests/stability/relations.h"
 #include "tests/support/random.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
+#include "tests/support/soak_queries.h"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <limits>
 #include <ostream>
+#include <tuple>
 
 namespace bullet_ccd::tests
 {
@@ -24,11 +26,16 @@ void PrintTo(const ArticulatedCase& tested, std::ostream* out)
 
 namespace
 {
-class ArticulatedStability : public testing::TestWithParam<ArticulatedCase>
+class ArticulatedStability : public testing::TestWithParam<std::tuple<ArticulatedCase, ToiStrategy>>
 {
+protected:
+    [[nodiscard]] const ArticulatedCase& tested() const { return std::get<0>(GetParam()); }
+    [[nodiscard]] ToiStrategy strategy() const { return std::get<1>(GetParam()); }
 };
 
-ArticulatedToiResult query(const ArticulatedCase& tested, double tolerance)
+ArticulatedToiResult query(const ArticulatedCase& tested,
+                           double tolerance,
+                           ToiStrategy strategy = ToiStrategy::BestFirst)
 {
     std::vector<SsvTree> hierarchies;
     hierarchies.reserve(tested.linkMeshes.size() + tested.obstacles.size());
@@ -50,7 +57,7 @@ ArticulatedToiResult query(const ArticulatedCase& tested, double tolerance)
     ToiWorkspace work;
     return articulatedToi({&tested.tree, links, &tested.motion, tested.selfPairs},
                           obstacles,
-                          {.tolerance = tolerance},
+                          {.tolerance = tolerance, .strategy = strategy},
                           work);
 }
 
@@ -85,22 +92,11 @@ double roundingOf(const ArticulatedCase& tested)
     return 64.0 * 1.2e-16 * (size + tested.motion.root.X_W0.translation().norm());
 }
 
-void expectAnswer(const ArticulatedCase& tested, double tolerance)
+void expectContacts(const ArticulatedCase& tested,
+                    const ArticulatedToiResult& result,
+                    double tolerance)
 {
-    const CaseAnswer& answer = tested.answer;
     const double rounding = roundingOf(tested);
-    const ArticulatedToiResult result = query(tested, tolerance);
-    if (!answer.time)
-    {
-        EXPECT_TRUE(result.status == ToiStatus::Separated ||
-                    (result.status == ToiStatus::Hit && answer.clearance <= tolerance + rounding));
-        return;
-    }
-    ASSERT_EQ(result.status, ToiStatus::Hit);
-    const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
-    EXPECT_LE(result.time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
-    EXPECT_GE(result.time, *answer.time - ulps - 1.1 * leadTime(answer, tolerance + rounding))
-        << "early";
     ASSERT_FALSE(result.contacts.empty());
     for (const LinkContact& contact : result.contacts)
     {
@@ -111,6 +107,32 @@ void expectAnswer(const ArticulatedCase& tested, double tolerance)
         EXPECT_NEAR((contact.pointLink - contact.pointOther).norm(), contact.gap, 2.0 * rounding);
         EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-12);
     }
+}
+
+/// `time` in the whole motion of the case.
+void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
+{
+    const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
+    EXPECT_LE(time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
+    EXPECT_GE(time, *answer.time - ulps - 1.1 * leadTime(answer, tolerance + rounding)) << "early";
+}
+
+void expectAnswer(const ArticulatedCase& tested,
+                  double tolerance,
+                  ToiStrategy strategy = ToiStrategy::BestFirst)
+{
+    const CaseAnswer& answer = tested.answer;
+    const double rounding = roundingOf(tested);
+    const ArticulatedToiResult result = query(tested, tolerance, strategy);
+    if (!answer.time)
+    {
+        EXPECT_TRUE(result.status == ToiStatus::Separated ||
+                    (result.status == ToiStatus::Hit && answer.clearance <= tolerance + rounding));
+        return;
+    }
+    ASSERT_EQ(result.status, ToiStatus::Hit);
+    expectTime(result.time, answer, tolerance, rounding);
+    expectContacts(tested, result, tolerance);
     for (const std::int32_t link : tested.links)
     {
         EXPECT_TRUE(std::any_of(result.contacts.begin(),
@@ -120,39 +142,63 @@ void expectAnswer(const ArticulatedCase& tested, double tolerance)
     }
 }
 
+void expectVariant(const Variant<ArticulatedCase>& variant, ToiStrategy strategy)
+{
+    const CaseAnswer& answer = variant.answer;
+    const double tolerance = answer.finest();
+    for (const Leg<ArticulatedCase>& leg : variant.legs)
+    {
+        const double rounding = roundingOf(leg.tested);
+        const ArticulatedToiResult result = query(leg.tested, tolerance, strategy);
+        if (isContact(result.status))
+        {
+            ASSERT_TRUE(answer.time || answer.clearance <= tolerance + rounding) << "false contact";
+            if (answer.time)
+            {
+                expectTime(
+                    leg.begin + (leg.end - leg.begin) * result.time, answer, tolerance, rounding);
+            }
+            expectContacts(leg.tested, result, tolerance);
+            return;
+        }
+    }
+    EXPECT_FALSE(answer.time) << "contact missed";
+}
+
 TEST_P(ArticulatedStability, MeetsItsClosedForm)
 {
-    for (const double tolerance : GetParam().answer.tolerances)
+    for (const double tolerance : tested().answer.tolerances)
     {
         SCOPED_TRACE(tolerance);
-        expectAnswer(GetParam(), tolerance * GetParam().answer.length);
+        expectAnswer(tested(), tolerance * tested().answer.length, strategy());
     }
 }
 
-TEST_P(ArticulatedStability, MeetsItSeenFromElsewhere)
+TEST_P(ArticulatedStability, KeepsItsAnswerUnderEveryRelation)
 {
-    Random random(13);
-    for (int i = 0; i < 3; ++i)
+    for (const Relation relation : kRelations)
     {
-        ArticulatedCase tested = GetParam();
-        const Eigen::Isometry3d X = random.pose(10.0 * tested.answer.length);
-        tested.motion.root = moved(tested.motion.root, X);
-        for (TriangleMesh& mesh : tested.obstacles)
+        SCOPED_TRACE(nameOf(relation));
+        for (const Variant<ArticulatedCase>& variant : variantsOf(tested(), relation))
         {
-            mesh = placed(mesh, X);
-        }
-        for (const double tolerance : tested.answer.tolerances)
-        {
-            SCOPED_TRACE(tolerance);
-            expectAnswer(tested, tolerance * tested.answer.length);
+            SCOPED_TRACE(variant.name);
+            expectVariant(variant, strategy());
         }
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue,
                          ArticulatedStability,
-                         testing::ValuesIn(articulatedCases()),
-                         [](const auto& tested) { return tested.param.id; });
+                         testing::Combine(testing::ValuesIn(articulatedCases()),
+                                          testing::Values(ToiStrategy::BestFirst,
+                                                          ToiStrategy::Interval,
+                                                          ToiStrategy::C2A)),
+                         [](const auto& tested)
+                         {
+                             std::string strategy = nameOf(std::get<1>(tested.param));
+                             std::erase(strategy, '-');
+                             return std::get<0>(tested.param).id + "_" + strategy;
+                         });
 
 ArticulatedCase caseById(const std::string& id)
 {
@@ -166,60 +212,9 @@ ArticulatedCase caseById(const std::string& id)
     throw std::invalid_argument(id);
 }
 
-TEST(ArticulatedClosedForm, ALongChainCurlsIntoAWall)
+TEST(ArticulatedClosedForm, ManyTurnsOutOfReachAreFree)
 {
-    // N links of length L, all joints turn alike: the tip is at L sum sin(k q) and highest.
-    constexpr int kLinks = 40;
-    constexpr double kLength = 0.1;
-    constexpr double kRate = 0.05;
-    const double time = 0.4;
-    double height = 0.0;
-    double speed = 0.0;
-    for (int k = 1; k <= kLinks; ++k)
-    {
-        height += kLength * std::sin(k * kRate * time);
-        speed += kLength * k * kRate * std::cos(k * kRate * time);
-    }
-    const std::vector<double> lengths(kLinks, kLength);
-    ArticulatedCase tested = caseById("G01");
-    tested.tree = planarChain(lengths);
-    tested.obstacles = {wallAtY(height, 10.0)};
-    tested.answer.time = time;
-    tested.answer.closingSpeed = speed;
-    tested.links = {kLinks};
-    tested.linkMeshes.resize(1);
-    tested.motion.positions.assign(kLinks + 1, 0.0);
-    tested.motion.rates.assign(kLinks + 1, kRate);
-    tested.linkMeshes.resize(kLinks + 1, segment({0, 0, 0}, {kLength, 0, 0}));
-    for (const double tolerance : {1e-4, 1e-6})
-    {
-        expectAnswer(tested, tolerance);
-    }
-}
-
-TEST(ArticulatedClosedForm, TinyStepsKeepAllDigits)
-{
-    // B05 as a joint: a millionth of a radian.
-    ArticulatedCase tested = caseById("G01");
-    tested.tree = planarChain({1.0});
-    tested.linkMeshes[1] = segment({0, 0, 0}, {1, 0, 0});
-    tested.motion.rates[1] = 1e-6;
-    tested.obstacles = {wallAtY(5e-7, 4.0)};
-    tested.answer.time = std::asin(5e-7) / 1e-6;
-    tested.answer.closingSpeed = 1e-6;
-    expectAnswer(tested, 1e-9);
-    expectAnswer(tested, 1e-11);
-}
-
-TEST(ArticulatedClosedForm, ManyTurnsOfAJointDoNotAlias)
-{
-    // G10 for fifty turns, and a wall that is out of reach.
-    ArticulatedCase tested = caseById("G10");
-    const double factor = 100.0 / 3.0;
-    tested.motion.rates[1] *= factor;
-    tested.answer.time = *tested.answer.time / factor;
-    tested.answer.closingSpeed *= factor;
-    expectAnswer(tested, 1e-6);
+    ArticulatedCase tested = caseById("N24");
     tested.obstacles[0] = shifted(tested.obstacles[0], {3.0, 0, 0});
     tested.answer.time.reset();
     tested.answer.clearance = 1.0;
@@ -327,6 +322,38 @@ TEST(GraspSequence, OpeningFromAContactIsFree)
     finger.motion.positions[1] += contact.time * finger.motion.rates[1];
     finger.motion.rates[1] = 1.0;
     EXPECT_EQ(query(finger, 1e-7).status, ToiStatus::Separated);
+}
+
+TEST(GraspSequence, TheOrderOfFingersThatCannotMeetDoesNotMatter)
+{
+    // I11: each of four pendulums closes to its wall, in all 24 orders.
+    const ArticulatedCase hand = caseById("G05");
+    std::vector<std::size_t> order{1, 2, 3, 4};
+    std::vector<double> first;
+    int orders = 0;
+    do
+    {
+        ArticulatedCase closing = hand;
+        std::vector<double> stopped(5, 0.0);
+        for (const std::size_t finger : order)
+        {
+            closing.motion.rates.assign(5, 0.0);
+            closing.motion.rates[finger] = hand.motion.rates[finger];
+            const ArticulatedToiResult result = query(closing, 1e-6);
+            ASSERT_EQ(result.status, ToiStatus::Hit);
+            ASSERT_EQ(result.contacts.size(), 1U);
+            EXPECT_EQ(result.contacts[0].link, static_cast<std::int32_t>(finger));
+            closing.motion.positions[finger] += result.time * closing.motion.rates[finger];
+            stopped[finger] = closing.motion.positions[finger];
+        }
+        if (first.empty())
+        {
+            first = stopped;
+        }
+        EXPECT_EQ(stopped, first);
+        ++orders;
+    } while (std::next_permutation(order.begin(), order.end()));
+    EXPECT_EQ(orders, 24);
 }
 
 TEST(GraspSequence, AnObjectOutOfReachCostsNoTriangleTests)

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/toi/toi.h"
 #include "tests/support/rigid_scene.h"
 
 #include <optional>
@@ -26,6 +27,15 @@ struct CaseAnswer
     double length = 1.0;               ///< characteristic length
     /// Of the contact, in units of `length`.
     std::vector<double> tolerances = {1e-3, 1e-6};
+    std::optional<ToiStatus> status =
+        {};  ///< that this library has to give, where only one is right
+    /// The gap at the start is within the tolerance already: any time before `time` is tight.
+    bool startsTouching = false;
+    /// Distance 0 at the start: rounding of poses or units decides whether the surfaces meet.
+    bool hangsOnRounding = false;
+
+    /// The finest tolerance [m].
+    [[nodiscard]] double finest() const { return tolerances.back() * length; }
 };
 
 struct RigidCase
@@ -33,6 +43,8 @@ struct RigidCase
     std::string id;
     RigidScene scene = {};
     CaseAnswer answer = {};
+    bool nested = false;     ///< a body is inside the other or linked with it: hulls overlap
+    std::string title = {};  ///< what is hard; see catalogue.h
 };
 
 struct ArticulatedCase
@@ -46,6 +58,7 @@ struct ArticulatedCase
     CaseAnswer answer = {};
     /// Links in contact at that time, ties included.
     std::vector<std::int32_t> links = {};
+    std::string title = {};
 };
 
 /// How long before the contact the distance falls to `gap`, to first or second order.
@@ -55,8 +68,15 @@ struct ArticulatedCase
 [[nodiscard]] std::vector<RigidCase> rotationCases();
 [[nodiscard]] std::vector<RigidCase> grazingCases();
 [[nodiscard]] std::vector<RigidCase> degenerateCases();
+[[nodiscard]] std::vector<RigidCase> stateCases();
+/// What once broke something in this project, and what sampling and other codes get wrong.
+[[nodiscard]] std::vector<RigidCase> foundCases();
 
-/// All of them.
+[[nodiscard]] std::vector<ArticulatedCase> chainCases();
+[[nodiscard]] std::vector<ArticulatedCase> graspCases();
+[[nodiscard]] std::vector<ArticulatedCase> foundChainCases();
+
+/// All of them, with their titles, in the order of their ids.
 [[nodiscard]] std::vector<RigidCase> rigidCases();
 [[nodiscard]] std::vector<ArticulatedCase> articulatedCases();
 }  // namespace bullet_ccd::tests

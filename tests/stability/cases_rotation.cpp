@@ -91,6 +91,16 @@ RigidCase scissors()
         .answer = {.time = 1.0 - angle, .closingSpeed = std::sqrt(D * D - r * r)}};
 }
 
+/// The scene in units of which `factor` make up one.
+RigidCase inUnits(const std::string& id, RigidCase tested, double factor)
+{
+    tested.id = id;
+    tested.scene = scaled(tested.scene, factor);
+    tested.answer.length *= factor;
+    tested.answer.closingSpeed *= factor;
+    return tested;
+}
+
 /// Ring of walls over a polygon, open at both ends.
 TriangleMesh tube(const std::vector<Eigen::Vector2d>& ring, double half)
 {
@@ -119,18 +129,20 @@ RigidCase squarePeg()
                       .meshB = tube({{-h, -h}, {h, -h}, {h, h}, {-h, h}}, 0.5),
                       .motionA = {.w_W = {0, 0, 1}}},
             .answer = {.time = angle - 0.25 * kPi,
-                       .closingSpeed = s / std::sqrt(2.0) * std::cos(angle)}};
+                       .closingSpeed = s / std::sqrt(2.0) * std::cos(angle)},
+            .nested = true};
 }
 
 RigidCase shaftInBearing()
 {
-    constexpr int kSides = 64;
+    constexpr int kSides = 256;
     const double outer = 1.0 / std::cos(kPi / kSides);
     return {.id = "B12",
-            .scene = {.meshA = prism(circlePoints(0.99, circleAngles(kSides, 0.0)), -0.5, 0.5),
+            .scene = {.meshA = prism(circlePoints(0.999, circleAngles(kSides, 0.0)), -0.5, 0.5),
                       .meshB = tube(circlePoints(outer, circleAngles(kSides, 0.0)), 0.4),
                       .motionA = {.w_W = {0, 0, 2.0 * kPi}}},
-            .answer = {.clearance = 0.0099, .tolerances = {1e-3}}};
+            .answer = {.clearance = 1.0 - 0.999, .tolerances = {1e-4}},
+            .nested = true};
 }
 
 /// A wheel of many corners turns over a plane just out of its reach.
@@ -150,7 +162,8 @@ RigidCase cubeAroundSphere()
             .scene = {.meshA = cube(1.0),
                       .meshB = sphereWithPole(0.9, Vector3d::UnitX(), 6),
                       .motionA = {.w_W = {0, 1.2 * kPi, 1.6 * kPi}}},
-            .answer = {.clearance = 0.0999}};
+            .answer = {.clearance = 0.0999},
+            .nested = true};
 }
 
 RigidCase spinningCone()
@@ -267,6 +280,8 @@ std::vector<RigidCase> rotationCases()
         rollingSpike("C05a", 0.0),
         rollingSpike("C05b", 1e-4),
         rodToPin("J06", 4.0 * kPi),
+        inUnits("F06c", rodToPin("B02", 0.5 * kPi), 1e-6),
+        inUnits("F06d", rodToPin("B02", 0.5 * kPi), 1e6),
     };
 }
 }  // namespace bullet_ccd::tests

@@ -58,6 +58,16 @@ RigidCase spheres(const std::string& id, const Vector3d& drift)
             .answer = {.time = time, .closingSpeed = -v.dot(towardsA)}};
 }
 
+/// The same in units of which `factor` make up one.
+RigidCase spheresInUnits(const std::string& id, double factor)
+{
+    RigidCase result = spheres(id, Vector3d::Zero());
+    result.scene = scaled(result.scene, factor);
+    result.answer.length *= factor;
+    result.answer.closingSpeed *= factor;
+    return result;
+}
+
 RigidCase parallelCylinders()
 {
     constexpr double kA = 0.7;
@@ -180,6 +190,16 @@ RigidCase jaw(const std::string& id, double offset, double time)
             .answer = {.time = time, .closingSpeed = kTravel, .length = 0.1}};
 }
 
+/// A fingertip 0.02 below the palm is over the same sphere.
+RigidCase fingertipBeforePalm()
+{
+    return {.id = "I10",
+            .scene = {.meshA = merged({floorAt(0.0, 0.05), segment({0, 0, 0}, {0, 0, -0.02})}),
+                      .meshB = sphereWithPole(0.03, Vector3d::UnitZ()),
+                      .motionA = {.X_W0 = poseOf({0, 0, 0.25}), .v_W = {0, 0, -0.30}}},
+            .answer = {.time = (0.25 - 0.02 - 0.03) / 0.30, .closingSpeed = 0.30, .length = 0.1}};
+}
+
 RigidCase palmToSphere()
 {
     return {.id = "I01",
@@ -216,6 +236,8 @@ std::vector<RigidCase> translationCases()
          .answer = {.time = (5.0 - 2.0) / 4.0, .closingSpeed = 4.0}},
         spheres("A08", Vector3d::Zero()),
         spheres("A09", {1e3, -2e3, 5e2}),
+        spheresInUnits("F06a", 1e-6),
+        spheresInUnits("F06b", 1e6),
         bulletThroughPaper(),
         throughSlot("A11", 0.0),
         throughSlot("A12", 0.01),
@@ -235,6 +257,7 @@ std::vector<RigidCase> translationCases()
         intoCavity(),
         ontoPlates(),
         palmToSphere(),
+        fingertipBeforePalm(),
         jaw("I02", 0.0, (0.08 - 0.05) / 2.0 / 0.04),
         jaw("I03a", 0.005, (0.015 - 0.005) / 0.04),
         jaw("I03b", -0.005, (0.015 + 0.005) / 0.04),

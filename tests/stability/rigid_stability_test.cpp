@@ -1,6 +1,6 @@
 /// Every rigid case with every strategy: not late, tight, no false contact, honest witnesses; as it
-/// is, with the bodies swapped, seen from elsewhere, in other units, with its triangles shuffled.
-#include "tests/stability/cases.h"
+/// is, and under every relation.
+#include "tests/stability/relations.h"
 #include "tests/support/random_scenes.h"
 #include "tests/support/shapes.h"
 #include "tests/support/soak_queries.h"
@@ -33,85 +33,121 @@ protected:
         return {.tolerance = tolerance, .strategy = std::get<1>(GetParam())};
     }
 
-    /// The answer in units of which `unit` make up one of the catalogue's.
-    void expectAnswer(const RigidScene& scene, double unit = 1.0) const
+    /// What every answer promises, at the given tolerance, and the closed form.
+    void expectAnswer(const RigidScene& scene, const CaseAnswer& answer, double tolerance) const
     {
-        for (const double tolerance : tested().answer.tolerances)
-        {
-            SCOPED_TRACE(tolerance);
-            expectAnswerAt(scene, tolerance * tested().answer.length, unit);
-        }
-    }
-
-private:
-    void expectAnswerAt(const RigidScene& scene, double tolerance, double unit) const
-    {
-        const CaseAnswer& answer = tested().answer;
-        const double rounding = roundingOf(scene) / unit;
-        const ToiResult result = queryToi(scene, options(tolerance * unit));
-        expectHonest(scene, result, tolerance * unit, "");
+        const double rounding = roundingOf(scene);
+        const ToiResult result = queryToi(scene, options(tolerance));
+        expectHonest(scene, result, tolerance, "");
         if (answer.time)
         {
-            ASSERT_EQ(result.status, ToiStatus::Hit) << "contact missed";
-            const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
-            EXPECT_LE(result.time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
-            // The distance is not exactly linear over the tolerance: 10 % more.
-            EXPECT_GE(result.time,
-                      *answer.time - ulps - 1.1 * leadTime(answer, tolerance + rounding))
-                << "early";
+            ASSERT_TRUE(isContact(result.status)) << "contact missed";
+            expectTime(result.time, answer, tolerance, rounding);
         }
         else if (answer.clearance > tolerance + rounding)
         {
             EXPECT_EQ(result.status, ToiStatus::Separated) << "false contact";
-            EXPECT_LE(result.gap, (1.0 + 1e-12) * answer.clearance * unit + rounding * unit)
+            EXPECT_LE(result.gap, (1.0 + 1e-12) * answer.clearance + rounding)
                 << "no lower bound of the distance";
         }
+    }
+
+    void expectVariant(const Variant<RigidCase>& variant) const
+    {
+        const CaseAnswer& answer = variant.answer;
+        const double tolerance = answer.finest();
+        for (const Leg<RigidCase>& leg : variant.legs)
+        {
+            const RigidScene& scene = leg.tested.scene;
+            const ToiResult result = queryToi(scene, options(tolerance));
+            expectHonest(scene, result, tolerance, "");
+            if (isContact(result.status))
+            {
+                ASSERT_TRUE(answer.time || answer.clearance <= tolerance + roundingOf(scene))
+                    << "false contact";
+                if (answer.time)
+                {
+                    expectTime(leg.begin + (leg.end - leg.begin) * result.time,
+                               answer,
+                               tolerance,
+                               roundingOf(scene));
+                }
+                return;
+            }
+        }
+        EXPECT_FALSE(answer.time) << "contact missed";
+    }
+
+private:
+    static void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
+    {
+        const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
+        EXPECT_LE(time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
+        // The distance is not exactly linear over the tolerance: 10 % more.
+        const double lead = 1.1 * leadTime(answer, tolerance + rounding);
+        EXPECT_GE(time, answer.startsTouching ? 0.0 : *answer.time - ulps - lead) << "early";
     }
 };
 
 TEST_P(RigidStability, MeetsItsClosedForm)
 {
-    expectAnswer(tested().scene);
-}
-
-TEST_P(RigidStability, MeetsItWithTheBodiesSwapped)
-{
-    expectAnswer(swapped(tested().scene));
-}
-
-TEST_P(RigidStability, MeetsItSeenFromElsewhere)
-{
-    Random random(12);
-    for (int i = 0; i < 3; ++i)
+    const CaseAnswer& answer = tested().answer;
+    for (const double tolerance : answer.tolerances)
     {
-        expectAnswer(moved(tested().scene, random.pose(10.0 * tested().answer.length)));
+        SCOPED_TRACE(tolerance);
+        expectAnswer(tested().scene, answer, tolerance * answer.length);
+        if (answer.status)
+        {
+            EXPECT_EQ(queryToi(tested().scene, options(tolerance * answer.length)).status,
+                      *answer.status);
+        }
     }
 }
 
-TEST_P(RigidStability, MeetsItInOtherUnits)
+TEST_P(RigidStability, KeepsItsAnswerUnderEveryRelation)
 {
-    for (const double unit : {1e-3, 1e3})
+    for (const Relation relation : kRelations)
     {
-        SCOPED_TRACE(unit);
-        expectAnswer(scaled(tested().scene, unit), unit);
+        SCOPED_TRACE(nameOf(relation));
+        for (const Variant<RigidCase>& variant : variantsOf(tested(), relation))
+        {
+            SCOPED_TRACE(variant.name);
+            expectVariant(variant);
+        }
     }
 }
 
-TEST_P(RigidStability, DoesNotDependOnTheOrderOfTriangles)
+/// Times that a relation does not touch at all.
+TEST_P(RigidStability, SwappingAndShufflingKeepTheTime)
 {
-    Random random(13);
-    RigidScene scene = tested().scene;
-    const ToiOptions how = options(tested().answer.tolerances.back() * tested().answer.length);
-    const ToiResult first = queryToi(scene, how);
-    for (int i = 0; i < 2; ++i)
+    const ToiOptions how = options(tested().answer.finest());
+    const ToiResult first = queryToi(tested().scene, how);
+    for (const Relation relation : {Relation::Swapped, Relation::Permuted})
     {
-        scene.meshA = permuted(scene.meshA, random);
-        scene.meshB = permuted(scene.meshB, random);
-        const ToiResult second = queryToi(scene, how);
-        EXPECT_EQ(first.status, second.status);
-        // The same tree but for triangles that single precision cannot tell apart.
-        EXPECT_NEAR(first.time, second.time, 1e-12);
+        for (const Variant<RigidCase>& variant : variantsOf(tested(), relation))
+        {
+            const ToiResult second = queryToi(variant.legs[0].tested.scene, how);
+            EXPECT_EQ(first.status, second.status) << variant.name;
+            // The same trees but for triangles that single precision cannot tell apart.
+            EXPECT_NEAR(first.time, second.time, 1e-12) << variant.name;
+        }
     }
+}
+
+/// From the reported contact back to the start: nothing is in the way, as bodies within the
+/// tolerance that part are not in contact.
+TEST_P(RigidStability, CanGoBackFromItsContact)
+{
+    if (!tested().answer.time || tested().answer.startsTouching || tested().answer.time == 0.0)
+    {
+        return;
+    }
+    const ToiOptions how = options(tested().answer.finest());
+    const ToiResult contact = queryToi(tested().scene, how);
+    const RigidScene back = partOf(tested(), contact.time, 0.0).scene;
+    const ToiResult result = queryToi(back, how);
+    EXPECT_FALSE(isContact(result.status)) << static_cast<int>(result.status);
+    expectHonest(back, result, how.tolerance, "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue,
@@ -128,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue,
                          });
 
 /// A million queries in a row, each from where the one before ended; the contact comes in the last.
-TEST(RigidStability, ALongFlightMeetsTheGroundInItsLastQuery)
+TEST(RigidExtremes, ALongFlightMeetsTheGroundInItsLastQuery)
 {
     constexpr int kQueries = 1'000'000;
     RigidMotion fall{.X_W0 = poseOf({0, 0, 1.0 + 8.0 * (kQueries - 0.5)}), .v_W = {0, 0, -8}};
@@ -151,7 +187,7 @@ TEST(RigidStability, ALongFlightMeetsTheGroundInItsLastQuery)
 }
 
 /// Lengths whose squares over- or underflow are refused or answered rightly.
-TEST(RigidStability, LengthsThatCannotBeSquaredAreRefusedOrAnsweredRightly)
+TEST(RigidExtremes, LengthsThatCannotBeSquaredAreRefusedOrAnsweredRightly)
 {
     for (const double unit : {1e-150, 1e-30, 1e30, 1e150})
     {

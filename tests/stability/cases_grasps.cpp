@@ -1,4 +1,4 @@
-/// Chains whose joints turn at constant rates: pendulums, fingers, jaws.
+/// Fingers and jaws on cylinders, blocks and each other.
 #include "tests/stability/cases.h"
 #include "tests/support/random_trees.h"
 #include "tests/support/shapes.h"
@@ -29,134 +29,6 @@ std::vector<TriangleMesh> rods(const std::vector<double>& lengths)
         meshes.push_back(rod(length));
     }
     return meshes;
-}
-
-TriangleMesh wallAtX(double x, double half)
-{
-    return quad({x, -half, -half}, {x, half, -half}, {x, half, half}, {x, -half, half});
-}
-
-ArticulatedCase pendulum()
-{
-    const double w = 0.5 * kPi;
-    const double angle = std::asin(1.0 / 2.0);
-    return {.id = "G01",
-            .tree = planarChain({2.0}),
-            .linkMeshes = rods({2.0}),
-            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, w}},
-            .obstacles = {wallAtY(1.0, 4.0)},
-            .answer = {.time = angle / w, .closingSpeed = 2.0 * w * std::cos(angle)},
-            .links = {1}};
-}
-
-ArticulatedCase straightLineTip()
-{
-    const double angle = std::acos(1.5 / 2.0);
-    return {.id = "G02",
-            .tree = planarChain({1.0, 1.0}),
-            .linkMeshes = rods({1.0, 1.0}),
-            .motion = {.root = {}, .positions = {0, 1.2, -2.4}, .rates = {0, -1, 2}},
-            .obstacles = {wallAtX(1.5, 4.0)},
-            .answer = {.time = 1.2 - angle, .closingSpeed = 2.0 * std::sin(angle)},
-            .links = {2}};
-}
-
-ArticulatedCase parallelogram()
-{
-    const double angle = std::asin(0.9);
-    return {.id = "G03",
-            .tree = planarChain({1.0, 0.5}),
-            .linkMeshes = rods({1.0, 0.5}),
-            .motion = {.root = {}, .positions = {0, 0, 0}, .rates = {0, kPi, -kPi}},
-            .obstacles = {wallAtY(0.9, 4.0)},
-            .answer = {.time = angle / kPi, .closingSpeed = kPi * std::cos(angle)},
-            .links = {1, 2}};
-}
-
-ArticulatedCase curlsIntoItself()
-{
-    const double angle = std::acos(-0.5);
-    return {.id = "G04",
-            .tree = planarChain({1.5, 1.0, 1.0}),
-            .linkMeshes = rods({1.5, 1.0, 1.0}),
-            .motion = {.root = {}, .positions = {0, 0, 0, 0}, .rates = {0, 0, 2.5, 2.5}},
-            .selfPairs = {{1, 3}},
-            .answer = {.time = angle / 2.5,
-                       .closingSpeed = -2.5 * (std::cos(angle) + 2.0 * std::cos(2.0 * angle)),
-                       .tolerances = {1e-3, 1e-6}},
-            .links = {1}};
-}
-
-/// Pendulums one above the other, each with a wall of its own.
-ArticulatedCase pendulums(const std::string& id,
-                          const std::vector<double>& lengths,
-                          const std::vector<double>& heights,
-                          const std::vector<double>& rates)
-{
-    ArticulatedCase result{.id = id, .tree = {}, .linkMeshes = rods(lengths), .motion = {}};
-    result.tree.links.resize(1);
-    result.motion.positions.assign(lengths.size() + 1, 0.0);
-    result.motion.rates = {0.0};
-    std::vector<double> times;
-    for (std::size_t k = 0; k < lengths.size(); ++k)
-    {
-        const double z = 3.0 * static_cast<double>(k);
-        result.tree.links.push_back(planarChain({1.0}, {0, 0, z}).links[1]);
-        result.motion.rates.push_back(rates[k]);
-        const double y = heights[k];
-        result.obstacles.push_back(
-            quad({-2, y, z - 1}, {-2, y, z + 1}, {2, y, z + 1}, {2, y, z - 1}));
-        times.push_back(std::asin(heights[k] / lengths[k]) / rates[k]);
-    }
-    const double first = *std::min_element(times.begin(), times.end());
-    result.answer.time = first;
-    for (std::size_t k = 0; k < lengths.size(); ++k)
-    {
-        if (times[k] == first)
-        {
-            result.links.push_back(static_cast<std::int32_t>(k) + 1);
-            result.answer.closingSpeed =
-                std::sqrt(lengths[k] * lengths[k] - heights[k] * heights[k]) * rates[k];
-        }
-    }
-    return result;
-}
-
-ArticulatedCase coupledFinger()
-{
-    const std::vector<double> L{0.067816, 0.029980, 0.029};
-    const double q2 = 0.3;
-    const double rate = 1.2;
-    const double time = 0.4;
-    const double q3 = rate * time;
-    const double depth =
-        L[0] * std::sin(q2) + L[1] * std::sin(q2 + q3) + L[2] * std::sin(q2 + 2.0 * q3);
-    const double speed = rate * (L[1] * std::cos(q2 + q3) + 2.0 * L[2] * std::cos(q2 + 2.0 * q3));
-    return {.id = "G09",
-            .tree = planarChain(L),
-            .linkMeshes = rods(L),
-            .motion = {.root = {}, .positions = {0, q2, 0, 0}, .rates = {0, 0, rate, rate}},
-            .obstacles = {wallAtY(depth, 0.3)},
-            .answer = {.time = time, .closingSpeed = speed, .length = 0.1},
-            .links = {3}};
-}
-
-ArticulatedCase continuousJoint()
-{
-    const double rho = 1.5;
-    const double phi = 1.2;
-    const double lag = std::asin((0.1 + 0.05) / rho);
-    const double w = 3.0 * kPi;
-    const TriangleMesh pin =
-        shifted(prism(circlePoints(0.1, circleAngles(16, phi - lag - 0.5 * kPi)), -0.5, 0.5),
-                {rho * std::cos(phi), rho * std::sin(phi), 0});
-    return {.id = "G10",
-            .tree = planarChain({2.0}),
-            .linkMeshes = {{}, box({0, -0.05, -0.2}, {2, 0.05, 0.2})},
-            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, w}},
-            .obstacles = {pin},
-            .answer = {.time = (phi - lag) / w, .closingSpeed = w * rho * std::cos(lag)},
-            .links = {1}};
 }
 
 constexpr double kD = 0.10;  // base of the finger to the axis of the cylinder
@@ -246,18 +118,6 @@ ArticulatedCase secondPhalanxCloses()
         .links = {2}};
 }
 
-ArticulatedCase cancellingJoints()
-{
-    KinematicTree tree = planarChain({1.0, 1.0});
-    tree.links[2].X_PL0 = Eigen::Isometry3d::Identity();
-    return {.id = "G14",
-            .tree = tree,
-            .linkMeshes = {{}, {}, rod(1.0)},
-            .motion = {.root = {}, .positions = {0, 0, 0}, .rates = {0, kPi, -kPi}},
-            .obstacles = {wallAtY(1e-3, 4.0)},
-            .answer = {.clearance = 1e-3, .tolerances = {1e-4, 1e-6}}};
-}
-
 ArticulatedCase mirroredFingers()
 {
     KinematicTree tree = planarChain({0.12});
@@ -341,23 +201,30 @@ ArticulatedCase fingersMeet()
         .answer = {.time = 1.2 - angle, .closingSpeed = 2.0 * L * std::sin(angle), .length = 0.1},
         .links = {1}};
 }
+
+/// A finger sweeps 100 degrees over a radial plate 1e-4 thick, a tenth of a degree at its place:
+/// steps of 10 degrees are on either side of it. Contact is when the finger lies on the plate.
+ArticulatedCase sweepsOverThinPlate()
+{
+    const double travel = 100.0 / 180.0 * kPi;
+    const double place = 0.8;
+    return {.id = "I13",
+            .tree = planarChain({0.10}),
+            .linkMeshes = rods({0.10}),
+            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, travel}},
+            .obstacles = {placed(box({0.05, 0, -0.01}, {0.08, 1e-4, 0.01}),
+                                 poseOf(Vector3d::Zero(), place))},
+            .answer = {.time = place / travel, .closingSpeed = 0.05 * travel, .length = 0.1},
+            .links = {1}};
+}
 }  // namespace
 
-std::vector<ArticulatedCase> articulatedCases()
+std::vector<ArticulatedCase> graspCases()
 {
     return {
-        pendulum(),
-        straightLineTip(),
-        parallelogram(),
-        curlsIntoItself(),
-        pendulums("G05", {1, 1.2, 0.8, 1.5}, {0.5, 0.9, 0.5, 0.4}, {1, 1.3, 0.9, 0.7}),
-        pendulums("G06", {1, 1, 1, 1}, {0.5, 0.5, 0.5, 0.5}, {1, 1, 1, 1}),
-        coupledFinger(),
-        continuousJoint(),
         wrapsCylinder("G12a", 1.0),
         tipOnCylinder(),
         secondPhalanxCloses(),
-        cancellingJoints(),
         mirroredFingers(),
         parallelJaw("I02", 0.0, false),
         parallelJaw("I03a", 0.005, false),
@@ -366,6 +233,7 @@ std::vector<ArticulatedCase> articulatedCases()
         wrapsCylinder("I06a", 0.895),
         wrapsCylinder("I06b", 0.896),
         fingersMeet(),
+        sweepsOverThinPlate(),
     };
 }
 }  // namespace bullet_ccd::tests
