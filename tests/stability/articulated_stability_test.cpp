@@ -89,7 +89,8 @@ double roundingOf(const ArticulatedCase& tested)
     {
         size += radiusOf(tested.linkMeshes[i]) + tested.tree.links[i].X_PL0.translation().norm();
     }
-    return 64.0 * 1.2e-16 * (size + tested.motion.root.X_W0.translation().norm());
+    const RigidMotion& root = tested.motion.root;
+    return 64.0 * 1.2e-16 * (size + root.X_W0.translation().norm() + root.v_W.norm());
 }
 
 void expectContacts(const ArticulatedCase& tested,

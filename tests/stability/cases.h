@@ -43,7 +43,10 @@ struct RigidCase
     std::string id;
     RigidScene scene = {};
     CaseAnswer answer = {};
-    bool nested = false;     ///< a body is inside the other or linked with it: hulls overlap
+    bool nested = false;  ///< a body is inside the other or linked with it: hulls overlap
+    /// Of this library's query; raised where so much is near all the time that the default is
+    /// short.
+    std::int64_t maxIterations = ToiOptions{}.maxIterations;
     std::string title = {};  ///< what is hard; see catalogue.h
 };
 

@@ -50,7 +50,6 @@ RigidCase curvesIn()
     result.answer = {.time = std::acos(1.0 / rho),
                      .closingSpeed = std::sqrt(rho * rho - 1.0),
                      .tolerances = {1e-6},
-                     .status = ToiStatus::TouchingPressing,
                      .startsTouching = true};
     return result;
 }

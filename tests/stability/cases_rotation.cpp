@@ -142,7 +142,8 @@ RigidCase shaftInBearing()
                       .meshB = tube(circlePoints(outer, circleAngles(kSides, 0.0)), 0.4),
                       .motionA = {.w_W = {0, 0, 2.0 * kPi}}},
             .answer = {.clearance = 1.0 - 0.999, .tolerances = {1e-4}},
-            .nested = true};
+            .nested = true,
+            .maxIterations = 50'000'000};
 }
 
 /// A wheel of many corners turns over a plane just out of its reach.
@@ -264,6 +265,7 @@ std::vector<RigidCase> rotationCases()
         micro,
         boxTips(),
         rodToWall("B07", 100.0, 0.5, 0.01),
+        rodToWall("B08a", 2.0, 1.0, 0.5 * kPi),
         tipOnALine(),
         closingDoors(),
         scissors(),

@@ -270,10 +270,13 @@ std::string catalogueTable()
             const std::size_t colon = row.tested.find(": ");
             where = colon == std::string_view::npos
                         ? std::string(row.tested)
-                        : "`" + std::string(row.tested.substr(colon + 2)) + "`";
+                        : std::string("`").append(row.tested.substr(colon + 2)).append("`");
         }
-        table +=
-            "| " + std::string(row.id) + " | " + std::string(row.title) + " | " + where + " |\n";
+        for (const std::string_view cell : {row.id, row.title, std::string_view(where)})
+        {
+            table.append("| ").append(cell).append(" ");
+        }
+        table.append("|\n");
     }
     return table;
 }
