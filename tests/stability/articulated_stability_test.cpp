@@ -78,21 +78,6 @@ double distanceOf(const ArticulatedCase& tested, const LinkContact& contact, dou
     return oracleDistanceAt(a, oracleBody(mesh, {}), t);
 }
 
-double roundingOf(const ArticulatedCase& tested)
-{
-    double size = 0.0;
-    for (const TriangleMesh& mesh : tested.obstacles)
-    {
-        size = std::max(size, radiusOf(mesh));
-    }
-    for (std::size_t i = 0; i < tested.tree.size(); ++i)
-    {
-        size += radiusOf(tested.linkMeshes[i]) + tested.tree.links[i].X_PL0.translation().norm();
-    }
-    const RigidMotion& root = tested.motion.root;
-    return 64.0 * 1.2e-16 * (size + root.X_W0.translation().norm() + root.v_W.norm());
-}
-
 void expectContacts(const ArticulatedCase& tested,
                     const ArticulatedToiResult& result,
                     double tolerance)

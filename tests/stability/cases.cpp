@@ -1,6 +1,8 @@
 #include "tests/stability/cases.h"
 
 #include "tests/stability/catalogue.h"
+#include "tests/support/random_scenes.h"
+#include "tests/support/shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +24,26 @@ double leadTime(const CaseAnswer& answer, double gap)
         time = std::min(time, std::sqrt(2.0 * gap / answer.closingAcceleration));
     }
     return time;
+}
+
+double roundingOf(const RigidCase& tested)
+{
+    return roundingOf(tested.scene);
+}
+
+double roundingOf(const ArticulatedCase& tested)
+{
+    double size = 0.0;
+    for (const TriangleMesh& mesh : tested.obstacles)
+    {
+        size = std::max(size, radiusOf(mesh));
+    }
+    for (std::size_t i = 0; i < tested.tree.size(); ++i)
+    {
+        size += radiusOf(tested.linkMeshes[i]) + tested.tree.links[i].X_PL0.translation().norm();
+    }
+    const RigidMotion& root = tested.motion.root;
+    return 64.0 * 1.2e-16 * (size + root.X_W0.translation().norm() + root.v_W.norm());
 }
 
 namespace

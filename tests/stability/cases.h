@@ -67,6 +67,10 @@ struct ArticulatedCase
 /// How long before the contact the distance falls to `gap`, to first or second order.
 [[nodiscard]] double leadTime(const CaseAnswer& answer, double gap);
 
+/// Rounding of a distance in the case: 64 units in the last place of its coordinates [m].
+[[nodiscard]] double roundingOf(const RigidCase& tested);
+[[nodiscard]] double roundingOf(const ArticulatedCase& tested);
+
 [[nodiscard]] std::vector<RigidCase> translationCases();
 [[nodiscard]] std::vector<RigidCase> rotationCases();
 [[nodiscard]] std::vector<RigidCase> grazingCases();

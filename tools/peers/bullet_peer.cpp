@@ -3,7 +3,11 @@
 #ifdef BULLET_CCD_PEER_BULLET
 
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btSubSimplexConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <btBulletCollisionCommon.h>
 
@@ -33,22 +37,71 @@ void fill(btConvexHullShape& shape, const TriangleMesh& mesh)
 }
 }  // namespace
 
-PeerAnswer bulletConvexCast(const RigidScene& scene)
+PeerAnswer bulletCast(const RigidCase& tested, BulletCast cast)
 {
+    const RigidScene& scene = tested.scene;
+    btConvexHullShape a;
+    btConvexHullShape b;
+    fill(a, scene.meshA);
+    fill(b, scene.meshB);
+    btVoronoiSimplexSolver simplex;
+    btConvexCast::CastResult result;
+    const auto run = [&](btConvexCast& query)
+    {
+        return query.calcTimeOfImpact(toBullet(scene.motionA.X_W0),
+                                      toBullet(scene.motionA.at(1.0).X_W),
+                                      toBullet(scene.motionB.X_W0),
+                                      toBullet(scene.motionB.at(1.0).X_W),
+                                      result)
+                   ? contactAt(result.m_fraction)
+                   : PeerAnswer{};
+    };
+    switch (cast)
+    {
+        case BulletCast::Continuous:
+        {
+            btGjkEpaPenetrationDepthSolver depth;
+            btContinuousConvexCollision query(&a, &b, &simplex, &depth);
+            return run(query);
+        }
+        case BulletCast::Gjk:
+        {
+            btGjkConvexCast query(&a, &b, &simplex);
+            return run(query);
+        }
+        case BulletCast::Subsimplex:
+        {
+            btSubsimplexConvexCast query(&a, &b, &simplex);
+            return run(query);
+        }
+    }
+    return {};
+}
+
+PeerAnswer bulletSampling(const RigidCase& tested, int steps)
+{
+    const RigidScene& scene = tested.scene;
     btConvexHullShape a;
     btConvexHullShape b;
     fill(a, scene.meshA);
     fill(b, scene.meshB);
     btVoronoiSimplexSolver simplex;
     btGjkEpaPenetrationDepthSolver depth;
-    btContinuousConvexCollision cast(&a, &b, &simplex, &depth);
-    btConvexCast::CastResult result;
-    const bool contact = cast.calcTimeOfImpact(toBullet(scene.motionA.X_W0),
-                                               toBullet(scene.motionA.at(1.0).X_W),
-                                               toBullet(scene.motionB.X_W0),
-                                               toBullet(scene.motionB.at(1.0).X_W),
-                                               result);
-    return {.contact = contact, .time = contact ? result.m_fraction : 1.0};
+    for (int i = 0; i <= steps; ++i)
+    {
+        const double t = static_cast<double>(i) / steps;
+        btGjkPairDetector detector(&a, &b, &simplex, &depth);
+        btGjkPairDetector::ClosestPointInput input;
+        input.m_transformA = toBullet(scene.motionA.at(t).X_W);
+        input.m_transformB = toBullet(scene.motionB.at(t).X_W);
+        btPointCollector closest;
+        detector.getClosestPoints(input, closest, nullptr);
+        if (closest.m_hasResult && closest.m_distance <= tested.answer.finest())
+        {
+            return contactAt(t);
+        }
+    }
+    return {};
 }
 
 bool hasBullet()
@@ -61,7 +114,12 @@ bool hasBullet()
 
 namespace bullet_ccd::tests
 {
-PeerAnswer bulletConvexCast(const RigidScene&)
+PeerAnswer bulletCast(const RigidCase&, BulletCast)
+{
+    return {};
+}
+
+PeerAnswer bulletSampling(const RigidCase&, int)
 {
     return {};
 }

@@ -1,3 +1,4 @@
+#include "tests/oracles/brute_force_toi.h"
 #include "tools/peers/peer.h"
 
 #ifdef BULLET_CCD_PEER_FCL
@@ -39,7 +40,7 @@ fcl::InterpMotion<double> motionOf(const RigidMotion& motion)
     return {R0, x0, R1, x1, motion.reference_B};
 }
 
-PeerAnswer collide(const RigidScene& scene, fcl::CCDSolverType solver)
+PeerAnswer collide(const RigidScene& scene, fcl::CCDSolverType solver, int steps)
 {
     const auto a = modelOf(scene.meshA);
     const auto b = modelOf(scene.meshB);
@@ -48,21 +49,58 @@ PeerAnswer collide(const RigidScene& scene, fcl::CCDSolverType solver)
     motionA.integrate(0.0);
     motionB.integrate(0.0);
     const fcl::ContinuousCollisionRequest<double> request(
-        1001, 1e-6, fcl::CCDM_LINEAR, fcl::GST_LIBCCD, solver);
+        static_cast<std::size_t>(steps) + 1, 1e-6, fcl::CCDM_LINEAR, fcl::GST_LIBCCD, solver);
     fcl::ContinuousCollisionResult<double> result;
     fcl::continuousCollide<double>(a.get(), &motionA, b.get(), &motionB, request, result);
-    return {.contact = result.is_collide, .time = result.is_collide ? result.time_of_contact : 1.0};
+    return result.is_collide ? contactAt(result.time_of_contact) : PeerAnswer{};
 }
 }  // namespace
 
-PeerAnswer fclSampling(const RigidScene& scene)
+PeerAnswer fclSampling(const RigidCase& tested, int steps)
 {
-    return collide(scene, fcl::CCDC_NAIVE);
+    return collide(tested.scene, fcl::CCDC_NAIVE, steps);
 }
 
-PeerAnswer fclAdvancement(const RigidScene& scene)
+PeerAnswer fclAdvancement(const RigidCase& tested)
 {
-    return collide(scene, fcl::CCDC_CONSERVATIVE_ADVANCEMENT);
+    // The number of steps is that of its iterations.
+    return collide(tested.scene, fcl::CCDC_CONSERVATIVE_ADVANCEMENT, 1000);
+}
+
+PeerAnswer fclSampling(const ArticulatedCase& tested, int steps)
+{
+    std::vector<std::shared_ptr<Model>> links;
+    for (const TriangleMesh& mesh : tested.linkMeshes)
+    {
+        links.push_back(mesh.triangles.empty() ? nullptr : modelOf(mesh));
+    }
+    std::vector<std::shared_ptr<Model>> obstacles;
+    for (const TriangleMesh& mesh : tested.obstacles)
+    {
+        obstacles.push_back(modelOf(mesh));
+    }
+    const auto poseAt = [&](std::size_t link, double t)
+    { return oracleLinkPose(tested.tree, tested.motion, static_cast<std::int32_t>(link), t); };
+    const std::vector<MovingPair> pairs = movingPairs(tested);
+    const fcl::CollisionRequest<double> request;
+    for (int i = 0; i <= steps; ++i)
+    {
+        const double t = static_cast<double>(i) / steps;
+        for (const MovingPair& pair : pairs)
+        {
+            const Model& other = *(pair.isObstacle ? obstacles : links)[pair.other];
+            const Eigen::Isometry3d X_WO =
+                pair.isObstacle ? Eigen::Isometry3d::Identity() : poseAt(pair.other, t);
+            fcl::CollisionResult<double> result;
+            if (fcl::collide<double>(
+                    links[pair.link].get(), poseAt(pair.link, t), &other, X_WO, request, result) >
+                0)
+            {
+                return contactAt(t);
+            }
+        }
+    }
+    return {};
 }
 
 bool hasFcl()
@@ -75,12 +113,17 @@ bool hasFcl()
 
 namespace bullet_ccd::tests
 {
-PeerAnswer fclSampling(const RigidScene&)
+PeerAnswer fclSampling(const RigidCase&, int)
 {
     return {};
 }
 
-PeerAnswer fclAdvancement(const RigidScene&)
+PeerAnswer fclAdvancement(const RigidCase&)
+{
+    return {};
+}
+
+PeerAnswer fclSampling(const ArticulatedCase&, int)
 {
     return {};
 }

@@ -4,6 +4,8 @@
 #include "tools/peers/peer.h"
 
 #include <functional>
+#include <span>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -18,9 +20,13 @@ struct IsolatedAnswer
 {
     Ending ending = Ending::Crashed;
     PeerAnswer answer = {};
-    double seconds = 0.0;
 };
 
-/// Output of the code is dropped. Throws std::runtime_error if no process can be started.
-[[nodiscard]] IsolatedAnswer runIsolated(const std::function<PeerAnswer()>& code, double limit);
+/// One answer for each, with the seconds that it took. One child process runs them one after the
+/// other; the one that ends it, or that takes longer than `limit` seconds and is ended, is followed
+/// by a new one for the rest, until `patience` of them took too long: there are no answers to the
+/// rest then. Output of the code is dropped. Throws std::runtime_error if no process can be
+/// started.
+[[nodiscard]] std::vector<IsolatedAnswer> runIsolated(
+    std::span<const std::function<PeerAnswer()>> codes, double limit, int patience);
 }  // namespace bullet_ccd::tests
