@@ -71,9 +71,9 @@ def matrix_of(measured, kind):
                     f'<th>{escape(case["id"])}</th><td class="set-up">{escape(case["title"])}</td>'
                     f'<td class="number">{exact}</td>{cells}</tr>')
     sums = "".join(f'<td class="sum" data-method="{escape(m["name"])}"></td>' for m in methods)
-    return (f'<h3>{escape(KINDS[kind])}</h3><div class="wide"><table class="matrix" '
+    return (f'<h3>{escape(KINDS[kind])}</h3><div class="wide field"><table class="matrix" '
             f'data-kind="{kind}"><thead><tr><th>id</th><th>set-up, and what is hard</th>'
-            f'<th>exact time</th>{head}</tr></thead><tbody>{"".join(rows)}</tbody>'
+            f'<th class="number">exact time</th>{head}</tr></thead><tbody>{"".join(rows)}</tbody>'
             f'<tfoot><tr><th></th><td>right, of those shown and asked</td><td></td>{sums}</tr>'
             f'</tfoot></table></div>')
 
@@ -97,7 +97,7 @@ def sums_table(measured):
         rows.append(f'<tr class="gap"><td colspan="{len(shown) + 5}"></td></tr>')
     head = "".join(f"<th>{escape(v)}</th>" for v in shown)
     return (f'<div class="wide"><table class="sums"><thead><tr><th>method</th><th>setting</th>'
-            f'<th>share</th><th>asked</th>{head}<th>all cases</th></tr></thead>'
+            f'<th>share</th><th>asked</th>{head}<th>time</th></tr></thead>'
             f'<tbody>{"".join(rows[:-1])}</tbody></table></div>')
 
 
@@ -151,7 +151,8 @@ def own_table(measured):
             f'not have; where each comes from is said in <code>tests/stability/cases_found.cpp'
             f'</code> and <code>cases_found_chains.cpp</code>.</p><div class="wide"><table>'
             f'<thead><tr><th>id</th><th>set-up, and what is hard</th><th>ours</th>'
-            f'<th>others right</th><th>pairs that ours looked at</th></tr></thead>'
+            f'<th class="number">others right</th><th class="number">pairs that ours looked at</th>'
+            f'</tr></thead>'
             f'<tbody>{"".join(rows)}</tbody></table></div>')
 
 
@@ -219,7 +220,7 @@ def degrades(measured):
         "have no such relations.</li>")
     parts.append("<li><b>Deformable bodies</b> are not supported: group H is not run.</li></ul>")
     return ("".join(parts) + f'<div class="wide"><table><thead><tr><th>id</th><th>strategy</th>'
-            f'<th>pairs</th><th>time</th><th>the ten dearest answers</th></tr></thead>'
+            f'<th class="number">pairs</th><th class="number">time</th><th>the ten dearest answers</th></tr></thead>'
             f'<tbody>{table}</tbody></table></div>')
 
 

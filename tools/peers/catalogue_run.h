@@ -85,7 +85,7 @@ struct CatalogueTable
 struct CatalogueOptions
 {
     double limit = 30.0;        ///< seconds for a case
-    double variantLimit = 4.0;  ///< and for a variant
+    double variantLimit = 10.0;  ///< and for a variant
     std::string only = {};      ///< one case, by its id
     bool relations = true;
     bool firstVariantOnly = false;
