@@ -316,8 +316,22 @@ std::string of(Surface surface)
     return surface == Surface::Mesh ? "meshes" : "convex shapes";
 }
 
-StabilityWorld jawWorld(
-    std::string name, std::string group, std::string title, double seconds, const JawPlan& plan)
+/// Where nothing is fast, Bullet's own continuous collision detection has nothing to do.
+std::vector<Kind> kindsFor(const std::string& group, Surface surface)
+{
+    if (group == "thin")
+    {
+        return {Kind::Stock, Kind::StockCcd, Kind::Action, Kind::World};
+    }
+    return surface == Surface::Mesh ? std::vector{Kind::Stock, Kind::Action, Kind::World}
+                                    : std::vector{Kind::Stock, Kind::World};
+}
+
+StabilityWorld jawWorld(std::string name,
+                        const std::string& group,
+                        std::string title,
+                        double seconds,
+                        const JawPlan& plan)
 {
     return {.name = std::move(name) + (plan.surface == Surface::Mesh ? "_mesh" : ""),
             .group = group,
