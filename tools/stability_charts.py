@@ -15,7 +15,7 @@ from stability_svg import (COLOURS, OUTCOMES, Axis, Panel, cross_sign, grid, leg
                            outcome_cell, outcome_sign, sheet, text)
 
 OURS, STOCK = "ours, world", "stock"
-LOWEST_ANGLE, LOWEST_LENGTH, LOWEST_EPSILON = 1e-8, 1e-8, 1e-7
+LOWEST_ANGLE, LOWEST_RATIO, LOWEST_LENGTH, LOWEST_EPSILON = 1e-7, 1.0, 1e-8, 1e-7
 LOWEST_DRIFT, LOWEST_DEPTH, LOWEST_ENERGY = 1e-9, 1e-7, 1e-15
 # From best to worst.
 RANKS = ["held", "slipped", "dropped", "through", "exploded", "timed out", "crashed"]
@@ -69,30 +69,52 @@ def amplification(rows):
     return [value / row["noise"] for row in rows for value in row["quietPosture"]]
 
 
+def floor_for(lines, lowest):
+    """The lowest value of an axis, if there is anything that it cannot show."""
+    return lowest if any(y is not None and y < lowest for points in lines.values()
+                         for _, y in points) else None
+
+
+def quantile_panel(title, x_label, ticks, lines, lowest):
+    """Medians and 95 % of methods; lines {(method, share): points}; ours drawn last, on top."""
+    axis = Axis([y for points in lines.values() for _, y in points],
+                lowest=floor_for(lines, lowest))
+    panel = Panel(title, x_label, ticks, axis)
+    for (method, share), points in reversed(lines.items()):
+        kind, words = ("line", "median") if share == 0.5 else ("line upper", "95 %")
+        panel.add([p for p in points if p[1] is not None], COLOURS[method],
+                  f"{method}, {words}", kind)
+    return panel
+
+
+def share_panel(title, x_label, ticks, lines):
+    panel = Panel(title, x_label, ticks, Axis([], is_share=True))
+    for method, points in reversed(lines.items()):
+        panel.add([p for p in points if p[1] is not None], COLOURS[method], method)
+    return panel
+
+
 def noise_panels(measured):
     noises, methods = measured["noises"], measured["methods"]
     ticks = [(noise, f"1e{round(math.log10(noise))}") for noise in noises]
+    label = "error of the pose [m and rad]"
+    values = {"posture": lambda rows: pooled(rows, "posture"), "ratio": amplification,
+              "epsilon": lambda rows: pooled(rows, "epsilon"),
+              "shift": lambda rows: pooled(rows, "shift")}
     kinds = [("posture", "change of the posture [rad]", LOWEST_ANGLE),
-             ("epsilon", "change of epsilon", LOWEST_EPSILON),
-             ("shift", "shift of contact points [m]", LOWEST_LENGTH)]
+             ("ratio", "posture / error, same links [rad a metre]", LOWEST_RATIO),
+             ("shift", "shift of contact points [m]", LOWEST_LENGTH),
+             ("epsilon", "change of epsilon", LOWEST_EPSILON)]
     panels = []
     for key, title, lowest in kinds:
-        lines = {(m, share): [(n, quantile(pooled(noise_rows(measured, m, n), key), share))
+        lines = {(m, share): [(n, quantile(values[key](noise_rows(measured, m, n)), share))
                               for n in noises] for m in methods for share in (0.5, 0.95)}
-        axis = Axis([y for points in lines.values() for _, y in points], lowest=lowest)
-        panel = Panel(title, "error of the pose [m and rad]", ticks, axis)
-        for (method, share), points in lines.items():
-            kind, words = ("line", "median") if share == 0.5 else ("line upper", "95 %")
-            panel.add([p for p in points if p[1] is not None], COLOURS[method],
-                      f"{method}, {words}", kind)
-        panels.append(panel)
+        panels.append(quantile_panel(title, label, ticks, lines, lowest))
     for key, title in (("sameLinks", "the same links in contact"),
                        ("success", "still a force closure, no penetration")):
-        panel = Panel(title, "error of the pose [m and rad]", ticks, Axis([], is_share=True))
-        for method in methods:
-            points = [(n, share_of(noise_rows(measured, method, n), key)) for n in noises]
-            panel.add([p for p in points if p[1] is not None], COLOURS[method], method)
-        panels.append(panel)
+        lines = {m: [(n, share_of(noise_rows(measured, m, n), key)) for n in noises]
+                 for m in methods}
+        panels.append(share_panel(title, label, ticks, lines))
     return panels
 
 
@@ -119,12 +141,13 @@ def noise_table(measured):
             draws = sum(r["draws"] for r in own)
             rows.append([method, f"{noise:.0e}", draws, number(quantile(posture, 0.5)),
                          number(quantile(posture, 0.95)), number(quantile(gains, 0.5)),
-                         number(quantile(gains, 0.95)), number(quantile(epsilon, 0.5)),
+                         number(quantile(gains, 0.95)), number(max(gains, default=None)),
+                         number(quantile(epsilon, 0.5)),
                          number(quantile(epsilon, 0.95)),
                          percent(sum(r["sameLinks"] for r in own), draws),
                          percent(sum(r["success"] for r in own), draws)])
     return table(["method", "error", "draws", "posture, median [rad]", "95 %",
-                  "posture / error, median", "95 %", "epsilon, median", "95 %", "same links",
+                  "posture / error, median", "95 %", "largest", "epsilon, median", "95 %", "same links",
                   "success"], rows)
 
 
@@ -216,33 +239,22 @@ def mesh_rows(measured, method, size):
 
 def mesh_panels(measured):
     ticks = [(size, f"{size // 1000}K") for size in SIZES]
+    label, methods = "triangles of the object", measured["methods"]
     panels = []
     for key, title, lowest in (("posture", "posture, from the finest mesh [rad]", LOWEST_ANGLE),
                                ("epsilon", "epsilon, from the finest mesh", LOWEST_EPSILON)):
-        lines = {}
-        for method in measured["methods"]:
-            for share in (0.5, 0.95):
-                lines[method, share] = [
-                    (s, quantile([r[key] for r in mesh_rows(measured, method, s) if r["closed"]],
-                                 share)) for s in SIZES[:-1]]
-        axis = Axis([y for points in lines.values() for _, y in points], lowest=lowest)
-        panel = Panel(title, "triangles of the object", ticks, axis)
-        for (method, share), points in lines.items():
-            kind, words = ("line", "median") if share == 0.5 else ("line upper", "95 %")
-            panel.add([p for p in points if p[1] is not None], COLOURS[method],
-                      f"{method}, {words}", kind)
-        panels.append(panel)
+        lines = {(m, share): [(size, quantile([r[key] for r in mesh_rows(measured, m, size)
+                                               if r["closed"]], share)) for size in SIZES[:-1]]
+                 for m in methods for share in (0.5, 0.95)}
+        panels.append(quantile_panel(title, label, ticks, lines, lowest))
     for key, title in (("sameLinks", "the links of the finest mesh in contact"),
                        ("success", "a force closure here, too")):
-        panel = Panel(title, "triangles of the object", ticks, Axis([], is_share=True))
-        for method in measured["methods"]:
-            points = []
-            for size in SIZES:
-                own = mesh_rows(measured, method, size)
-                if own:
-                    points.append((size, sum(r[key] for r in own) / len(own)))
-            panel.add(points, COLOURS[method], method)
-        panels.append(panel)
+        lines = {}
+        for method in methods:
+            rows = {size: mesh_rows(measured, method, size) for size in SIZES}
+            lines[method] = [(size, sum(r[key] for r in own) / len(own))
+                             for size, own in rows.items() if own]
+        panels.append(share_panel(title, label, ticks, lines))
     return panels
 
 
@@ -355,7 +367,7 @@ def outcome_picture(measured):
             y += 17
         y += 8
     seen = unique(r["verdict"] for r in measured["runs"])
-    signs, more = legend([(outcome_sign(o), o) for o in OUTCOMES if o in seen], y)
+    signs, more = legend([(outcome_sign(o), o) for o in OUTCOMES if o in seen], y, width)
     return sheet(width, y + more, "".join(parts) + signs, "Outcomes of simulated grasps")
 
 

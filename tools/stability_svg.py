@@ -60,10 +60,10 @@ class Axis:
             return [(0.0, "0 %"), (0.5, "50 %"), (1.0, "100 %")]
         step = max(1, math.ceil((self.high - self.low) / 5))
         ticks = []
-        for exponent in range(self.high, self.low - 1, -step):
+        for exponent in range(self.low, self.high + 1, step):
             words = "1" if exponent == 0 else f"1e{exponent}"
-            isLowest = self.lowest is not None and exponent == self.low
-            ticks.append((10.0 ** exponent, ("≤ " if isLowest else "") + words))
+            is_lowest = self.lowest is not None and exponent == self.low
+            ticks.append((10.0 ** exponent, ("≤ " if is_lowest else "") + words))
         return ticks
 
 
@@ -130,12 +130,12 @@ def sheet(width, height, body, name):
             f'height="{height:.0f}" rx="8"/>{body}</svg>')
 
 
-def legend(entries, y):
-    """Entries (sign, words) in a row; a sign is drawn about (0, 0), 30 wide. (SVG, height)"""
+def legend(entries, y, room=COLUMNS * (LEFT + WIDTH + RIGHT)):
+    """Entries (sign, words) in rows; a sign is drawn about (0, 0), 30 wide. (SVG, height)"""
     parts, x, row = [], 20.0, 0
     for sign, words in entries:
         width = 46 + 6.6 * len(words)
-        if x + width > COLUMNS * (LEFT + WIDTH + RIGHT):
+        if x + width > room:
             x, row = 20.0, row + 1
         top = y + 14 + row * LEGEND_ROW
         parts.append(f'<g transform="translate({x + 15:.1f} {top - 4:.1f})">{sign}</g>')
@@ -155,14 +155,14 @@ def cross_sign(colour="var(--soft)"):
 
 
 def grid(panels, entries, name):
-    """Panels in rows of four with one legend below."""
-    columns = min(COLUMNS, max(len(panels), 1))
+    """Panels in rows with one legend below."""
+    columns = 3 if len(panels) in (5, 6) else COLUMNS
     wide, high = LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM
     rows = math.ceil(len(panels) / columns)
     parts = [f'<g transform="translate({(k % columns) * wide} {8 + (k // columns) * high})">'
              f'{panel.draw()}</g>' for k, panel in enumerate(panels)]
-    signs, more = legend(entries, 8 + rows * high)
-    return sheet(COLUMNS * wide, 8 + rows * high + more, "".join(parts) + signs, name)
+    signs, more = legend(entries, 8 + rows * high, columns * wide)
+    return sheet(columns * wide, 8 + rows * high + more, "".join(parts) + signs, name)
 
 
 def outcome_cell(x, y, width, outcome, words, height=16):

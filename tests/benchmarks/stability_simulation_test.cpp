@@ -1,0 +1,106 @@
+// What the stability of simulations rests on: runs in processes of their own, and their verdicts.
+#include "benchmarks/isolated_run.h"
+#include "benchmarks/stability_run.h"
+
+#include <chrono>
+#include <cstdlib>
+#include <gmock/gmock.h>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+using tests::Kind;
+
+const StabilityWorld& worldNamed(const std::string& name)
+{
+    for (const StabilityWorld& world : stabilityWorlds())
+    {
+        if (world.name == name)
+        {
+            return world;
+        }
+    }
+    throw std::invalid_argument(name);
+}
+
+StabilityOutcome run(const std::string& name, const StabilitySetting& setting)
+{
+    return runStability(worldNamed(name), setting);
+}
+
+TEST(IsolatedRun, BringsBackTextOfAnyLength)
+{
+    const std::string text(1'000'000, 'x');
+    const IsolatedAnswer answer = runIsolated(20.0, [&] { return text; });
+    EXPECT_EQ(answer.end, IsolatedEnd::Finished);
+    EXPECT_EQ(answer.text, text);
+}
+
+TEST(IsolatedRun, OutlivesACrashAnExceptionAndACallThatNeverReturns)
+{
+    const auto crash = []() -> std::string { std::abort(); };
+    const auto fail = []() -> std::string { throw std::runtime_error("on purpose"); };
+    const auto hang = []() -> std::string
+    {
+        std::this_thread::sleep_for(std::chrono::seconds(60));
+        return "";
+    };
+    EXPECT_EQ(runIsolated(20.0, crash).end, IsolatedEnd::Crashed);
+    EXPECT_EQ(runIsolated(20.0, fail).end, IsolatedEnd::Crashed);
+    EXPECT_EQ(runIsolated(0.2, hang).end, IsolatedEnd::TimedOut);
+}
+
+TEST(StabilityWorlds, HaveNamesOfTheirOwn)
+{
+    std::set<std::string> names;
+    for (const StabilityWorld& world : stabilityWorlds())
+    {
+        names.insert(world.name);
+    }
+    EXPECT_EQ(names.size(), stabilityWorlds().size());
+}
+
+TEST(StabilityRun, OfShapesOfBulletIsTheSameInBothWorldsWhereNothingIsFast)
+{
+    const StabilitySetting setting{.rate = 240, .iterations = 50, .seconds = 2.0};
+    StabilitySetting ours = setting;
+    ours.kind = Kind::World;
+    const StabilityOutcome a = run("hold_jaws", setting);
+    const StabilityOutcome b = run("hold_jaws", ours);
+    EXPECT_GT(a.drift, 0.0) << "nothing moves: the test is vacuous";
+    EXPECT_EQ(a.drift, b.drift);
+    EXPECT_EQ(a.depth, b.depth);
+    EXPECT_EQ(a.maxKinetic, b.maxKinetic);
+}
+
+TEST(StabilityRun, LightLinksGoThroughAWallInStockBulletAndStopAtItInOurs)
+{
+    StabilitySetting setting{.rate = 60, .iterations = 10, .seconds = 0.5};
+    EXPECT_EQ(run("light_hit_mesh", setting).verdict, StabilityVerdict::Through);
+    for (const Kind kind : tests::kOurKinds)
+    {
+        setting.kind = kind;
+        const StabilityOutcome outcome = run("light_hit_mesh", setting);
+        EXPECT_EQ(outcome.verdict, StabilityVerdict::Held);
+        EXPECT_EQ(outcome.depth, 0.0);
+        EXPECT_LT(outcome.energyGain, 1e-9);
+        EXPECT_GT(outcome.counters.m_impacts, 0);
+    }
+}
+
+TEST(StabilityRun, MeshesInTheHandStayApartWhereStockBulletLosesThem)
+{
+    StabilitySetting setting{.rate = 240, .iterations = 200, .seconds = 2.0};
+    const StabilityOutcome stock = run("squeeze_mesh", setting);
+    setting.kind = Kind::World;
+    const StabilityOutcome ours = run("squeeze_mesh", setting);
+    EXPECT_GT(stock.depth, 0.0);
+    EXPECT_EQ(ours.depth, 0.0);
+    EXPECT_EQ(ours.verdict, StabilityVerdict::Held);
+}
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
