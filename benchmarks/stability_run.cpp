@@ -17,10 +17,12 @@ namespace
 {
 using Eigen::Isometry3d;
 
-/// Longer worlds are looked at ten times a second only.
-constexpr double kShort = 4.0;
-constexpr double kGone = 0.5;  ///< what is so far from the hand does not come back [m]
-constexpr double kFar = 2.0;   ///< nothing gets there [m]
+/// How often the exact check looks at a world: all that happens before it rests, and less often
+/// then, for it takes longer than a step.
+constexpr int kBusyLooks = 240;  // [1/s]
+constexpr int kRestLooks = 10;   // [1/s]
+constexpr double kGone = 0.5;    ///< what is so far from the hand does not come back [m]
+constexpr double kFar = 2.0;     ///< nothing gets there [m]
 
 class Run
 {
@@ -30,8 +32,7 @@ public:
           m_setting(setting),
           m_trial(world.make(setting.kind)),
           m_timeStep(1.0 / setting.rate),
-          m_steps(static_cast<std::int64_t>(std::lround(setting.seconds * setting.rate))),
-          m_auditEvery(world.seconds <= kShort ? 1 : std::max(1, setting.rate / 10))
+          m_steps(static_cast<std::int64_t>(std::lround(setting.seconds * setting.rate)))
     {
         m_trial->scene.world().getSolverInfo().m_numIterations = setting.iterations;
         m_trial->scene.addHooks();
@@ -63,7 +64,6 @@ private:
     std::unique_ptr<Trial> m_trial;
     double m_timeStep;
     std::int64_t m_steps;
-    int m_auditEvery;
     double m_startEnergy = 0.0;
     StabilityOutcome m_outcome;
     Isometry3d m_restPose = Isometry3d::Identity();
@@ -115,7 +115,8 @@ private:
         {
             noteRest(kinetic);
         }
-        if (step % m_auditEvery == 0 || step + 1 == m_steps)
+        const int every = std::max(1, m_setting.rate / (isResting ? kRestLooks : kBusyLooks));
+        if (m_world.isPassive || step % every == 0 || step + 1 == m_steps)
         {
             const double depth =
                 tests::auditPoses(m_trial->audit, poses, m_outcome.simulated).worst.depth;

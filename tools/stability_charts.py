@@ -31,7 +31,10 @@ def quantile(values, share):
 
 
 def number(value, digits=2):
-    return "–" if value is None else f"{value:.{digits}g}"
+    """With so many digits that count: 110, 0.018, 2e-5."""
+    if value is None:
+        return "–"
+    return f"{float(f'{value:.{digits}g}'):g}".replace("e-0", "e-").replace("e+0", "e")
 
 
 def percent(part, whole):
@@ -139,7 +142,7 @@ def noise_table(measured):
             gains = amplification(own)
             posture, epsilon = pooled(own, "posture"), pooled(own, "epsilon")
             draws = sum(r["draws"] for r in own)
-            rows.append([method, f"{noise:.0e}", draws, number(quantile(posture, 0.5)),
+            rows.append([method, number(noise), draws, number(quantile(posture, 0.5)),
                          number(quantile(posture, 0.95)), number(quantile(gains, 0.5)),
                          number(quantile(gains, 0.95)), number(max(gains, default=None)),
                          number(quantile(epsilon, 0.5)),
@@ -165,45 +168,63 @@ def hand_table(measured):
     return table(["hand"] + [f"success, {m}" for m in measured["methods"]], rows)
 
 
+def ratios_of(measured, method):
+    """Medians, 95 % and largest of posture / error, one a size of the error."""
+    found = [amplification(noise_rows(measured, method, n)) for n in measured["noises"]]
+    return [(quantile(g, 0.5), quantile(g, 0.95), max(g)) for g in found if g]
+
+
+def proportion_of(measured, method):
+    ratios = ratios_of(measured, method)
+    medians = ", ".join(number(r[0]) for r in ratios)
+    return (f"{medians} rad a metre in the median, {', '.join(number(r[1]) for r in ratios)} at "
+            f"95 %, {number(max((r[2] for r in ratios), default=None))} at most")
+
+
 def sentences_of_noise(measured):
     """What the chart shows, the bad with the good."""
-    small, large = min(measured["noises"]), max(measured["noises"])
     ours, stepping = "ours", "stepping, GraspIt! steps"
+    sizes = ", ".join(number(n) for n in measured["noises"])
+    return (f"While the same links stay in contact, the posture moves, for errors of {sizes}, by "
+            f"{proportion_of(measured, ours)} with ours; by {proportion_of(measured, stepping)} "
+            f"with stepping. Geometry asks for about 1 / length of a phalanx, 10 to 40 rad a metre "
+            f"(more where a link grazes): a method that follows it has the same ratio at every "
+            f"size. 0 means that the gap in which a bisection may end hides the error, large "
+            f"ratios that it ended elsewhere.")
+
+
+def sentences_of_loss(measured):
+    """Where ours degrades or is no better."""
+    ours, stepping = "ours", "stepping, GraspIt! steps"
+    large = max(measured["noises"])
     parts = []
-
-    def spread(method, noise):
-        gains = amplification(noise_rows(measured, method, noise))
-        return quantile(gains, 0.5), quantile(gains, 0.95)
-
-    mine, other = spread(ours, small), spread(stepping, small)
-    if mine[0] is not None and other[0] is not None:
-        parts.append(
-            f"While the same links stay in contact, an error of {small:g} moves the joints of ours "
-            f"by {number(mine[0])} times as much in the median and {number(mine[1])} times at "
-            f"95 %; stepping by {number(other[0])} and {number(other[1])} times. (A ratio of "
-            f"1 / length of a phalanx, 10 to 40 rad a metre, is what geometry asks for; 0 means "
-            f"that the step hides the error, more that a bisection ended elsewhere.)")
     for method in (ours, stepping):
-        before = [r for r in measured["noise"] if r["method"] == method and r["noise"] == small]
-        held = sum(r["before"]["success"] for r in before if r["planned"] == "force closure")
-        count = sum(r["planned"] == "force closure" for r in before)
-        parts.append(f"Without an error {held} of {count} planned force closures are reproduced by "
-                     f"{method}.")
-    losses = [(m, share_of(noise_rows(measured, m, large), "success"))
-              for m in measured["methods"]]
-    losses = [(m, s) for m, s in losses if s is not None]
-    if losses:
-        parts.append(f"Where ours degrades: at {large:g} m and rad grasps are lost, whoever closes "
-                     "them: " + ", ".join(f"{m} keeps {100 * s:.0f} %" for m, s in losses) +
-                     ". A closing that is exact follows the error, also into another set of "
-                     "contacts.")
-    mine_epsilon, other_epsilon = (
-        quantile(pooled(noise_rows(measured, m, large), "epsilon"), 0.5) for m in (ours, stepping))
-    if mine_epsilon is not None and other_epsilon is not None:
-        verb = "more" if mine_epsilon > other_epsilon else "less"
-        parts.append(f"Epsilon of ours changes by {number(mine_epsilon)} then, {verb} than the "
-                     f"{number(other_epsilon)} of stepping.")
-    return " ".join(parts)
+        own = [r for r in measured["noise"] if r["method"] == method and r["noise"] == large and
+               r["planned"] == "force closure"]
+        parts.append(f"{method} {sum(r['before']['success'] for r in own)} of {len(own)}")
+    words = "Planned force closures that are reproduced without an error: " + ", ".join(parts) + "."
+    shares = {m: share_of(noise_rows(measured, m, large), "success") for m in measured["methods"]}
+    kept = ", ".join(f"{m} {100 * s:.0f} %" for m, s in shares.items() if s is not None)
+    words += (f" Where ours degrades: at {number(large)} m and rad grasps are lost, whoever closes them "
+              f"(kept: {kept}); an exact closing follows the error into other contacts, too.")
+    if shares.get(ours) is not None and shares.get(stepping) is not None:
+        if shares[ours] < shares[stepping]:
+            words += (" Ours keeps fewer than stepping, whose contacts may be twice as far from "
+                      "the object (0.2 mm) and so are more.")
+    hands = [(share_of(noise_rows(measured, ours, large, h), "success"), h)
+             for h in unique(r["hand"] for r in measured["noise"])]
+    hands = sorted((s, h) for s, h in hands if s is not None)
+    if hands and hands[0][0] < 0.5:
+        words += (" Fewest are kept with " +
+                  ", ".join(f"{h} ({100 * s:.0f} %)" for s, h in hands if s < 0.5) +
+                  ". (Of a gripper with one motor the jaw that touches first stops both, and a "
+                  "closing at a given pose does not centre the jaws as the planner does.)")
+    medians = [quantile(pooled(noise_rows(measured, m, large), "epsilon"), 0.5)
+               for m in (ours, stepping)]
+    if None not in medians:
+        words += (f" Epsilon changes by {number(medians[0])} in the median with ours, "
+                  f"{number(medians[1])} with stepping.")
+    return words
 
 
 def sentences_of_others(measured):
@@ -314,7 +335,8 @@ def grasps_section(measured):
             f'<h2>{escape(measured["title"])}</h2><p>{escape(intro)}</p>'
             f'<h3>Errors of the pose</h3>{noise_picture(measured)}'
             f'<p>{escape(sentences_of_noise(measured))}</p>'
-            f'<p>{escape(sentences_of_others(measured))}</p>'
+            f'<p>{escape(sentences_of_loss(measured))} '
+            f'{escape(sentences_of_others(measured))}</p>'
             f'{noise_table(measured)}<p>At the largest error, hand by hand:</p>'
             f'{hand_table(measured)}'
             f'<h3>Meshes of 1K, 4K and 16K triangles</h3>{mesh_picture(measured)}'
