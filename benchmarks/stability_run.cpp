@@ -19,10 +19,11 @@ using Eigen::Isometry3d;
 
 /// How often the exact check looks at a world: all that happens before it rests, and less often
 /// then, for it takes longer than a step.
-constexpr int kBusyLooks = 240;  // [1/s]
-constexpr int kRestLooks = 10;   // [1/s]
-constexpr double kGone = 0.5;    ///< what is so far from the hand does not come back [m]
-constexpr double kFar = 2.0;     ///< nothing gets there [m]
+constexpr int kBusyLooks = 120;       // [1/s]
+constexpr int kRestLooks = 10;        // [1/s]
+constexpr double kBesideHand = 0.04;  ///< fingers do not reach what is so far off [m]
+constexpr double kGone = 0.5;         ///< what is so far from the hand does not come back [m]
+constexpr double kFar = 2.0;          ///< nothing gets there [m]
 
 class Run
 {
@@ -148,13 +149,13 @@ private:
             const Isometry3d moved = m_restPose.inverse() * objectPose();
             m_outcome.drift = moved.translation().norm();
             m_outcome.turn = Eigen::AngleAxisd(moved.linear()).angle();
-            // Where it rested may be far from where it should have been.
+            // It may have been lost before rest was expected.
             const double away = std::abs(objectPose().translation().z());
             if (m_outcome.drift > kSlip)
             {
                 m_outcome.verdict = StabilityVerdict::Slipped;
             }
-            if (std::max(m_outcome.drift, away) > kDrop)
+            if (m_outcome.drift > kDrop || away > kBesideHand)
             {
                 m_outcome.verdict = StabilityVerdict::Dropped;
             }

@@ -48,7 +48,7 @@ struct StabilityOutcome
 };
 
 /// Runs a world in this process. Penetration is measured on meshes by an exact check
-/// (tests/bullet/audit), up to 240 times a second until rest is expected and ten times a second
+/// (tests/bullet/audit), up to 120 times a second until rest is expected and ten times a second
 /// from then on; at all steps of passive worlds.
 [[nodiscard]] StabilityOutcome runStability(const StabilityWorld& world,
                                             const StabilitySetting& setting);

@@ -167,7 +167,7 @@ std::unique_ptr<Trial> makeJawTrial(Kind kind, const JawPlan& plan)
     {
         setWeight(*world, time, timeStep, plan.weightAt);
         const double place = plan.objectHalf.x() + kPad.x();
-        const bool closes = time >= plan.closesAt;
+        const bool closes = time > plan.closesAt - 0.5 * timeStep;
         servo(*motors[0], -place - (closes ? 0.0 : plan.gap), plan.speed, timeStep);
         if (time >= plan.closesAt + plan.gap / plan.speed + kReach)
         {
@@ -241,10 +241,11 @@ std::unique_ptr<Trial> makeThreeFingerTrial(Kind kind, Surface surface)
     constexpr double kSpeed = 2.0;    // [rad/s]
     constexpr double kTorque = 0.4;   // [N m]
     constexpr double kWeightAt = 0.3;
+    constexpr int kSegments = 36;  // a corner, which is on the cylinder, faces every finger
     auto trial = std::make_unique<Trial>(kind);
     Scene& scene = trial->scene;
     btMultiBody* hand = makeThreeFingers(*trial, kind, surface, kOpening);
-    const TriangleMesh cylinder = makeCylinder(kCylinderRadius, kCylinderHeight, 96);
+    const TriangleMesh cylinder = makeCylinder(kCylinderRadius, kCylinderHeight, kSegments);
     btCollisionShape* shape = surface == Surface::Mesh
                                   ? meshShape(scene, kind, cylinder)
                                   : scene.keep(std::make_unique<btCylinderShapeZ>(vec(
@@ -377,7 +378,7 @@ void addThin(std::vector<StabilityWorld>& worlds, Surface surface)
                                    .gap = 0.02,
                                    .speed = 1.0}));
     }
-    // It falls 10 cm in 0.143 s; the jaws need 40 ms.
+    // It falls 96 mm in the 0.14 s after which the jaws are there.
     worlds.push_back(jawWorld("drop_05mm",
                               "thin",
                               "a plate of 0.5 mm falls between jaws that close at 0.5 m/s",
@@ -385,10 +386,10 @@ void addThin(std::vector<StabilityWorld>& worlds, Surface surface)
                               {.surface = surface,
                                .objectHalf = {2.5e-4, 0.02, 0.02},
                                .objectMass = 0.005,
-                               .objectHeight = 0.1,
+                               .objectHeight = 0.096,
                                .gap = 0.02,
                                .speed = 0.5,
-                               .closesAt = 0.103,
+                               .closesAt = 0.1,
                                .weightAt = 0.0}));
 }
 
