@@ -381,7 +381,7 @@ void addThin(std::vector<StabilityWorld>& worlds, Surface surface)
     // It falls 96 mm in the 0.14 s after which the jaws are there.
     worlds.push_back(jawWorld("drop_05mm",
                               "thin",
-                              "a plate of 0.5 mm falls between jaws that close at 0.5 m/s",
+                              "a falling plate of 0.5 mm is caught at 0.5 m/s",
                               2.0,
                               {.surface = surface,
                                .objectHalf = {2.5e-4, 0.02, 0.02},

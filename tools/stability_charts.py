@@ -418,7 +418,7 @@ def world_panels(measured, key, lowest, is_valid):
                         valid = key in run and is_valid(world, run)
                         points.append((rate, run[key] if valid else None))
                 panel.add(points, COLOURS[method], f"{method}, {iterations} iterations", "line",
-                          SHADES.get(iterations, 0.7))
+                          SHADES.get(iterations, 0.7), -5 if method == STOCK else 5)
         panels.append(panel)
     return panels
 
@@ -515,6 +515,10 @@ def sentences_of_drift(measured):
         words += " The farthest of ours among them: " + "; ".join(
             f"{w['title']}, {setting_of(o)}: {number(o['drift'])} m instead of "
             f"{number(s['drift'])} m" for _, w, s, o in more[:3]) + "."
+    lost = [w["title"] for w in worlds_of(measured) if not w["passive"] and not any(
+        is_in_hand(w, r) for m in (STOCK, OURS) for r in runs_of(measured, w["name"], m))]
+    if lost:
+        words += " Held in neither, and not drawn: " + "; ".join(lost) + "."
     return words
 
 
@@ -528,9 +532,10 @@ def sentences_of_depth(measured):
             if depths:
                 worst = max(depths, key=lambda d: d[0])
                 zero = sum(d[0] == 0 for d in depths)
-                words.append(f"{surface}, {method}: none in {zero} of {len(depths)} runs, deepest "
-                             f"{1e3 * worst[0]:.2g} mm ({worst[1]['title'].rpartition(', ')[0]}, "
-                             f"{setting_of(worst[2])})")
+                where = f"{worst[1]['title'].rpartition(', ')[0]}, {setting_of(worst[2])}"
+                words.append(f"{surface}, {method}: none in {zero} of {len(depths)} runs" +
+                             (f", deepest {number(1e3 * worst[0])} mm ({where})" if worst[0] > 0
+                              else ""))
     return ("Penetration between meshes of the bodies, by an exact check of all triangles: " +
             "; ".join(words) + ". Convex shapes are Bullet's, which lets them sink in while it "
             "stops them; that is the same with ours once they have touched.")

@@ -91,14 +91,15 @@ class Panel:
         share = min(max(self.y_axis.at(y), 0.0), 1.0)
         return self.x_at(x), TOP + HEIGHT - 6 - share * (HEIGHT - 12)
 
-    def add(self, points, colour, words, kind="line", opacity=1.0):
-        """A line through points (x, y); where y is None, a cross at the top: there is no value."""
+    def add(self, points, colour, words, kind="line", opacity=1.0, nudge=0.0):
+        """A line through points (x, y); where y is None, a cross at the top: there is no value.
+        Crosses are nudged aside, so that those of two methods do not hide each other."""
         places = [self.place(x, y) for x, y in points if y is not None]
         body = polyline(places, kind) if len(places) > 1 else ""
         if kind == "line":
             body += "".join(f'<circle class="dot" cx="{x:.1f}" cy="{y:.1f}" r="2.6"/>'
                             for x, y in places)
-            body += "".join(cross(self.x_at(x), TOP + 6) for x, y in points if y is None)
+            body += "".join(cross(self.x_at(x) + nudge, TOP + 6) for x, y in points if y is None)
         self.parts.append(f'<g style="color:{colour}" opacity="{opacity}">'
                           f'<title>{escape(words)}</title>{body}</g>')
 
