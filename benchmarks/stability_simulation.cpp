@@ -22,10 +22,12 @@ namespace tests = bullet_ccd::tests;
 /// A run that takes longer than this is ended [s].
 constexpr double kRunLimit = 60.0;
 /// Simulated time of long holds where not all of it is asked for [s].
-constexpr double kPartOfHold = 10.0;
+constexpr double kPartOfHold = 6.0;
 constexpr double kQuickHold = 4.0;
-/// With so many iterations of the solver holds are run to their end.
+/// Holds are run to their end with so many iterations of the solver, at steps that are not finer
+/// than this.
 constexpr int kUsualIterations = 50;
+constexpr int kUsualRate = 240;
 
 struct Arguments
 {
@@ -37,10 +39,10 @@ struct Arguments
     bool quick = false;
 };
 
-double secondsOf(const StabilityWorld& world, int iterations, const Arguments& arguments)
+double secondsOf(const StabilityWorld& world, int rate, int iterations, const Arguments& arguments)
 {
     const double part = arguments.quick ? kQuickHold : kPartOfHold;
-    const bool isWhole = !arguments.quick && iterations == kUsualIterations;
+    const bool isWhole = !arguments.quick && iterations == kUsualIterations && rate <= kUsualRate;
     return isWhole ? world.seconds : std::min(world.seconds, part);
 }
 
@@ -93,11 +95,12 @@ nlohmann::json runAll(const Arguments& arguments)
             {
                 for (const int iterations : arguments.iterations)
                 {
-                    rows.push_back(runOne(world,
-                                          {.kind = kind,
-                                           .rate = rate,
-                                           .iterations = iterations,
-                                           .seconds = secondsOf(world, iterations, arguments)}));
+                    rows.push_back(
+                        runOne(world,
+                               {.kind = kind,
+                                .rate = rate,
+                                .iterations = iterations,
+                                .seconds = secondsOf(world, rate, iterations, arguments)}));
                     print(rows.back());
                 }
             }
