@@ -268,9 +268,7 @@ ClosingChange changeOf(const HandModel& hand, const Grasp& reference, const Gras
     change.closed = !reference.positions.empty() && !other.positions.empty();
     if (change.closed)
     {
-        change.posture = postureDifference(hand,
-                                           ClosingResult{.positions = reference.positions},
-                                           ClosingResult{.positions = other.positions});
+        change.posture = grasp::postureDifference(hand, reference.positions, other.positions);
         change.sameLinks = linksOf(reference) == linksOf(other);
         change.contactShift = contactShift(reference, other);
         change.epsilon = std::abs(reference.quality.epsilon - other.quality.epsilon);
