@@ -241,11 +241,19 @@ std::unique_ptr<Trial> makeThreeFingerTrial(Kind kind, Surface surface)
     constexpr double kSpeed = 2.0;    // [rad/s]
     constexpr double kTorque = 0.4;   // [N m]
     constexpr double kWeightAt = 0.3;
-    constexpr int kSegments = 36;  // a corner, which is on the cylinder, faces every finger
+    constexpr int kSegments = 36;  // a multiple of three: the same faces every finger
     auto trial = std::make_unique<Trial>(kind);
     Scene& scene = trial->scene;
     btMultiBody* hand = makeThreeFingers(*trial, kind, surface, kOpening);
-    const TriangleMesh cylinder = makeCylinder(kCylinderRadius, kCylinderHeight, kSegments);
+    // Of the cylinder a corner, which is on it, faces the fingers; of the prism a side, on which it
+    // can rest.
+    TriangleMesh cylinder = makeCylinder(kCylinderRadius, kCylinderHeight, kSegments);
+    if (surface == Surface::Mesh)
+    {
+        transformMesh(
+            cylinder,
+            Eigen::Affine3d(Eigen::AngleAxisd(std::numbers::pi / kSegments, Vector3d::UnitZ())));
+    }
     btCollisionShape* shape = surface == Surface::Mesh
                                   ? meshShape(scene, kind, cylinder)
                                   : scene.keep(std::make_unique<btCylinderShapeZ>(vec(
@@ -356,7 +364,9 @@ void addHolds(std::vector<StabilityWorld>& worlds, Surface surface)
     worlds.push_back(
         {.name = surface == Surface::Mesh ? "hold_fingers_mesh" : "hold_fingers",
          .group = "hold",
-         .title = "three fingers hold a cylinder of 100 g, " + of(surface),
+         .title = (surface == Surface::Mesh ? "three fingers hold a prism of 100 g, "
+                                            : "three fingers hold a cylinder of 100 g, ") +
+                  of(surface),
          .seconds = kLong,
          .kinds = kindsFor("hold", surface),
          .make = [surface](Kind kind) { return makeThreeFingerTrial(kind, surface); }});
