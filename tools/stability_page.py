@@ -250,7 +250,7 @@ def catalogue_section(measured):
             f'asked for a time: 1e-4 of the motion if that is more), and if no contact is invented. '
             f'Sampling is late by nature: its letter says that bodies overlap when it reports. '
             f'Steps of sampling are prime numbers, as many of the exact times are round ones. '
-            f'Every answer is from a child process, with {measured["limit"]:g} s to give it. Point '
+            f'Every answer is from a child process, with {measured["limit"]:g} s of processor time to give it. Point '
             f'at a cell for the answer, click on a row for all of them.</p>{absent_of(measured)}'
             f'{sums_table(measured)}{legend()}{filters_of(measured)}'
             + "".join(matrix_of(measured, kind) for kind in kinds) + relations_table(measured)

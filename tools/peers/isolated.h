@@ -23,10 +23,10 @@ struct IsolatedAnswer
 };
 
 /// One answer for each, with the seconds that it took. One child process runs them one after the
-/// other; the one that ends it, or that takes longer than `limit` seconds and is ended, is followed
-/// by a new one for the rest, until `patience` of them took too long: there are no answers to the
-/// rest then. Output of the code is dropped. Throws std::runtime_error if no process can be
-/// started.
+/// other; the one that ends it, or that takes more than `limit` seconds of processor time and is
+/// ended, is followed by a new one for the rest, until `patience` of them took too long: there are
+/// no answers to the rest then. Output of the code is dropped. Throws std::runtime_error if no
+/// process can be started.
 [[nodiscard]] std::vector<IsolatedAnswer> runIsolated(
     std::span<const std::function<PeerAnswer()>> codes, double limit, int patience);
 }  // namespace bullet_ccd::tests

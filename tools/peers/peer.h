@@ -19,7 +19,7 @@ struct PeerAnswer
     PeerOutcome outcome = PeerOutcome::Free;
     double time = 1.0;       ///< of the contact, a fraction of the motion
     std::int64_t pairs = 0;  ///< of nodes and triangles that were looked at; 0 if not counted
-    double seconds = 0.0;    ///< with building hierarchies
+    double seconds = 0.0;    ///< of processor time, with building hierarchies
 };
 
 [[nodiscard]] inline PeerAnswer contactAt(double time)

@@ -97,7 +97,7 @@ int main(int argc, char** argv)
     bool list = false;
     bool quick = false;
     app.add_option("-o,--output", output, "JSON file to write, with the relations");
-    app.add_option("--limit", options.limit, "seconds a case may take")
+    app.add_option("--limit", options.limit, "seconds of processor time that a case may take")
         ->check(CLI::Range(0.01, 600.0))
         ->capture_default_str();
     app.add_option("--only", options.only, "one case, by its id");
@@ -118,7 +118,7 @@ int main(int argc, char** argv)
             { std::fprintf(stderr, "\r%zu of %zu: %-6s", number + 1, count, id.c_str()); };
         }
         options.firstVariantOnly = quick;
-        options.variantLimit = quick ? 1.0 : options.variantLimit;
+        options.variantLimit = quick ? 2.0 : options.variantLimit;
         return run(options, output);
     }
     catch (const std::exception& error)
