@@ -14,7 +14,7 @@ OWN_STYLE = STYLE + """
 .chart .upper { stroke-dasharray: 5 3; stroke-width: 1.4; stroke-opacity: 0.75; }
 .chart .dot { fill: currentColor; }
 .chart .gone { fill: none; stroke: currentColor; stroke-width: 1.8; }
-.chart .cell { stroke: var(--paper); stroke-width: 1.5; }
+.chart .outcome { stroke: var(--paper); stroke-width: 1.5; }
 .chart text.letter { fill: #10151b; font-weight: 600; }
 """
 
@@ -125,7 +125,8 @@ class Panel:
 def sheet(width, height, body, name):
     """A whole SVG document, which may stand in a page, too."""
     return (f'<svg xmlns="http://www.w3.org/2000/svg" class="chart" role="img" '
-            f'aria-label="{escape(name)}" viewBox="0 0 {width:.0f} {height:.0f}" '
+            f'aria-label="{escape(name)}" width="{width:.0f}" height="{height:.0f}" '
+            f'viewBox="0 0 {width:.0f} {height:.0f}" '
             f'style="width:100%;max-width:{width:.0f}px;height:auto">'
             f'<style>{OWN_STYLE}</style><rect class="paper" width="{width:.0f}" '
             f'height="{height:.0f}" rx="8"/>{body}</svg>')
@@ -168,7 +169,7 @@ def grid(panels, entries, name):
 
 def outcome_cell(x, y, width, outcome, words, height=16):
     fill, letter = OUTCOMES.get(outcome, ("#9aa1a9", "?"))
-    return (f'<g><title>{escape(words)}</title><rect class="cell" x="{x:.1f}" y="{y:.1f}" '
+    return (f'<g><title>{escape(words)}</title><rect class="outcome" x="{x:.1f}" y="{y:.1f}" '
             f'width="{width}" height="{height}" rx="3" fill="{fill}"/>'
             f'<text class="letter" x="{x + width / 2:.1f}" y="{y + height / 2 + 4:.1f}" '
             f'font-size="10.5" text-anchor="middle">{letter}</text></g>')

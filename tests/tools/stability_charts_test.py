@@ -110,7 +110,7 @@ def main():
     check_pictures(simulation(), {"simulation_outcomes", "simulation_drift", "simulation_depth",
                                   "simulation_energy", "simulation_time"})
     check_pictures(grasps(), {"grasps_noise", "grasps_meshes"})
-    cells = stability_world_charts.outcome_picture(simulation()).count('class="cell"')
+    cells = stability_world_charts.outcome_picture(simulation()).count('class="outcome"')
     expect(cells == 8 + 4, f"a cell a run and one a kind of outcome in the legend, not {cells}")
     check_section(simulation(), [
         "worse in 2", "stock held, ours slipped", "stock through, ours crashed",
