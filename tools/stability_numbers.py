@@ -15,7 +15,10 @@ def number(value, digits=2):
     """With so many digits that count: 110, 0.018, 2e-5."""
     if value is None:
         return "–"
-    return f"{float(f'{value:.{digits}g}'):g}".replace("e-0", "e-").replace("e+0", "e")
+    if 0 < abs(value) < 1e-3:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{float(mantissa):g}e{int(exponent)}"
+    return f"{float(f'{value:.{digits}g}'):g}".replace("e+0", "e")
 
 
 def percent(part, whole):

@@ -79,7 +79,8 @@ def grasps():
 def check_statistics():
     expect(quantile([], 0.5) is None, "the quantile of nothing")
     expect(quantile([3, 1, 2], 0.5) == 2 and quantile([3, 1, 2], 0.95) == 3, "quantiles")
-    expect(number(0.00002) == "2e-5" and number(111) == "110" and number(None) == "–", "numbers")
+    expect(number(0.00002) == "2e-5" and number(111) == "110" and
+           number(1e-4) == "1e-4" and number(0.00123) == "0.0012" and number(0) == "0" and number(None) == "–", "numbers")
 
 
 def check_pictures(measured, names):
