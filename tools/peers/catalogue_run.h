@@ -84,9 +84,9 @@ struct CatalogueTable
 
 struct CatalogueOptions
 {
-    double limit = 30.0;        ///< seconds for a case
+    double limit = 30.0;         ///< seconds for a case
     double variantLimit = 10.0;  ///< and for a variant
-    std::string only = {};      ///< one case, by its id
+    std::string only = {};       ///< one case, by its id
     bool relations = true;
     bool firstVariantOnly = false;
     /// Told before every case: its id, its number from 0 on, how many there are.
