@@ -173,24 +173,20 @@ void forTrianglesOnGrid(const SsvTree& tree,
                         const RayGrid& grid,
                         const Visit& visit)
 {
-    // Only where the balls are across the lines counts. Written out, for the compiler.
-    const Eigen::Vector3d alongY = X_GW.linear().row(1);
-    const Eigen::Vector3d alongZ = X_GW.linear().row(2);
-    const Eigen::Vector3d origin = X_GW * tree.origin();
+    // Only where the balls are across the lines counts.
+    const Eigen::Matrix<double, 2, 3> across = X_GW.linear().bottomRows<2>();
+    const Eigen::Vector2d origin = (X_GW * tree.origin()).tail<2>();
     std::vector<std::int32_t> open{0};
     while (!open.empty())
     {
         const SsvNode& node = tree.nodes()[static_cast<std::size_t>(open.back())];
         open.pop_back();
-        const double x = node.center[0];
-        const double y = node.center[1];
-        const double z = node.center[2];
-        const double atY = alongY[0] * x + alongY[1] * y + alongY[2] * z + origin[1];
-        const double atZ = alongZ[0] * x + alongZ[1] * y + alongZ[2] * z + origin[2];
-        const double offY = atY - grid.nearest(atY);
-        const double offZ = atZ - grid.nearest(atZ);
+        const Eigen::Vector2d center =
+            across * Eigen::Map<const Eigen::Vector3f>(node.center).cast<double>() + origin;
+        const Eigen::Vector2d off(center.x() - grid.nearest(center.x()),
+                                  center.y() - grid.nearest(center.y()));
         const double radius = node.size();
-        if (offY * offY + offZ * offZ > radius * radius)
+        if (off.squaredNorm() > radius * radius)
         {
             continue;
         }

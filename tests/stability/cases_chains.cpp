@@ -141,24 +141,6 @@ ArticulatedCase coupledFinger()
             .links = {3}};
 }
 
-ArticulatedCase continuousJoint()
-{
-    const double rho = 1.5;
-    const double phi = 1.2;
-    const double lag = std::asin((0.1 + 0.05) / rho);
-    const double w = 3.0 * kPi;
-    const TriangleMesh pin =
-        shifted(prism(circlePoints(0.1, circleAngles(16, phi - lag - 0.5 * kPi)), -0.5, 0.5),
-                {rho * std::cos(phi), rho * std::sin(phi), 0});
-    return {.id = "G10",
-            .tree = planarChain({2.0}),
-            .linkMeshes = {{}, box({0, -0.05, -0.2}, {2, 0.05, 0.2})},
-            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, w}},
-            .obstacles = {pin},
-            .answer = {.time = (phi - lag) / w, .closingSpeed = w * rho * std::cos(lag)},
-            .links = {1}};
-}
-
 ArticulatedCase cancellingJoints()
 {
     KinematicTree tree = planarChain({1.0, 1.0});
@@ -197,6 +179,23 @@ ArticulatedCase loopAroundPole()
 
 }  // namespace
 
+ArticulatedCase barTurnsIntoPin(std::string id, double w)
+{
+    const double rho = 1.5;
+    const double phi = 1.2;
+    const double lag = std::asin((0.1 + 0.05) / rho);
+    const TriangleMesh pin =
+        shifted(prism(circlePoints(0.1, circleAngles(16, phi - lag - 0.5 * kPi)), -0.5, 0.5),
+                {rho * std::cos(phi), rho * std::sin(phi), 0});
+    return {.id = std::move(id),
+            .tree = planarChain({2.0}),
+            .linkMeshes = {{}, box({0, -0.05, -0.2}, {2, 0.05, 0.2})},
+            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, w}},
+            .obstacles = {pin},
+            .answer = {.time = (phi - lag) / w, .closingSpeed = w * rho * std::cos(lag)},
+            .links = {1}};
+}
+
 std::vector<ArticulatedCase> chainCases()
 {
     return {
@@ -207,7 +206,7 @@ std::vector<ArticulatedCase> chainCases()
         pendulums("G05", {1, 1.2, 0.8, 1.5}, {0.5, 0.9, 0.5, 0.4}, {1, 1.3, 0.9, 0.7}),
         pendulums("G06", {1, 1, 1, 1}, {0.5, 0.5, 0.5, 0.5}, {1, 1, 1, 1}),
         coupledFinger(),
-        continuousJoint(),
+        barTurnsIntoPin("G10", 3.0 * kPi),
         cancellingJoints(),
         loopAroundPole(),
     };

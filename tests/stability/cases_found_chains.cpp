@@ -47,20 +47,7 @@ ArticulatedCase longChain()
 /// are wrapped, and intervals that are halved down to a part of a turn before anything is found.
 ArticulatedCase fiftyTurns()
 {
-    const double rho = 1.5;
-    const double phi = 1.2;
-    const double lag = std::asin((0.1 + 0.05) / rho);
-    const double w = 100.0 * kPi;
-    const TriangleMesh pin =
-        shifted(prism(circlePoints(0.1, circleAngles(16, phi - lag - 0.5 * kPi)), -0.5, 0.5),
-                {rho * std::cos(phi), rho * std::sin(phi), 0});
-    return {.id = "N24",
-            .tree = planarChain({2.0}),
-            .linkMeshes = {{}, box({0, -0.05, -0.2}, {2, 0.05, 0.2})},
-            .motion = {.root = {}, .positions = {0, 0}, .rates = {0, w}},
-            .obstacles = {pin},
-            .answer = {.time = (phi - lag) / w, .closingSpeed = w * rho * std::cos(lag)},
-            .links = {1}};
+    return barTurnsIntoPin("N24", 100.0 * kPi);
 }
 
 /// B05 as a joint, at tolerances down to 1e-11: the order of rounding.

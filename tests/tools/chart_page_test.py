@@ -12,20 +12,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / "tools"))
+sys.dont_write_bytecode = True  # no __pycache__ in the sources
+from page_checks import expect, failures  # noqa: E402
 import chart_page  # noqa: E402
 import chart_svg  # noqa: E402
 from chart_points import choices, front, is_right  # noqa: E402
-
-failures = []
-
-
-def expect(condition, what):
-    if not condition:
-        failures.append(what)
-        print("FAILED:", what)
 
 
 def point(scene, method, setting, micros, errors, **flaws):

@@ -5,22 +5,12 @@ pictures are well-formed, and the text says what is in the data, where ours is w
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / "tools"))
+sys.dont_write_bytecode = True  # no __pycache__ in the sources
+from page_checks import expect, failures  # noqa: E402
 import stability_charts  # noqa: E402
 import stability_world_charts  # noqa: E402
 from stability_numbers import number, quantile  # noqa: E402
-
-failures = []
-
-
-def expect(condition, what):
-    if not condition:
-        failures.append(what)
-        print("FAILED:", what)
 
 
 def run(world, method, rate, iterations, verdict, **values):
