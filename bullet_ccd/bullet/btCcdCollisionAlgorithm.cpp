@@ -2,7 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdMultiBodyMotion.h"
+#include "bullet_ccd/bullet/motion/btCcdMultiBodyMotion.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>

@@ -2,8 +2,8 @@
 #ifndef BT_CCD_COLLISION_ALGORITHM_H
 #define BT_CCD_COLLISION_ALGORITHM_H
 
-#include "bullet_ccd/bullet/btCcdManifolds.h"
-#include "bullet_ccd/bullet/btCcdPairToi.h"
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
+#include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 

@@ -2,7 +2,7 @@
 #ifndef BT_CCD_CONTEXT_H
 #define BT_CCD_CONTEXT_H
 
-#include "bullet_ccd/bullet/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 

@@ -4,7 +4,7 @@
 #include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdDebugDraw.h"
-#include "bullet_ccd/bullet/btCcdStopLink.h"
+#include "bullet_ccd/bullet/motion/btCcdStopLink.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

@@ -2,8 +2,8 @@
 #ifndef BT_CCD_CONTROL_H
 #define BT_CCD_CONTROL_H
 
-#include "bullet_ccd/bullet/btCcdImpactSolver.h"
-#include "bullet_ccd/bullet/btCcdStepper.h"
+#include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
+#include "bullet_ccd/bullet/step/btCcdStepper.h"
 
 #include <cstdint>
 #include <functional>

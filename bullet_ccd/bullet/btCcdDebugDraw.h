@@ -2,7 +2,7 @@
 #ifndef BT_CCD_DEBUG_DRAW_H
 #define BT_CCD_DEBUG_DRAW_H
 
-#include "bullet_ccd/bullet/btCcdShapeCache.h"
+#include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
 
 #include <LinearMath/btIDebugDraw.h>
 

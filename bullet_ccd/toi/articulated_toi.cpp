@@ -2,7 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
-#include "bullet_ccd/toi/toi_scratch.h"
+#include "bullet_ccd/toi/articulated/toi_scratch.h"
 
 #include <algorithm>
 #include <tuple>

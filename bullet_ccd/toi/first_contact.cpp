@@ -1,8 +1,8 @@
 #include "bullet_ccd/toi/first_contact.h"
 
 #include "bullet_ccd/math/check.h"
-#include "bullet_ccd/toi/search.h"
-#include "bullet_ccd/toi/toi_scratch.h"
+#include "bullet_ccd/toi/articulated/toi_scratch.h"
+#include "bullet_ccd/toi/search/search.h"
 
 #include <algorithm>
 #include <cmath>

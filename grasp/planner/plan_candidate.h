@@ -2,9 +2,9 @@
 #pragma once
 
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/check/penetration_check.h"
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/planner/grasp_planner.h"
-#include "grasp/planner/penetration_check.h"
 
 namespace bullet_ccd::grasp
 {

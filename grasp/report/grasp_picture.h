@@ -1,7 +1,7 @@
 /// Pictures and the page that shows them.
 #pragma once
 
-#include "grasp/planner/grasp_file.h"
+#include "grasp/formats/grasp_file.h"
 
 #include <filesystem>
 #include <span>

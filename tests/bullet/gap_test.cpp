@@ -1,6 +1,6 @@
 /// The lower bound of the distance of two shapes that most pairs are sorted out by.
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdGap.h"
+#include "bullet_ccd/bullet/shapes/btCcdGap.h"
 #include "tests/bullet/scene.h"
 #include "tests/support/random.h"
 

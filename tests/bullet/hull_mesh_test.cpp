@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdHullMesh.h"
+#include "bullet_ccd/bullet/shapes/btCcdHullMesh.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/random.h"
 

@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdStopLink.h"
+#include "bullet_ccd/bullet/motion/btCcdStopLink.h"
 #include "tests/bullet/scene.h"
 
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>

@@ -1,7 +1,7 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdManifolds.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/contact/contact_outline.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/random.h"

@@ -1,5 +1,5 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdMultiBodyMotion.h"
+#include "bullet_ccd/bullet/motion/btCcdMultiBodyMotion.h"
 #include "tests/bullet/scene.h"
 #include "tests/support/random.h"
 

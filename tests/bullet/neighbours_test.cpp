@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdNeighbours.h"
+#include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
 #include "tests/bullet/scene.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>

@@ -1,6 +1,6 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdShapeCache.h"
-#include "bullet_ccd/bullet/btCcdShapeOutline.h"
+#include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
+#include "bullet_ccd/bullet/shapes/btCcdShapeOutline.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/bullet/scene.h"

@@ -1,6 +1,6 @@
 /// Every stage of articulatedToi switched off in turn: the same answer, and the counters that say
 /// what it saved.
-#include "bullet_ccd/toi/articulated_culling.h"
+#include "bullet_ccd/toi/articulated/articulated_culling.h"
 
 #include "tests/oracles/brute_force_toi.h"
 #include "tests/support/articulated_scene.h"

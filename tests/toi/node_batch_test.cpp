@@ -1,7 +1,7 @@
 /// The SIMD kernel against what it promises, and against its reference in double precision.
-#include "bullet_ccd/toi/node_batch.h"
+#include "bullet_ccd/toi/kernels/node_batch.h"
 
-#include "bullet_ccd/toi/pair_scene.h"
+#include "bullet_ccd/toi/search/pair_scene.h"
 #include "tests/oracles/brute_force_distance.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"

@@ -1,7 +1,7 @@
 /// What a grasp is worth when it is looked at afresh: penetration, and the gaps of its contacts.
 #pragma once
 
-#include "grasp/planner/penetration_check.h"
+#include "grasp/check/penetration_check.h"
 
 namespace bullet_ccd::tools
 {

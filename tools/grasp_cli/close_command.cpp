@@ -1,5 +1,5 @@
+#include "grasp/check/penetration_check.h"
 #include "grasp/planner/close_at_pose.h"
-#include "grasp/planner/penetration_check.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/finger_option.h"
 #include "tools/grasp_cli/input_options.h"

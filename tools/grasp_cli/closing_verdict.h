@@ -1,8 +1,8 @@
 /// Which of two closings of a hand from the same pose went through something, where they differ.
 #pragma once
 
+#include "grasp/check/penetration_check.h"
 #include "grasp/closing/closing.h"
-#include "grasp/planner/penetration_check.h"
 
 #include <span>
 #include <string>

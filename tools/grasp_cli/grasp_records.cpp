@@ -1,6 +1,6 @@
 #include "tools/grasp_cli/grasp_records.h"
 
-#include "grasp/planner/content_hash.h"
+#include "grasp/formats/content_hash.h"
 
 #include <algorithm>
 #include <fmt/format.h>

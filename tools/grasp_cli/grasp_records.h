@@ -1,7 +1,7 @@
 /// Grasps of a file with the hand and the object that they were planned for.
 #pragma once
 
-#include "grasp/planner/grasp_file.h"
+#include "grasp/formats/grasp_file.h"
 #include "tools/grasp_cli/catalogue.h"
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-#include "grasp/planner/content_hash.h"
+#include "grasp/formats/content_hash.h"
 #include "tools/ccd_cli/obstacle_list.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/finger_option.h"

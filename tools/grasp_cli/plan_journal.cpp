@@ -1,6 +1,6 @@
 #include "tools/grasp_cli/plan_journal.h"
 
-#include "grasp/planner/content_hash.h"
+#include "grasp/formats/content_hash.h"
 #include "tools/grasp_cli/text_table.h"
 
 #include <cerrno>

@@ -1,7 +1,7 @@
 /// What a plan has found so far, on disk, so that a run that was stopped can be gone on with.
 #pragma once
 
-#include "grasp/planner/grasp_recorder.h"
+#include "grasp/formats/grasp_recorder.h"
 
 #include <filesystem>
 #include <mutex>

@@ -1,6 +1,6 @@
 #include "tools/grasp_cli/plan_outputs.h"
 
-#include "grasp/planner/isaac_grasp_file.h"
+#include "grasp/formats/isaac_grasp_file.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
 

@@ -1,7 +1,7 @@
 /// The files of a run: records, pictures, models, page.
 #pragma once
 
-#include "grasp/planner/grasp_file.h"
+#include "grasp/formats/grasp_file.h"
 #include "tools/grasp_cli/output_folder.h"
 
 #include <optional>

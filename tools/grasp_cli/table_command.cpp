@@ -1,4 +1,4 @@
-#include "grasp/planner/grasp_file.h"
+#include "grasp/formats/grasp_file.h"
 #include "tools/grasp_cli/audit.h"
 #include "tools/grasp_cli/commands.h"
 #include "tools/grasp_cli/finger_option.h"

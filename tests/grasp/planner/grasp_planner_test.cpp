@@ -2,8 +2,8 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/check/penetration_check.h"
 #include "grasp/closing/kinematic_closing.h"
-#include "grasp/planner/penetration_check.h"
 #include "grasp/planner/plan_candidate.h"
 #include "tests/grasp/planner/test_hands.h"
 

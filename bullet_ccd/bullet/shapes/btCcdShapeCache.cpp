@@ -1,0 +1,370 @@
+#include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
+
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+
+#include <algorithm>
+#include <bit>
+#include <type_traits>
+#include <utility>
+
+using bullet_ccd::SsvTree;
+using bullet_ccd::TriangleMesh;
+
+namespace
+{
+/// Hash of what defines a shape. Asked for every shape in every step, so only a few numbers of
+/// large shapes enter.
+class Fingerprint
+{
+public:
+    explicit Fingerprint(const btCollisionShape& shape) { add(shape); }
+    std::uint64_t value() const { return m_hash; }
+
+private:
+    std::uint64_t m_hash = 0;
+
+    void addBits(std::uint64_t bits)
+    {
+        m_hash = (m_hash ^ bits) * 0x9e3779b97f4a7c15U;
+        m_hash ^= m_hash >> 32U;
+    }
+    void add(int number) { addBits(std::uint64_t(std::uint32_t(number))); }
+    void add(btScalar number)
+    {
+        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+        addBits(std::bit_cast<Bits>(number));
+    }
+    void add(const void* address) { addBits(std::bit_cast<std::uintptr_t>(address)); }
+    void add(const btVector3& v)
+    {
+        add(v.x());
+        add(v.y());
+        add(v.z());
+    }
+
+    void add(const btCollisionShape& shape);
+    void addBounds(const btCollisionShape& shape);
+    void addSpheres(const btMultiSphereShape& spheres);
+    void addVertices(const btPolyhedralConvexShape& polyhedron);
+    void addMesh(const btStridingMeshInterface* mesh);
+    void addGImpact(const btGImpactShapeInterface& shape);
+    void addChildren(const btCompoundShape& compound);
+};
+
+void Fingerprint::addBounds(const btCollisionShape& shape)
+{
+    btVector3 low;
+    btVector3 high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    add(low);
+    add(high);
+    add(shape.getMargin());
+}
+
+void Fingerprint::addSpheres(const btMultiSphereShape& spheres)
+{
+    add(spheres.getSphereCount());
+    add(spheres.getLocalScaling());
+    for (int i = 0; i < spheres.getSphereCount(); ++i)
+    {
+        add(spheres.getSpherePosition(i));
+        add(spheres.getSphereRadius(i));
+    }
+}
+
+/// All of up to four vertices, a sample of more.
+void Fingerprint::addVertices(const btPolyhedralConvexShape& polyhedron)
+{
+    addBounds(polyhedron);
+    const int last = polyhedron.getNumVertices() - 1;
+    add(last);
+    for (int k = 0; k <= std::min(last, 3); ++k)
+    {
+        btVector3 vertex;
+        polyhedron.getVertex(last <= 3 ? k : int(std::int64_t(last) * k / 3), vertex);
+        add(vertex);
+    }
+}
+
+void Fingerprint::addMesh(const btStridingMeshInterface* mesh)
+{
+    add(mesh);
+    add(mesh->getScaling());
+    add(mesh->getNumSubParts());
+    if (mesh->getNumSubParts() > 0)
+    {
+        const unsigned char* vertices = nullptr;
+        const unsigned char* indices = nullptr;
+        int vertexCount = 0;
+        int triangleCount = 0;
+        int stride = 0;
+        int indexStride = 0;
+        PHY_ScalarType type = PHY_FLOAT;
+        PHY_ScalarType indexType = PHY_INTEGER;
+        mesh->getLockedReadOnlyVertexIndexBase(
+            &vertices, vertexCount, type, stride, &indices, indexStride, triangleCount, indexType);
+        mesh->unLockReadOnlyVertexBase(0);
+        add(vertices);
+        add(indices);
+        add(vertexCount);
+        add(triangleCount);
+    }
+}
+
+void Fingerprint::addGImpact(const btGImpactShapeInterface& shape)
+{
+    add(int(shape.getGImpactShapeType()));
+    add(shape.getMargin());
+    if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE_PART)
+    {
+        const auto& part = static_cast<const btGImpactMeshShapePart&>(shape);
+        add(part.getPart());
+        add(part.getLocalScaling());
+        using Manager = btGImpactMeshShapePart::TrimeshPrimitiveManager;
+        addMesh(static_cast<const Manager*>(part.getPrimitiveManager())->m_meshInterface);
+    }
+    else if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE)
+    {
+        const auto& mesh = static_cast<const btGImpactMeshShape&>(shape);
+        for (int i = 0; i < mesh.getMeshPartCount(); ++i)
+        {
+            addGImpact(*mesh.getMeshPart(i));
+        }
+    }
+}
+
+void Fingerprint::addChildren(const btCompoundShape& compound)
+{
+    add(compound.getNumChildShapes());
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    {
+        const btTransform& pose = compound.getChildTransform(i);
+        add(pose.getOrigin());
+        add(pose.getBasis()[0]);
+        add(pose.getBasis()[1]);
+        add(pose.getBasis()[2]);
+        add(compound.getChildShape(i));
+        add(*compound.getChildShape(i));
+    }
+}
+
+void Fingerprint::add(const btCollisionShape& shape)
+{
+    add(shape.getShapeType());
+    switch (shape.getShapeType())
+    {
+        case BOX_SHAPE_PROXYTYPE:
+        case SPHERE_SHAPE_PROXYTYPE:
+            add(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions());
+            add(shape.getMargin());
+            break;
+        case CAPSULE_SHAPE_PROXYTYPE:
+            add(static_cast<const btCapsuleShape&>(shape).getImplicitShapeDimensions());
+            add(static_cast<const btCapsuleShape&>(shape).getUpAxis());
+            break;
+        case CYLINDER_SHAPE_PROXYTYPE:
+            add(static_cast<const btCylinderShape&>(shape).getImplicitShapeDimensions());
+            add(static_cast<const btCylinderShape&>(shape).getUpAxis());
+            add(shape.getMargin());
+            break;
+        case CONE_SHAPE_PROXYTYPE:
+            add(static_cast<const btConeShape&>(shape).getRadius());
+            add(static_cast<const btConeShape&>(shape).getHeight());
+            add(static_cast<const btConeShape&>(shape).getConeUpIndex());
+            add(shape.getMargin());
+            break;
+        case MULTI_SPHERE_SHAPE_PROXYTYPE:
+            addSpheres(static_cast<const btMultiSphereShape&>(shape));
+            break;
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+        case CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE:
+        case TETRAHEDRAL_SHAPE_PROXYTYPE:
+        case TRIANGLE_SHAPE_PROXYTYPE:
+            addVertices(static_cast<const btPolyhedralConvexShape&>(shape));
+            break;
+        case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
+            break;
+        case STATIC_PLANE_PROXYTYPE:
+            add(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
+            add(static_cast<const btStaticPlaneShape&>(shape).getPlaneConstant());
+            break;
+        case TRIANGLE_MESH_SHAPE_PROXYTYPE:
+        case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btBvhTriangleMeshShape&>(shape).getMeshInterface());
+            break;
+        case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+            addBounds(shape);
+            addMesh(static_cast<const btScaledBvhTriangleMeshShape&>(shape)
+                        .getChildShape()
+                        ->getMeshInterface());
+            break;
+        case TERRAIN_SHAPE_PROXYTYPE:
+            addBounds(shape);
+            break;
+        case GIMPACT_SHAPE_PROXYTYPE:
+            addGImpact(static_cast<const btGImpactShapeInterface&>(shape));
+            break;
+        case FAST_CONCAVE_MESH_PROXYTYPE:
+            if (const auto* mesh = dynamic_cast<const btCcdMeshShape*>(&shape))
+            {
+                add(mesh->sharedTree().get());
+                add(mesh->getMargin());
+            }
+            break;
+        case COMPOUND_SHAPE_PROXYTYPE:
+            addChildren(static_cast<const btCompoundShape&>(shape));
+            break;
+        default:
+            break;
+    }
+}
+
+void sumUp(btCcdShapeModel& model)
+{
+    model.m_depth = model.m_parts.front().m_depth;
+    model.m_reach = 0.0;
+    model.m_hasMesh = false;
+    model.m_reserve = std::numeric_limits<double>::infinity();
+    for (const btCcdShapePart& part : model.m_parts)
+    {
+        model.m_depth = std::min(model.m_depth, part.m_depth);
+        model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
+        const double share = btCcdShareOfMargin * part.m_margin;
+        model.m_reserve = std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
+        if (part.m_ownContacts)
+        {
+            model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);
+        }
+        if (part.m_isPlane)
+        {
+            model.m_reach = btCcdPlaneReach;
+        }
+        for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
+        {
+            model.m_reach = std::max(model.m_reach,
+                                     (part.X_SG * vertex).norm() + part.m_radius + part.m_margin);
+        }
+    }
+}
+}  // namespace
+
+Eigen::Isometry3d btCcdMeshPose(const btCcdShapePart& part, const Eigen::Vector3d& point_S)
+{
+    Eigen::Isometry3d X_SG = part.X_SG;
+    if (part.m_isPlane)
+    {
+        const Eigen::Vector3d normal = X_SG.linear().col(2);
+        const Eigen::Vector3d offset = point_S - X_SG.translation();
+        X_SG.translation() += offset - normal.dot(offset) * normal;
+    }
+    return X_SG;
+}
+
+std::shared_ptr<const SsvTree> btCcdTreeStore::tree(TriangleMesh mesh)
+{
+    std::weak_ptr<const SsvTree>& known = m_trees[bullet_ccd::contentHash(mesh)];
+    std::shared_ptr<const SsvTree> tree = known.lock();
+    if (tree == nullptr)
+    {
+        tree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
+        known = tree;
+    }
+    return tree;
+}
+
+void btCcdTreeStore::dropUnused()
+{
+    std::erase_if(m_trees, [](const auto& item) { return item.second.expired(); });
+}
+
+const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
+{
+    const std::uint64_t fingerprint = Fingerprint(*shape).value();
+    Entry& entry = m_entries[shape];  // converting children does not move it
+    if (entry.m_round == 0 || entry.m_fingerprint != fingerprint)
+    {
+        entry.m_model = {.m_parts = convert(*shape)};
+        entry.m_fingerprint = fingerprint;
+        entry.m_covered = !entry.m_model.m_parts.empty();
+        if (entry.m_covered)
+        {
+            sumUp(entry.m_model);
+        }
+    }
+    entry.m_round = m_round;
+    return entry.m_covered ? &entry.m_model : nullptr;
+}
+
+std::vector<btCcdShapePart> btCcdShapeCache::convert(const btCollisionShape& shape)
+{
+    std::vector<btCcdShapePart> parts;
+    if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE)
+    {
+        if (auto part = btCcdConvertShape(shape, m_trees))
+        {
+            parts.push_back(*std::move(part));
+        }
+        return parts;
+    }
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    {
+        const btCcdShapeModel* child = find(compound.getChildShape(i));
+        if (child == nullptr)
+        {
+            return {};
+        }
+        const Eigen::Isometry3d X_SC = btCcdToEigen(compound.getChildTransform(i));
+        for (const btCcdShapePart& part : child->m_parts)
+        {
+            parts.push_back(part);
+            parts.back().X_SG = X_SC * part.X_SG;
+        }
+    }
+    return parts;
+}
+
+void btCcdShapeCache::endRound()
+{
+    ++m_round;
+    if (m_round % kRoundsKept == 0)
+    {
+        std::erase_if(m_entries,
+                      [this](const auto& item)
+                      { return item.second.m_round < m_round - kRoundsKept; });
+        m_trees.dropUnused();
+    }
+}
+
+void btCcdShapeCache::forget(const btCollisionShape* shape)
+{
+    m_entries.erase(shape);
+    if (shape->getShapeType() == COMPOUND_SHAPE_PROXYTYPE)
+    {
+        const auto& compound = static_cast<const btCompoundShape&>(*shape);
+        for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        {
+            forget(compound.getChildShape(i));
+        }
+    }
+}

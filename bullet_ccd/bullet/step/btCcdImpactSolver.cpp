@@ -1,0 +1,556 @@
+#include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
+
+#include "bullet_ccd/bullet/btCcdContext.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletDynamics/Featherstone/btMultiBodySphericalJointMotor.h>
+
+#include <algorithm>
+
+namespace
+{
+constexpr int kIterations = 4;           // times those of the world
+constexpr int kThoroughIterations = 10;  // for contacts that come again
+/// Cosine between the normals of an impact and of its contacts.
+constexpr btScalar kSameDirection = btScalar(0.5);
+
+btMultiBody* multiBodyOf(const btCollisionObject* object)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(object);
+    return collider != nullptr ? collider->m_multiBody : nullptr;
+}
+
+template <typename Visit>
+void forColliders(const btMultiBody& body, const Visit& visit)
+{
+    if (body.getBaseCollider() != nullptr)
+    {
+        visit(*const_cast<btMultiBodyLinkCollider*>(body.getBaseCollider()));
+    }
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        if (body.getLink(i).m_collider != nullptr)
+        {
+            visit(*body.getLink(i).m_collider);
+        }
+    }
+}
+
+/// Takes from rigid bodies what acts on them over time, and gives it back.
+class WithoutForces
+{
+public:
+    explicit WithoutForces(const std::vector<btCollisionObject*>& objects)
+    {
+        for (btCollisionObject* object : objects)
+        {
+            if (btRigidBody* body = btRigidBody::upcast(object))
+            {
+                m_saved.push_back(
+                    {body, body->getTotalForce(), body->getTotalTorque(), body->getFlags()});
+                body->clearForces();
+                body->setFlags(body->getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT &
+                               ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD &
+                               ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
+            }
+        }
+    }
+    ~WithoutForces()
+    {
+        for (const Saved& saved : m_saved)
+        {
+            // applyCentralForce() would scale by the linear factor once more.
+            saved.m_body->clearForces();
+            saved.m_body->setFlags(saved.m_flags);
+            const auto unscaled = [](const btVector3& force, const btVector3& factor)
+            {
+                return btVector3(factor.x() != btScalar(0) ? force.x() / factor.x() : btScalar(0),
+                                 factor.y() != btScalar(0) ? force.y() / factor.y() : btScalar(0),
+                                 factor.z() != btScalar(0) ? force.z() / factor.z() : btScalar(0));
+            };
+            saved.m_body->applyCentralForce(
+                unscaled(saved.m_force, saved.m_body->getLinearFactor()));
+            saved.m_body->applyTorque(unscaled(saved.m_torque, saved.m_body->getAngularFactor()));
+        }
+    }
+    WithoutForces(const WithoutForces&) = delete;
+    WithoutForces& operator=(const WithoutForces&) = delete;
+
+private:
+    struct Saved
+    {
+        btRigidBody* m_body;
+        btVector3 m_force;
+        btVector3 m_torque;
+        int m_flags;
+    };
+    std::vector<Saved> m_saved;
+};
+
+/// Motors have had their share of the step already.
+class WithoutMotors
+{
+public:
+    void addHinge(btHingeConstraint& hinge)
+    {
+        m_hinges.emplace_back(&hinge, hinge.getMaxMotorImpulse());
+        hinge.setMaxMotorImpulse(btScalar(0));
+    }
+    void addMotor(btMultiBodyConstraint& motor)
+    {
+        m_motors.emplace_back(&motor, motor.getMaxAppliedImpulse());
+        motor.setMaxAppliedImpulse(btScalar(0));
+    }
+    WithoutMotors() = default;
+    ~WithoutMotors()
+    {
+        for (const auto& [hinge, impulse] : m_hinges)
+        {
+            hinge->setMaxMotorImpulse(impulse);
+        }
+        for (const auto& [motor, impulse] : m_motors)
+        {
+            motor->setMaxAppliedImpulse(impulse);
+        }
+    }
+    WithoutMotors(const WithoutMotors&) = delete;
+    WithoutMotors& operator=(const WithoutMotors&) = delete;
+
+private:
+    std::vector<std::pair<btHingeConstraint*, btScalar>> m_hinges;
+    std::vector<std::pair<btMultiBodyConstraint*, btScalar>> m_motors;
+};
+
+bool isMotor(const btMultiBodyConstraint& constraint)
+{
+    return dynamic_cast<const btMultiBodyJointMotor*>(&constraint) != nullptr ||
+           dynamic_cast<const btMultiBodySphericalJointMotor*>(&constraint) != nullptr;
+}
+
+/// Impulses of contact points, for the warm start of the next step.
+struct SavedImpulses
+{
+    btManifoldPoint* m_point;
+    btScalar m_normal;
+    btScalar m_lateral1;
+    btScalar m_lateral2;
+};
+
+/// What the solver is told about an impact.
+btContactSolverInfo impactInfo(const btContactSolverInfo& step, bool bouncing)
+{
+    btContactSolverInfo info = step;
+    info.m_erp = info.m_erp2 = info.m_frictionERP = btScalar(0);
+    info.m_splitImpulse = 0;
+    info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
+    info.m_numIterations *= bouncing ? kIterations : kThoroughIterations;
+    if (!bouncing)
+    {
+        info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;
+    }
+    return info;
+}
+
+btCollisionObjectWrapper wrapperOf(const btCollisionObject& object, const btTransform& pose)
+{
+    return {nullptr, object.getCollisionShape(), &object, pose, -1, -1};
+}
+
+/// Brings the cached inertias of the body up to where it is now; they are those of the step's
+/// start.
+void refreshDynamics(btMultiBody& body)
+{
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    body.forwardKinematics(rotations, origins);
+    btAlignedObjectArray<btScalar> r;
+    btAlignedObjectArray<btVector3> v;
+    btAlignedObjectArray<btMatrix3x3> m;
+    body.computeAccelerationsArticulatedBodyAlgorithmMultiDof(
+        btScalar(0), r, v, m, false, false, false);
+}
+}  // namespace
+
+btCcdImpactSolver::btCcdImpactSolver(btDiscreteDynamicsWorld& world)
+    : m_world(world), m_multiBodyWorld(dynamic_cast<btMultiBodyDynamicsWorld*>(&world))
+{
+}
+
+void btCcdImpactSolver::beginStep()
+{
+    m_merged.clear();
+}
+
+int btCcdImpactSolver::island(int tag) const
+{
+    for (auto found = m_merged.find(tag); found != m_merged.end(); found = m_merged.find(tag))
+    {
+        tag = found->second;
+    }
+    return tag;
+}
+
+bool btCcdImpactSolver::isIn(const btCollisionObject& object) const
+{
+    return object.getIslandTag() >= 0 &&
+           std::find(m_islands.begin(), m_islands.end(), island(object.getIslandTag())) !=
+               m_islands.end();
+}
+
+void btCcdImpactSolver::join(const btCollisionObject& a, const btCollisionObject& b)
+{
+    const int islandA = island(a.getIslandTag());
+    const int islandB = island(b.getIslandTag());
+    if (islandA >= 0 && islandB >= 0 && islandA != islandB)
+    {
+        m_merged[std::max(islandA, islandB)] = std::min(islandA, islandB);
+    }
+}
+
+void btCcdImpactSolver::joinMultiBody(const btMultiBody& body)
+{
+    const btCollisionObject* first = nullptr;
+    forColliders(body,
+                 [&](btMultiBodyLinkCollider& collider)
+                 {
+                     if (collider.getIslandTag() >= 0)
+                     {
+                         first = first == nullptr ? &collider : first;
+                         join(*first, collider);
+                     }
+                 });
+}
+
+/// Discrete contacts of everything that the objects of the impacts are near to.
+void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
+{
+    std::vector<const btCollisionObject*> touching;
+    for (const btCcdImpact& impact : impacts)
+    {
+        for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        {
+            touching.push_back(object);
+            m_world.updateSingleAabb(object);
+        }
+    }
+    btBroadphaseInterface& broadphase = *m_world.getBroadphase();
+    auto& dispatcher = static_cast<btCollisionDispatcher&>(*m_world.getDispatcher());
+    broadphase.calculateOverlappingPairs(&dispatcher);
+
+    const auto isTouching = [&](const btBroadphaseProxy* proxy)
+    {
+        return std::find(touching.begin(),
+                         touching.end(),
+                         static_cast<const btCollisionObject*>(proxy->m_clientObject)) !=
+               touching.end();
+    };
+    btBroadphasePairArray& pairs = m_world.getPairCache()->getOverlappingPairArray();
+    for (int i = 0; i < pairs.size(); ++i)
+    {
+        if (isTouching(pairs[i].m_pProxy0) || isTouching(pairs[i].m_pProxy1))
+        {
+            dispatcher.getNearCallback()(pairs[i], dispatcher, m_world.getDispatchInfo());
+        }
+    }
+}
+
+/// The island of the impacts: objects, multibodies and manifolds.
+void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
+{
+    for (const btCcdImpact& impact : impacts)
+    {
+        join(*impact.m_objectA, *impact.m_objectB);
+        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        {
+            if (const btMultiBody* body = multiBodyOf(object))
+            {
+                joinMultiBody(*body);
+            }
+        }
+    }
+    m_islands.clear();
+    for (const btCcdImpact& impact : impacts)
+    {
+        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        {
+            if (object->getIslandTag() >= 0)
+            {
+                m_islands.push_back(island(object->getIslandTag()));
+            }
+        }
+    }
+    m_objects.clear();
+    m_multiBodies.clear();
+    m_manifolds.clear();
+    btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        if (!isIn(*objects[i]))
+        {
+            continue;
+        }
+        m_objects.push_back(objects[i]);
+        objects[i]->activate();
+        btMultiBody* body = multiBodyOf(objects[i]);
+        if (body != nullptr &&
+            std::find(m_multiBodies.begin(), m_multiBodies.end(), body) == m_multiBodies.end())
+        {
+            m_multiBodies.push_back(body);
+        }
+    }
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
+        const btCollisionObject& a = *manifold->getBody0();
+        const btCollisionObject& b = *manifold->getBody1();
+        if (manifold->getNumContacts() > 0 && (isIn(a) || isIn(b)) &&
+            dispatcher.needsResponse(&a, &b))
+        {
+            m_manifolds.push_back(manifold);
+        }
+    }
+}
+
+/// True if Bullet knows a contact of the two where the time of impact found them to meet.
+bool btCcdImpactSolver::isContactKnown(const btCcdImpact& impact) const
+{
+    const btScalar near = btScalar(btCcdContext::of(*m_world.getDispatcher()).m_tolerance);
+    const auto isThere = [&](const btPersistentManifold* manifold)
+    {
+        const bool swapped = manifold->getBody0() != impact.m_objectA;
+        if ((swapped ? manifold->getBody0() : manifold->getBody1()) != impact.m_objectB ||
+            (swapped ? manifold->getBody1() : manifold->getBody0()) != impact.m_objectA)
+        {
+            return false;
+        }
+        for (int k = 0; k < manifold->getNumContacts(); ++k)
+        {
+            const btManifoldPoint& point = manifold->getContactPoint(k);
+            const btVector3& onB =
+                swapped ? point.getPositionWorldOnA() : point.getPositionWorldOnB();
+            if (onB.distance2(impact.m_pointB) <= near * near)
+            {
+                return true;
+            }
+        }
+        return false;
+    };
+    return std::any_of(m_manifolds.begin(), m_manifolds.end(), isThere);
+}
+
+/// Some of Bullet's algorithms see a contact only once shapes overlap: such an impact gets the
+/// contacts that they find a little later. If none of them is where its time of impact found it,
+/// it gets that one too: it may be one of cores, or GJK may have found none in single precision.
+void btCcdImpactSolver::addMissingContacts(const std::vector<btCcdImpact>& impacts)
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (const btCcdImpact& impact : impacts)
+    {
+        if (impact.m_normal.isZero() || isContactKnown(impact) ||
+            !dispatcher.needsResponse(impact.m_objectA, impact.m_objectB))
+        {
+            continue;
+        }
+        addContactsOfOverlap(impact);
+        if (!isContactKnown(impact))
+        {
+            addWitness(impact);
+        }
+    }
+}
+
+/// The contacts of the pair with A moved along the normal until the two overlap by the tolerance;
+/// their points are put back.
+void btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    const btScalar gap = (impact.m_pointB - impact.m_pointA).dot(impact.m_normal);
+    const btScalar overlap = btScalar(btCcdContext::of(dispatcher).m_tolerance);
+    btTransform moved = impact.m_objectA->getWorldTransform();
+    moved.setOrigin(moved.getOrigin() + (std::max(gap, btScalar(0)) + overlap) * impact.m_normal);
+    const btCollisionObjectWrapper a = wrapperOf(*impact.m_objectA, moved);
+    const btCollisionObjectWrapper b =
+        wrapperOf(*impact.m_objectB, impact.m_objectB->getWorldTransform());
+    btCollisionAlgorithm* algorithm =
+        dispatcher.findAlgorithm(&a, &b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    m_ownAlgorithms.push_back(algorithm);
+    btManifoldResult result(&a, &b);
+    algorithm->processCollision(&a, &b, m_world.getDispatchInfo(), &result);
+
+    btManifoldArray found;
+    algorithm->getAllContactManifolds(found);
+    for (int i = 0; i < found.size(); ++i)
+    {
+        found[i]->refreshContactPoints(found[i]->getBody0()->getWorldTransform(),
+                                       found[i]->getBody1()->getWorldTransform());
+        const btScalar side = found[i]->getBody0() == impact.m_objectA ? btScalar(-1) : btScalar(1);
+        for (int k = found[i]->getNumContacts(); k-- > 0;)
+        {
+            // A thin part may have been pushed through: its contact looks elsewhere.
+            if (side * found[i]->getContactPoint(k).m_normalWorldOnB.dot(impact.m_normal) <
+                kSameDirection)
+            {
+                found[i]->removeContactPoint(k);
+            }
+        }
+        if (found[i]->getNumContacts() > 0)
+        {
+            m_manifolds.push_back(found[i]);
+        }
+    }
+}
+
+void btCcdImpactSolver::addWitness(const btCcdImpact& impact)
+{
+    btPersistentManifold* manifold =
+        m_world.getDispatcher()->getNewManifold(impact.m_objectA, impact.m_objectB);
+    const btCollisionObjectWrapper a =
+        wrapperOf(*impact.m_objectA, impact.m_objectA->getWorldTransform());
+    const btCollisionObjectWrapper b =
+        wrapperOf(*impact.m_objectB, impact.m_objectB->getWorldTransform());
+    btManifoldResult result(&a, &b);
+    result.setPersistentManifold(manifold);
+    result.addContactPoint(-impact.m_normal, impact.m_pointB, btScalar(0));
+    m_manifolds.push_back(manifold);
+    m_ownManifolds.push_back(manifold);
+}
+
+void btCcdImpactSolver::releaseOwnContacts()
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (btPersistentManifold* manifold : m_ownManifolds)
+    {
+        dispatcher.releaseManifold(manifold);
+    }
+    m_ownManifolds.clear();
+    for (btCollisionAlgorithm* algorithm : m_ownAlgorithms)
+    {
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+    }
+    m_ownAlgorithms.clear();
+}
+
+void btCcdImpactSolver::solveIsland(bool bouncing)
+{
+    WithoutMotors withoutMotors;
+    std::vector<btTypedConstraint*> constraints;
+    for (int i = 0; i < m_world.getNumConstraints(); ++i)
+    {
+        btTypedConstraint* constraint = m_world.getConstraint(i);
+        if (constraint->isEnabled() &&
+            (isIn(constraint->getRigidBodyA()) || isIn(constraint->getRigidBodyB())))
+        {
+            constraints.push_back(constraint);
+            if (auto* hinge = dynamic_cast<btHingeConstraint*>(constraint))
+            {
+                withoutMotors.addHinge(*hinge);
+            }
+        }
+    }
+    const WithoutForces withoutForces(m_objects);
+    const btContactSolverInfo info = impactInfo(m_world.getSolverInfo(), bouncing);
+    btConstraintSolver& solver = *m_world.getConstraintSolver();
+    solver.prepareSolve(int(m_objects.size()), int(m_manifolds.size()));
+    if (m_multiBodyWorld == nullptr)
+    {
+        solver.solveGroup(m_objects.data(),
+                          int(m_objects.size()),
+                          m_manifolds.data(),
+                          int(m_manifolds.size()),
+                          constraints.data(),
+                          int(constraints.size()),
+                          info,
+                          nullptr,
+                          m_world.getDispatcher());
+        solver.allSolved(info, nullptr);
+        return;
+    }
+    std::vector<btMultiBodyConstraint*> multiBodyConstraints;
+    for (int i = 0; i < m_multiBodyWorld->getNumMultiBodyConstraints(); ++i)
+    {
+        btMultiBodyConstraint* constraint = m_multiBodyWorld->getMultiBodyConstraint(i);
+        const auto concerns = [this](const btMultiBody* body) {
+            return std::find(m_multiBodies.begin(), m_multiBodies.end(), body) !=
+                   m_multiBodies.end();
+        };
+        if (concerns(constraint->getMultiBodyA()) || concerns(constraint->getMultiBodyB()))
+        {
+            multiBodyConstraints.push_back(constraint);
+            if (isMotor(*constraint))
+            {
+                withoutMotors.addMotor(*constraint);
+            }
+        }
+    }
+    for (btMultiBody* body : m_multiBodies)
+    {
+        refreshDynamics(*body);
+    }
+    static_cast<btMultiBodyConstraintSolver&>(solver).solveMultiBodyGroup(
+        m_objects.data(),
+        int(m_objects.size()),
+        m_manifolds.data(),
+        int(m_manifolds.size()),
+        constraints.data(),
+        int(constraints.size()),
+        multiBodyConstraints.data(),
+        int(multiBodyConstraints.size()),
+        info,
+        nullptr,
+        m_world.getDispatcher());
+    solver.allSolved(info, nullptr);
+    for (btMultiBody* body : m_multiBodies)
+    {
+        body->processDeltaVeeMultiDof2();
+    }
+}
+
+const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
+    const std::vector<btCcdImpact>& impacts, bool bouncing)
+{
+    std::vector<SavedImpulses> saved;
+    findContacts(impacts);
+    collect(impacts);
+    const auto isNew = [&](const btPersistentManifold& manifold)
+    {
+        return std::any_of(impacts.begin(),
+                           impacts.end(),
+                           [&](const btCcdImpact& impact)
+                           {
+                               return std::minmax<const btCollisionObject*>(impact.m_objectA,
+                                                                            impact.m_objectB) ==
+                                      std::minmax(manifold.getBody0(), manifold.getBody1());
+                           });
+    };
+    for (btPersistentManifold* manifold : m_manifolds)
+    {
+        for (int k = 0; k < manifold->getNumContacts() && !isNew(*manifold); ++k)
+        {
+            btManifoldPoint& point = manifold->getContactPoint(k);
+            saved.push_back({&point,
+                             point.m_appliedImpulse,
+                             point.m_appliedImpulseLateral1,
+                             point.m_appliedImpulseLateral2});
+        }
+    }
+    addMissingContacts(impacts);
+    solveIsland(bouncing);
+    releaseOwnContacts();
+    for (const SavedImpulses& impulses : saved)
+    {
+        impulses.m_point->m_appliedImpulse = impulses.m_normal;
+        impulses.m_point->m_appliedImpulseLateral1 = impulses.m_lateral1;
+        impulses.m_point->m_appliedImpulseLateral2 = impulses.m_lateral2;
+    }
+    return m_objects;
+}

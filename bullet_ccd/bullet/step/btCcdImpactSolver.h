@@ -1,0 +1,60 @@
+/// The answer of a world to impacts in the middle of a step.
+#ifndef BT_CCD_IMPACT_SOLVER_H
+#define BT_CCD_IMPACT_SOLVER_H
+
+#include "bullet_ccd/bullet/step/btCcdStepper.h"
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
+#include <map>
+#include <vector>
+
+class btMultiBody;
+class btMultiBodyDynamicsWorld;
+class btRigidBody;
+
+/// Solves the velocities of what takes part in an impact, and of all that is connected to it by
+/// contacts and constraints, with the solver of the world.
+///
+/// An impact takes no time: forces, gravity, gyroscopic terms and motors contribute nothing to it
+/// (the step's solution has their whole share already), and positions are not corrected, so it adds
+/// no energy. Restitution and friction are Bullet's, with the velocities of impact. Objects outside
+/// of the island are not touched. Contact points that existed before keep the impulses that the
+/// step's solution found for them.
+class btCcdImpactSolver
+{
+public:
+    explicit btCcdImpactSolver(btDiscreteDynamicsWorld& world);
+
+    void beginStep();
+    /// Solves and returns one collider of every body that may have got another velocity.
+    /// @param bouncing false: without restitution, and thoroughly (contacts that come again)
+    const std::vector<btCollisionObject*>& solve(const std::vector<btCcdImpact>& impacts,
+                                                 bool bouncing);
+
+private:
+    btDiscreteDynamicsWorld& m_world;
+    btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
+    std::map<int, int> m_merged;                 // islands that impacts of this step have joined
+    std::vector<int> m_islands;                  // that take part
+    std::vector<btCollisionObject*> m_objects;   // in them
+    std::vector<btMultiBody*> m_multiBodies;
+    std::vector<btPersistentManifold*> m_manifolds;
+    std::vector<btPersistentManifold*> m_ownManifolds;   // for one impact
+    std::vector<btCollisionAlgorithm*> m_ownAlgorithms;  // likewise
+
+    [[nodiscard]] int island(int tag) const;
+    [[nodiscard]] bool isIn(const btCollisionObject& object) const;
+    void join(const btCollisionObject& a, const btCollisionObject& b);
+    void joinMultiBody(const btMultiBody& body);
+    void findContacts(const std::vector<btCcdImpact>& impacts);
+    void collect(const std::vector<btCcdImpact>& impacts);
+    [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
+    void addMissingContacts(const std::vector<btCcdImpact>& impacts);
+    void addContactsOfOverlap(const btCcdImpact& impact);
+    void addWitness(const btCcdImpact& impact);
+    void releaseOwnContacts();
+    void solveIsland(bool bouncing);
+};
+
+#endif  // BT_CCD_IMPACT_SOLVER_H

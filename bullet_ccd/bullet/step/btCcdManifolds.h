@@ -1,0 +1,94 @@
+/// The contact manifolds of one pair of colliders, from exact distances.
+#ifndef BT_CCD_MANIFOLDS_H
+#define BT_CCD_MANIFOLDS_H
+
+#include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <span>
+
+namespace bullet_ccd
+{
+struct Contact;
+struct PatchWorkspace;
+}  // namespace bullet_ccd
+struct btCollisionObjectWrapper;
+
+/// Owns manifolds for every patch of contact (points of like normals): one where the patch is flat,
+/// up to three where a body stands on bumps; at most kMaxManifolds in all.
+///
+/// Depth is counted from the shell: a point at distance d of the surfaces has depth d - m, m the
+/// sum of both margins, so that the solver, which lets a pair close to depth 0, leaves room that
+/// the time of impact guards. Points are given for d <= 2 m (for d <= m + kLeastReach if the
+/// margins are smaller), plus what the result asks for (m_closestPointDistanceThreshold). Without
+/// margins m is kLeastShell.
+///
+/// Points persist: one that is near an old one of its patch, in the frame of either body (a corner
+/// that slides stays where it is in its own), inherits its impulses, age and user data; what is no
+/// longer found is dropped at once. gContactStartedCallback and gContactEndedCallback tell of the
+/// first and last point of a manifold as in stock Bullet, gContactAddedCallback of every point at
+/// every update (if a body has CF_CUSTOM_MATERIAL_CALLBACK), gContactProcessedCallback of those
+/// that persist. Points name the triangle of each mesh: m_partId and m_index are those of the mesh
+/// interface that the shape was made of (of a btCcdMeshShape: 0 and the index in tree().mesh()).
+class btCcdManifolds
+{
+public:
+    static constexpr int kMaxManifolds = 8;
+    static constexpr double kLeastShell = 1e-4;  ///< [m]
+    static constexpr double kLeastReach = 2e-4;  ///< [m]
+
+    /// The two shapes of a question, and how they are posed.
+    struct Sides
+    {
+        const btCollisionObjectWrapper& m_a;
+        const btCcdShapePart& m_partA;
+        const btCollisionObjectWrapper& m_b;
+        const btCcdShapePart& m_partB;
+    };
+
+    explicit btCcdManifolds(btDispatcher& dispatcher) : m_dispatcher(&dispatcher) {}
+    ~btCcdManifolds();
+    btCcdManifolds(const btCcdManifolds&) = delete;
+    btCcdManifolds& operator=(const btCcdManifolds&) = delete;
+
+    /// Brings all manifolds up to date with the poses of the wrappers (a compound child's are not
+    /// those of its collision object). The pair may come in either order.
+    /// @param shared if not null, the manifold of a parent: all points go there
+    /// @pre neither shape is a compound: Bullet's own algorithms take those apart
+    void update(const btCollisionObjectWrapper& a,
+                const btCcdShapeModel& modelA,
+                const btCollisionObjectWrapper& b,
+                const btCcdShapeModel& modelB,
+                btPersistentManifold* shared,
+                btManifoldResult& result);
+    /// Appends the manifolds that this owns.
+    void appendTo(btManifoldArray& manifolds) const;
+
+private:
+    /// Contacts that go to one manifold.
+    struct Share
+    {
+        Eigen::Vector3d normal;  // from A to B
+        std::span<const bullet_ccd::Contact> contacts;
+        btPersistentManifold* manifold = nullptr;
+    };
+
+    void recall(const btCollisionObjectWrapper& a,
+                const btCollisionObjectWrapper& b,
+                bullet_ccd::PatchWorkspace& work) const;
+    void assign(const Sides& sides,
+                const bullet_ccd::PatchWorkspace& found,
+                double reach,
+                btManifoldResult& result);
+    void chooseManifolds(const btCollisionObjectWrapper& a,
+                         const btCollisionObjectWrapper& b,
+                         std::span<Share> shares);
+    void dropEmpty();
+
+    btDispatcher* m_dispatcher;
+    btManifoldArray m_manifolds;
+};
+
+#endif  // BT_CCD_MANIFOLDS_H

@@ -1,0 +1,221 @@
+#include "bullet_ccd/bullet/step/btCcdPairToi.h"
+
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
+#include "bullet_ccd/distance/tree_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+using bullet_ccd::BodyPair;
+using bullet_ccd::FirstContactResult;
+using bullet_ccd::MovingBody;
+using bullet_ccd::SsvTree;
+using bullet_ccd::ToiOptions;
+using bullet_ccd::ToiStatus;
+
+namespace
+{
+/// Parts of the shell m: where the solver's zone ends, and the width of the target above each end.
+constexpr double kSolverZone = 1.0 / 4.0;
+constexpr double kTarget = 1.0 / 16.0;
+static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
+/// What a pair that is near already keeps of its distance.
+constexpr double kCloser = 3.0 / 4.0 - kTarget;
+/// It does not move on once it is this near, relative to where it began to count as near: below,
+/// single-precision coordinates no longer tell the sides apart.
+constexpr double kSmallestGap = sizeof(btScalar) == 8 ? 1e-4 : 1.0 / 32.0;
+
+/// Two parts and how they move.
+struct Parts
+{
+    const btCcdShapePart& m_a;
+    const btCcdObjectMotion& m_motionA;
+    const btCcdShapePart& m_b;
+    const btCcdObjectMotion& m_motionB;
+    Eigen::Isometry3d X_AG;  // the mesh of either in its shape's frame
+    Eigen::Isometry3d X_BG;
+    bullet_ccd::ToiWorkspace& m_work;
+};
+
+FirstContactResult ask(const Parts& parts,
+                       const SsvTree& treeA,
+                       const SsvTree& treeB,
+                       double separation,
+                       double tolerance)
+{
+    const std::array<MovingBody, 2> bodies{parts.m_motionA.body(treeA, parts.X_AG),
+                                           parts.m_motionB.body(treeB, parts.X_BG)};
+    const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
+    const ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
+    return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
+}
+
+/// Distance of two trees at the start if it is below `bound`, else `bound`.
+double distanceAtStart(const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double bound)
+{
+    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
+    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
+    return bullet_ccd::treeDistance(treeA, treeB, X_WB.inverse() * X_WA, bound).distance;
+}
+
+/// True if the query began within the distance `reach` that it was to find, of the parts
+/// themselves.
+bool startsWithin(const Parts& parts, const FirstContactResult& first, double reach)
+{
+    if (first.status == ToiStatus::Overlapping || first.startsTouching || !first.mayStartTouching)
+    {
+        return first.status == ToiStatus::Overlapping || first.startsTouching;
+    }
+    // The query did not find out.
+    return distanceAtStart(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, reach) < reach;
+}
+
+/// For a pair that is near already: it may lose a quarter of its distance beyond `separation` (of
+/// `most` at most). One that has lost nearly all of it does not approach any more.
+FirstContactResult askCloser(
+    const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double separation, double most)
+{
+    const double distance = distanceAtStart(parts, treeA, treeB, separation + most) - separation;
+    if (!(distance > 0.0))
+    {
+        FirstContactResult overlap;
+        overlap.status = ToiStatus::Overlapping;
+        overlap.time = 0.0;
+        return overlap;
+    }
+    FirstContactResult first =
+        ask(parts, treeA, treeB, separation + kCloser * distance, kTarget * distance);
+    if (first.status == ToiStatus::Hit && distance < kSmallestGap * most)
+    {
+        first.time = 0.0;
+    }
+    return first;
+}
+
+double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
+{
+    return a.m_margin + b.m_margin;
+}
+
+/// The contacts are ours: zones of the shell.
+FirstContactResult askShell(const Parts& parts)
+{
+    const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
+    const double margins = marginsOf(parts.m_a, parts.m_b);
+    const double shell = margins > 0.0 ? margins : btCcdManifolds::kLeastShell;
+    const auto zone = [&](double floor, double width) {
+        return ask(
+            parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii + floor * shell, width * shell);
+    };
+    const auto startsInside = [&](const FirstContactResult& first, double reach)
+    { return startsWithin(parts, first, radii + reach * shell); };
+
+    FirstContactResult first = zone(1.0, kTarget);
+    if (startsInside(first, 1.0 + kTarget))
+    {
+        first = zone(kSolverZone, kTarget);
+    }
+    if (startsInside(first, kSolverZone + kTarget))
+    {
+        first = askCloser(
+            parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii, (kSolverZone + kTarget) * shell);
+    }
+    return first;
+}
+
+/// The contacts are Bullet's: the surfaces, and below them the cores.
+FirstContactResult askStock(const Parts& parts, double tolerance)
+{
+    // Bullet counts the margin of a mesh as part of it.
+    const double surfaces =
+        parts.m_a.m_radius + parts.m_b.m_radius + marginsOf(parts.m_a, parts.m_b);
+    const FirstContactResult first =
+        ask(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, surfaces, tolerance);
+    if (!startsWithin(parts, first, surfaces + tolerance))
+    {
+        return first;
+    }
+    const auto core = [](const btCcdShapePart& part) -> const SsvTree&
+    { return part.m_core != nullptr ? *part.m_core : *part.m_tree; };
+    const auto radius = [](const btCcdShapePart& part)
+    { return part.m_core != nullptr ? part.m_coreRadius : part.m_radius; };
+    return askCloser(parts,
+                     core(parts.m_a),
+                     core(parts.m_b),
+                     radius(parts.m_a) + radius(parts.m_b),
+                     parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance);
+}
+
+void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& result)
+{
+    const bool gaveUp = first.status == ToiStatus::IterationLimit;
+    if (first.status == ToiStatus::Overlapping && result.m_status == ToiStatus::Separated)
+    {
+        result.m_status = ToiStatus::Overlapping;
+    }
+    if ((first.status != ToiStatus::Hit && !gaveUp) || first.time >= result.m_fraction)
+    {
+        return;
+    }
+    result.m_status = first.status;
+    result.m_fraction = first.time;
+    result.m_normal = first.normal;
+    result.m_pointA = first.pointA + parts.m_a.m_radius * first.normal;
+    result.m_pointB = first.pointB - parts.m_b.m_radius * first.normal;
+}
+
+/// As askShell() and askStock() need it, see btCcdReserve().
+double reserve(const btCcdShapePart& a, const btCcdShapePart& b)
+{
+    return btCcdHasOwnContacts(a, b) ? btCcdReserveOfMargin * marginsOf(a, b)
+                                     : a.m_depth + b.m_depth;
+}
+}  // namespace
+
+bool btCcdHasOwnContacts(const btCcdShapePart& a, const btCcdShapePart& b)
+{
+    return a.m_ownContacts || b.m_ownContacts || (a.m_core == nullptr && b.m_core == nullptr);
+}
+
+double btCcdReserve(const btCcdShapeModel& a, const btCcdShapeModel& b)
+{
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const btCcdShapePart& partA : a.m_parts)
+    {
+        for (const btCcdShapePart& partB : b.m_parts)
+        {
+            smallest = std::min(smallest, reserve(partA, partB));
+        }
+    }
+    return smallest;
+}
+
+btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
+                               const btCcdSide& b,
+                               double tolerance,
+                               bullet_ccd::ToiWorkspace& work)
+{
+    btCcdPairToi result;
+    const Eigen::Isometry3d X_AB =
+        btCcdShapePoseAt(a.m_motion, 0.0).inverse() * btCcdShapePoseAt(b.m_motion, 0.0);
+    const auto middle = [](const btCcdShapePart& part) -> Eigen::Vector3d
+    { return part.X_SG * part.m_tree->origin(); };
+    for (const btCcdShapePart& partA : a.m_model.m_parts)
+    {
+        for (const btCcdShapePart& partB : b.m_model.m_parts)
+        {
+            const Parts parts{partA,
+                              a.m_motion,
+                              partB,
+                              b.m_motion,
+                              btCcdMeshPose(partA, X_AB * middle(partB)),
+                              btCcdMeshPose(partB, X_AB.inverse() * middle(partA)),
+                              work};
+            take(btCcdHasOwnContacts(partA, partB) ? askShell(parts) : askStock(parts, tolerance),
+                 parts,
+                 result);
+        }
+    }
+    return result;
+}

@@ -1,0 +1,48 @@
+/// Time of impact of two collision objects whose models and motions are known.
+#ifndef BT_CCD_PAIR_TOI_H
+#define BT_CCD_PAIR_TOI_H
+
+#include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+
+struct btCcdSide
+{
+    const btCcdShapeModel& m_model;
+    const btCcdObjectMotion& m_motion;
+};
+
+struct btCcdPairToi
+{
+    /// Separated, Hit, Overlapping (some parts intersect at the start, which are left to discrete
+    /// contacts, and the others do not meet) or IterationLimit.
+    bullet_ccd::ToiStatus m_status = bullet_ccd::ToiStatus::Separated;
+    double m_fraction = 1.0;  ///< certified: the bodies can go on until then
+    Eigen::Vector3d m_pointA = Eigen::Vector3d::Zero();  ///< at that time, in the world [m]
+    Eigen::Vector3d m_pointB = Eigen::Vector3d::Zero();
+    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
+};
+
+/// True if the discrete contacts of the two shapes are this library's: at least one is a
+/// btCcdMeshShape or GImpact mesh, or neither has an inside.
+[[nodiscard]] bool btCcdHasOwnContacts(const btCcdShapePart& a, const btCcdShapePart& b);
+
+/// How far two parts may approach each other from where discrete contacts leave them at rest,
+/// before anything can be lost [m].
+[[nodiscard]] double btCcdReserve(const btCcdShapeModel& a, const btCcdShapeModel& b);
+
+/// First time at which the objects come too near.
+///
+/// Where contacts are the library's own, their solver keeps pairs at the shell m, the sum of the
+/// margins. A pair farther apart is stopped just above m; one within the shell belongs to the
+/// solver and is stopped at m / 4; one nearer still may lose a quarter of its distance.
+///
+/// Where contacts are Bullet's, shapes come to rest at distance 0, or a little below. A pair apart
+/// is stopped within `tolerance` of touching; one that touches belongs to the solver, and is
+/// stopped when the cores of the shapes (btCcdShapePart::m_core) meet: so it can rest, slide and
+/// roll, but not pass.
+/// @param tolerance [m], for pairs with Bullet's contacts
+[[nodiscard]] btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
+                                             const btCcdSide& b,
+                                             double tolerance,
+                                             bullet_ccd::ToiWorkspace& work);
+
+#endif  // BT_CCD_PAIR_TOI_H

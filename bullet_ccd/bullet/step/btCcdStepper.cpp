@@ -1,0 +1,634 @@
+#include "bullet_ccd/bullet/step/btCcdStepper.h"
+
+#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/step/btCcdPairRules.h"
+#include "bullet_ccd/bullet/step/btCcdTracker.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace
+{
+constexpr double kNever = std::numeric_limits<double>::infinity();
+/// Pairs that come together within this part of the tolerance count as simultaneous.
+constexpr double kSimultaneous = 1.0 / 8.0;
+constexpr double kUnseen = btCcdTracker::kUnseen;
+/// Up to so many objects are quicker looked through than the broadphase is asked.
+constexpr std::size_t kFew = 8;
+
+double norm(const btVector3& v)
+{
+    return double(v.length());
+}
+
+}  // namespace
+
+/// What the broadphase finds in the box that an object sweeps.
+class btCcdStepper::Candidates : public btBroadphaseAabbCallback
+{
+public:
+    Candidates(btCcdStepper& stepper, int index) : m_stepper(stepper), m_index(index) {}
+
+    bool process(const btBroadphaseProxy* proxy) override
+    {
+        const auto* object = static_cast<const btCollisionObject*>(proxy->m_clientObject);
+        const btCcdTracked* other = m_stepper.m_tracker->find(*object);
+        // Fast objects sweep boxes of their own.
+        if (other != nullptr && !other->m_fast)
+        {
+            m_stepper.addPair(m_index, m_stepper.indexOf(*other));
+        }
+        return true;
+    }
+
+private:
+    btCcdStepper& m_stepper;
+    int m_index;
+};
+
+btCcdStepper::btCcdStepper(btCollisionWorld& world)
+    : m_world(world),
+      m_context(btCcdContext::of(*world.getDispatcher())),
+      m_tracker(std::make_unique<btCcdTracker>(world))
+{
+}
+
+btCcdStepper::~btCcdStepper() = default;
+
+void btCcdStepper::setEnabled(const btCollisionObject* object, bool enabled)
+{
+    m_tracker->setEnabled(object, enabled);
+}
+
+bool btCcdStepper::isEnabled(const btCollisionObject* object) const
+{
+    return m_tracker->isEnabled(object);
+}
+
+void btCcdStepper::forgetShapes()
+{
+    m_tracker->forgetShapes();
+}
+
+void btCcdStepper::prepare()
+{
+    m_tracker->prepare();
+    m_poses.resize(m_tracker->objects().size());
+}
+
+inline btCcdTracked& btCcdStepper::at(int index)
+{
+    return m_tracker->objects()[std::size_t(index)];
+}
+
+inline const btCcdTracked& btCcdStepper::at(int index) const
+{
+    return std::as_const(*m_tracker).objects()[std::size_t(index)];
+}
+
+inline int btCcdStepper::indexOf(const btCcdTracked& tracked) const
+{
+    return int(&tracked - m_tracker->objects().data());
+}
+
+bool btCcdStepper::begin(btScalar timeStep, Motion motion)
+{
+    m_motion = motion;
+    m_timeStep = double(timeStep);
+    m_time = 0.0;
+    m_counts = {};
+    m_pairs.clear();
+    m_fast.clear();
+    if (m_tracker->look(m_timeStep))
+    {
+        m_tracker->findNeighbours();
+        if (m_tracker->moversCanCross())
+        {
+            findPairs(m_tracker->movers());
+        }
+        findPairs(m_tracker->others());
+    }
+    return !m_pairs.empty();
+}
+
+/// Bound of what any point of one object moves in this step relative to the other.
+inline double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    const btCcdCourse& courseA = a.m_course;
+    const btCcdCourse& courseB = b.m_course;
+    const double toCome = remaining() * (norm(courseA.m_velocity - courseB.m_velocity) +
+                                         courseA.m_turning + courseB.m_turning);
+    if (m_time == 0.0)
+    {
+        return toCome;
+    }
+    const double sinceA = m_time - a.m_since;
+    const double sinceB = m_time - b.m_since;
+    const btVector3 past = (a.m_shift + courseA.m_velocity * btScalar(sinceA)) -
+                           (b.m_shift + courseB.m_velocity * btScalar(sinceB));
+    const double turned =
+        a.m_turned + courseA.m_turning * sinceA + b.m_turned + courseB.m_turning * sinceB;
+    return norm(past) + turned + toCome;
+}
+
+/// False if the two move too little to cross each other, as begin() counts it.
+inline bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose)
+{
+    if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
+    {
+        return true;
+    }
+    return mayLose < kNever && wayApart(a, b) > mayLose;
+}
+
+/// In the order of what it costs to see that a pair cannot meet.
+void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
+{
+    for (btCcdNeighbourPair& pair : neighbours)
+    {
+        const btCcdTracked& a = *pair.m_a;
+        const btCcdTracked& b = *pair.m_b;
+        const bool pressed = a.m_pressed && b.m_pressed;
+        if (!(a.m_beyond + b.m_beyond > 0.0) && !pressed)
+        {
+            continue;
+        }
+        // What Bullet asks of links first, without the detours.
+        if (pair.m_child != nullptr &&
+            (pair.m_child->m_flags & BT_MULTIBODYLINKFLAGS_DISABLE_PARENT_COLLISION) != 0)
+        {
+            continue;
+        }
+        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b) ||
+            (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)))
+        {
+            continue;
+        }
+        if (pair.m_mayLose < 0.0)
+        {
+            pair.m_mayLose = btCcdMayLose(m_context, a, b);
+        }
+        if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
+            !btCcdAreFartherApart(m_context, a, b, a.m_motion + b.m_motion))
+        {
+            m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
+        }
+    }
+}
+
+void btCcdStepper::askAll()
+{
+    ++m_epoch;
+    m_multiBodyCount = 0;
+    m_tracker->noteChanges();
+    m_poses.resize(m_tracker->objects().size());
+    findFast();
+    for (const int index : m_fast)
+    {
+        sweep(at(index));
+    }
+    findSlow();
+    for (Pair& pair : m_pairs)
+    {
+        ask(pair);
+    }
+}
+
+std::int64_t btCcdStepper::unsupported() const
+{
+    return m_tracker->unsupported();
+}
+
+bool btCcdStepper::covers(const btCollisionObject& object) const
+{
+    const btCcdTracked* tracked = std::as_const(*m_tracker).find(object);
+    return tracked != nullptr && tracked->m_usable;
+}
+
+bool btCcdStepper::seesStockClamping() const
+{
+    return m_tracker->seesStockClamping();
+}
+
+void btCcdStepper::findFast()
+{
+    m_slowMotion = 0.0;
+    std::vector<btCcdTracked>& objects = m_tracker->objects();
+    for (btCcdTracked& tracked : objects)
+    {
+        if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+        {
+            tracked.m_course.m_spin =
+                tracked.m_moves ? body->getAngularVelocity() : btVector3(0, 0, 0);
+        }
+        tracked.m_fast = tracked.m_tracked && (tracked.m_motion > tracked.m_slow ||
+                                               (tracked.m_pressed && tracked.m_motion > 0.0));
+        if (tracked.m_fast)
+        {
+            m_fast.push_back(indexOf(tracked));
+        }
+        else if (tracked.m_tracked)
+        {
+            m_slowMotion = std::max(m_slowMotion, tracked.m_motion);
+        }
+    }
+}
+
+void btCcdStepper::findSlow()
+{
+    m_slow.clear();
+    const std::vector<btCcdTracked>& objects = m_tracker->objects();
+    for (std::size_t i = 0; i < objects.size() && m_slow.size() <= kFew; ++i)
+    {
+        const btCcdTracked& tracked = objects[i];
+        if (tracked.m_tracked && !tracked.m_fast &&
+            tracked.m_object->getBroadphaseHandle() != nullptr)
+        {
+            m_slow.push_back(int(i));
+        }
+    }
+    m_fewSlow = m_slow.size() <= kFew;
+}
+
+btCcdStepper::KnownMultiBody& btCcdStepper::known(const btMultiBody& body)
+{
+    // Colliders of a body usually follow each other.
+    for (std::size_t i = m_multiBodyCount; i-- > 0;)
+    {
+        if (m_multiBodies[i]->m_body == &body)
+        {
+            return *m_multiBodies[i];
+        }
+    }
+    if (m_multiBodyCount == m_multiBodies.size())
+    {
+        m_multiBodies.push_back(std::make_unique<KnownMultiBody>());
+    }
+    KnownMultiBody& owner = *m_multiBodies[m_multiBodyCount++];
+    owner.m_body = &body;
+    owner.m_epoch = -1;
+    owner.m_covered = btCcdIsCovered(body);
+    return owner;
+}
+
+const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
+{
+    const btCcdTracked* tracked = m_tracker->find(object);
+    if (tracked == nullptr || !tracked->m_tracked)
+    {
+        return nullptr;
+    }
+    Pose& pose = m_poses[std::size_t(indexOf(*tracked))];
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider != nullptr && !known(*collider->m_multiBody).m_covered)
+    {
+        return nullptr;
+    }
+    if (pose.m_epoch != m_epoch)
+    {
+        pose.m_epoch = m_epoch;
+        readPose(*tracked, pose.m_motion);
+    }
+    return &pose.m_motion;
+}
+
+void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose)
+{
+    const double start = m_motion == Motion::Done ? -1.0 : 0.0;
+    const double part = tracked.m_stopped ? 0.0 : remaining() / m_timeStep;
+    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+    if (collider == nullptr)
+    {
+        pose = {btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start)};
+        return;
+    }
+    KnownMultiBody& owner = known(*collider->m_multiBody);
+    if (owner.m_epoch != m_epoch)
+    {
+        owner.m_epoch = m_epoch;
+        // Fast spins are integrated in pieces or limited before, see btCcdControl.
+        btCcdReadMotion(*collider->m_multiBody,
+                        btScalar(m_timeStep),
+                        owner.m_motion,
+                        {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
+    }
+    pose = btCcdLinkMotion(*collider, owner.m_motion);
+}
+
+const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObject& object)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    return collider != nullptr && motionOf(object) != nullptr
+               ? &known(*collider->m_multiBody).m_motion
+               : nullptr;
+}
+
+void btCcdStepper::sweep(btCcdTracked& tracked)
+{
+    double reach = tracked.outline().m_reach + m_context.m_tolerance + m_slowMotion;
+    btVector3 from = tracked.m_object->getWorldTransform().getOrigin();
+    btVector3 to = from;
+    if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
+    {
+        // A link moves anywhere near. Its collider may not be where its joints are.
+        const btMultiBody& body = *collider->m_multiBody;
+        from = to = collider->m_link < 0
+                        ? body.getBasePos()
+                        : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
+        reach += tracked.m_motion;
+    }
+    else
+    {
+        // Kinematic objects stand where the step began.
+        const double time = tracked.m_object->isKinematicObject() ? m_timeStep
+                            : m_motion == Motion::Done            ? -remaining()
+                                                                  : remaining();
+        to += tracked.m_course.m_velocity * btScalar(time);
+    }
+    if (!std::isfinite(tracked.m_motion) || !std::isfinite(from.length2()))
+    {
+        tracked.m_tracked = false;
+        return;
+    }
+    const btVector3 around = btVector3(1, 1, 1) * btScalar(reach);
+    btCcdBox& box = tracked.m_sweep;
+    box = {from, from};
+    box.m_low.setMin(to);
+    box.m_high.setMax(to);
+    box.m_low -= around;
+    box.m_high += around;
+}
+
+void btCcdStepper::addCandidates(int index, bool onlyChanged)
+{
+    const btCcdTracked& tracked = at(index);
+    if (!tracked.m_tracked)
+    {
+        return;
+    }
+    for (const int other : m_fast)
+    {
+        const btCcdTracked& b = at(other);
+        // Of two objects that come this way, the pair comes once.
+        const bool first = (tracked.m_fast && index < other) || (onlyChanged && !b.m_changed);
+        if (other != index && first && b.m_tracked && tracked.m_sweep.meets(b.m_sweep))
+        {
+            addPair(index, other);
+        }
+    }
+    if (!tracked.m_fast)
+    {
+        return;
+    }
+    if (!m_fewSlow)
+    {
+        Candidates candidates(*this, index);
+        m_world.getBroadphase()->aabbTest(
+            tracked.m_sweep.m_low, tracked.m_sweep.m_high, candidates);
+        return;
+    }
+    for (const int other : m_slow)
+    {
+        const btCcdTracked& b = at(other);
+        const btBroadphaseProxy& proxy = *b.m_object->getBroadphaseHandle();
+        if (!b.m_fast && tracked.m_sweep.meets({proxy.m_aabbMin, proxy.m_aabbMax}))
+        {
+            addPair(index, other);
+        }
+    }
+}
+
+void btCcdStepper::addPair(int a, int b)
+{
+    // The order in which Bullet sees the pair: by the age of the objects.
+    const auto [first, second] = std::minmax(a, b);
+    if (wanted(at(first), at(second)) &&
+        canCross(at(first), at(second), btCcdMayLose(m_context, at(first), at(second))))
+    {
+        m_pairs.push_back({first, second, kNever, {}});
+    }
+}
+
+bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    return a.m_tracked && b.m_tracked && a.m_object != b.m_object &&
+           (a.m_motion > 0.0 || b.m_motion > 0.0) &&
+           btCcdMayMeet(m_world, *a.m_object, *b.m_object);
+}
+
+void btCcdStepper::ask(Pair& pair)
+{
+    btCollisionObject* a = at(pair.m_a).m_object;
+    btCollisionObject* b = at(pair.m_b).m_object;
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    btBroadphasePair* known =
+        m_world.getPairCache()->findPair(a->getBroadphaseHandle(), b->getBroadphaseHandle());
+    btCollisionAlgorithm* algorithm = known != nullptr ? known->m_algorithm : nullptr;
+    const bool made = algorithm == nullptr;
+    if (made)
+    {
+        const btCollisionObjectWrapper wrapA(
+            nullptr, a->getCollisionShape(), a, a->getWorldTransform(), -1, -1);
+        const btCollisionObjectWrapper wrapB(
+            nullptr, b->getCollisionShape(), b, b->getWorldTransform(), -1, -1);
+        algorithm = dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    }
+    btDispatcherInfo info = m_world.getDispatchInfo();
+    info.m_timeStep = btScalar(remaining());
+    btCcdImpactResult result;
+    m_context.m_motions = this;
+    const double fraction = double(algorithm->calculateTimeOfImpact(a, b, info, &result));
+    m_context.m_motions = nullptr;
+    if (made)
+    {
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+    }
+    ++m_counts.m_queries;
+    m_counts.m_overlaps += result.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
+    pair.m_toi = result.m_toi;
+    pair.m_time = fraction < 1.0 ? m_time + fraction * remaining() : kNever;
+}
+
+btCcdStepper::Event btCcdStepper::next()
+{
+    Event event;
+    double earliest = kNever;
+    for (const Pair& pair : m_pairs)
+    {
+        earliest = std::min(earliest, pair.m_time);
+    }
+    if (earliest == kNever)
+    {
+        return event;
+    }
+    event.m_found = true;
+    event.m_time = std::clamp(btCcdRoundDown(earliest), btScalar(m_time), btScalar(m_timeStep));
+    for (Pair& pair : m_pairs)
+    {
+        const double speed = (at(pair.m_a).m_motion + at(pair.m_b).m_motion) / m_timeStep;
+        if (pair.m_time == earliest ||
+            (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
+        {
+            event.m_gaveUp =
+                event.m_gaveUp || pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
+            pair.m_met = true;
+            event.m_impacts.push_back(impactOf(pair, event.m_time));
+            if (pair.m_time == earliest)
+            {
+                std::swap(event.m_impacts.front(), event.m_impacts.back());
+            }
+        }
+    }
+    return event;
+}
+
+btCcdImpact btCcdStepper::impactOf(const Pair& pair, btScalar time) const
+{
+    const auto linkOf = [](const btCollisionObject* object)
+    {
+        const auto* collider = btMultiBodyLinkCollider::upcast(object);
+        return collider != nullptr ? collider->m_link : btCcdImpact::kNoLink;
+    };
+    btCollisionObject* a = at(pair.m_a).m_object;
+    btCollisionObject* b = at(pair.m_b).m_object;
+    return {a,
+            b,
+            linkOf(a),
+            linkOf(b),
+            time,
+            btCcdToBullet(pair.m_toi.m_pointA),
+            btCcdToBullet(pair.m_toi.m_pointB),
+            btCcdToBullet(pair.m_toi.m_normal)};
+}
+
+void btCcdStepper::advance(btScalar time)
+{
+    m_time = double(time);
+    ++m_epoch;
+}
+
+void btCcdStepper::changed(const btCollisionObject& object)
+{
+    const auto mark = [this](const btCollisionObject* part)
+    {
+        btCcdTracked* tracked = part != nullptr ? m_tracker->find(*part) : nullptr;
+        if (tracked != nullptr)
+        {
+            tracked->m_changed = true;
+            tracked->m_stopped = tracked->m_stopped || m_motion == Motion::Done;
+        }
+    };
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider == nullptr)
+    {
+        // What is fixed goes on as before: its other pairs keep their answers.
+        if (!object.isStaticObject() || object.isKinematicObject())
+        {
+            mark(&object);
+        }
+        return;
+    }
+    const btMultiBody& body = *collider->m_multiBody;
+    mark(body.getBaseCollider());
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        mark(body.getLink(i).m_collider);
+    }
+}
+
+/// False if the object moves on as it did.
+bool btCcdStepper::takeNewCourse(btCcdTracked& tracked)
+{
+    const btCcdCourse course = m_tracker->courseOf(tracked);
+    if (btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr &&
+        course.m_velocity == tracked.m_course.m_velocity &&
+        course.m_spin == tracked.m_course.m_spin)
+    {
+        return false;
+    }
+    tracked.take(course, m_time, remaining());
+    const double way = norm(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
+    if (!tracked.m_fast && (way > tracked.m_slow || way > m_slowMotion ||
+                            (tracked.m_pressed && tracked.m_motion > 0.0)))
+    {
+        // From now on it is not where the broadphase saw it.
+        tracked.m_fast = true;
+        m_fast.push_back(indexOf(tracked));
+    }
+    return true;
+}
+
+void btCcdStepper::refresh()
+{
+    ++m_epoch;
+    m_multiBodyCount = 0;
+    m_tracker->forgetBodies();
+    std::vector<int> changed;
+    for (btCcdTracked& tracked : m_tracker->objects())
+    {
+        tracked.m_changed = tracked.m_changed && tracked.m_tracked && takeNewCourse(tracked);
+        if (tracked.m_changed)
+        {
+            changed.push_back(indexOf(tracked));
+            sweep(tracked);
+        }
+    }
+    std::erase_if(m_pairs,
+                  [&](const Pair& pair)
+                  {
+                      const btCcdTracked& a = at(pair.m_a);
+                      const btCcdTracked& b = at(pair.m_b);
+                      return a.m_changed || b.m_changed || (pair.m_met && !wanted(a, b));
+                  });
+    const std::size_t before = m_pairs.size();
+    for (const int index : changed)
+    {
+        addCandidates(index, true);
+    }
+    for (std::size_t i = 0; i < m_pairs.size(); ++i)
+    {
+        if (i >= before || m_pairs[i].m_met)
+        {
+            m_pairs[i].m_met = false;
+            ask(m_pairs[i]);
+        }
+    }
+    for (const int index : changed)
+    {
+        at(index).m_changed = false;
+    }
+}
+
+void btCcdStepper::end()
+{
+    m_context.m_shapes.endRound();
+}
+
+bool btCcdStepper::sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high)
+{
+    btCcdTracked* tracked = m_tracker->find(object);
+    if (tracked == nullptr || !tracked->m_tracked ||
+        !(tracked->m_fast || tracked->m_motion > tracked->m_slow))
+    {
+        return false;
+    }
+    if (!tracked->m_fast)
+    {
+        // Nothing was in its way, so nothing was asked. By now it is where the step ended.
+        m_motion = Motion::Done;
+        m_time = 0.0;
+        sweep(*tracked);
+    }
+    low = tracked->m_sweep.m_low;
+    high = tracked->m_sweep.m_high;
+    return true;
+}

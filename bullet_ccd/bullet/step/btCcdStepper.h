@@ -1,0 +1,175 @@
+/// The impacts of one time step, in the order in which they happen.
+#ifndef BT_CCD_STEPPER_H
+#define BT_CCD_STEPPER_H
+
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+class btCcdTracker;
+struct btCcdNeighbourPair;
+struct btCcdTracked;
+
+/// Two colliders that have come too near each other.
+struct btCcdImpact
+{
+    /// Link index of a collider that belongs to no multibody.
+    static constexpr int kNoLink = -2;
+
+    btCollisionObject* m_objectA;
+    btCollisionObject* m_objectB;
+    int m_linkA;  ///< -1: the base of a multibody
+    int m_linkB;
+    btScalar m_time;     ///< since the step began [s]
+    btVector3 m_pointA;  ///< closest points at that time, in the world [m]
+    btVector3 m_pointB;
+    btVector3 m_normal;  ///< unit, from A to B
+};
+
+/// Finds the impacts of all that a world is about to move (or has just moved), through the
+/// registered collision algorithms.
+///
+/// An object is fast if it moves more in the step than half of what it could lose without being
+/// passed: half the depth of the core of a convex shape, a part of the margin of a mesh. Only pairs
+/// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts
+/// see them. Nor can two that move relative to each other by no more than that together, or less
+/// than they are apart. Pairs come from a list of neighbours (btCcdTracker), after an impact from
+/// the broadphase, by the boxes that fast objects sweep, and are filtered as Bullet does (groups,
+/// user filters, parent-child and self-collision flags, contact response). Nothing is asked of a
+/// shape but its outline before a pair needs a query. Keeps scratch memory; one per world.
+class btCcdStepper : public btCcdMotionSource
+{
+public:
+    /// Which motion the velocities of a world stand for.
+    enum class Motion
+    {
+        ToCome,  ///< the next time step
+        Done,    ///< the last one, which ended where everything is now
+    };
+    /// What was seen in a step.
+    struct Counts
+    {
+        std::int64_t m_queries = 0;
+        std::int64_t m_overlaps = 0;
+    };
+    struct Event
+    {
+        bool m_found = false;
+        bool m_gaveUp = false;               ///< the query did, the time is certified all the same
+        btScalar m_time = 0;                 ///< since the step began [s]
+        std::vector<btCcdImpact> m_impacts;  ///< all at that time; the first is the earliest
+    };
+
+    explicit btCcdStepper(btCollisionWorld& world);
+    ~btCcdStepper() override;
+    btCcdStepper(const btCcdStepper&) = delete;
+    btCcdStepper& operator=(const btCcdStepper&) = delete;
+
+    /// Objects that are left to Bullet.
+    void setEnabled(const btCollisionObject* object, bool enabled);
+    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
+    /// Shapes have been changed in place.
+    void forgetShapes();
+
+    /// Looks at what is there already, so that no step has to begin with that.
+    void prepare();
+    /// Looks at all objects. False if no pair can be lost in this step: then that is all there is
+    /// to do. May be called again if velocities have been changed.
+    [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
+    /// Asks for all pairs that begin() has found. To be called before next().
+    void askAll();
+    /// The earliest impact that is still to come.
+    [[nodiscard]] Event next();
+    /// The world is at this time of the step now; call changed() for what no longer moves as it
+    /// did.
+    void advance(btScalar time);
+    /// The velocities of everything that moves with the object are no longer what they were. For a
+    /// motion that is done: it has been placed where it was at the present time and stays there.
+    void changed(const btCollisionObject& object);
+    /// Asks again for all pairs that changed() concerns. To be called before next().
+    void refresh();
+    void end();
+
+    /// Since begin().
+    [[nodiscard]] const Counts& counts() const { return m_counts; }
+    /// Colliders of shapes that are not covered.
+    [[nodiscard]] std::int64_t unsupported() const;
+    /// True if the object is covered and enabled; after begin().
+    [[nodiscard]] bool covers(const btCollisionObject& object) const;
+    /// True if Bullet's own motion clamping is on for any such object that moves.
+    [[nodiscard]] bool seesStockClamping() const;
+    const btCcdObjectMotion* motionOf(const btCollisionObject& object) override;
+    /// The same for the whole multibody that a link belongs to; null for others.
+    const btCcdMultiBodyMotion* multiBodyMotionOf(const btCollisionObject& object);
+
+    /// Box around all that the object passes through from now on, for debug drawing.
+    [[nodiscard]] bool sweptBox(const btCollisionObject& object, btVector3& low, btVector3& high);
+
+private:
+    /// How an object moves in the rest of the step, as the core takes it.
+    struct Pose
+    {
+        int m_epoch = -1;
+        btCcdObjectMotion m_motion;
+    };
+    struct KnownMultiBody
+    {
+        const btMultiBody* m_body = nullptr;
+        bool m_covered = false;
+        int m_epoch = -1;
+        btCcdMultiBodyMotion m_motion;
+    };
+    struct Pair
+    {
+        int m_a;
+        int m_b;
+        double m_time;  // of impact, since the step began [s]; infinite without
+        btCcdPairToi m_toi;
+        bool m_met = false;  // the impact has happened
+    };
+    class Candidates;
+
+    btCollisionWorld& m_world;
+    btCcdContext& m_context;
+    std::unique_ptr<btCcdTracker> m_tracker;
+    std::vector<Pose> m_poses;  // by index in the world
+    std::vector<std::unique_ptr<KnownMultiBody>> m_multiBodies;
+    std::size_t m_multiBodyCount = 0;
+    std::vector<int> m_fast;
+    std::vector<int> m_slow;  // the others, if they are few
+    std::vector<Pair> m_pairs;
+    Counts m_counts;
+    Motion m_motion = Motion::ToCome;
+    double m_timeStep = 0.0;
+    double m_time = 0.0;
+    int m_epoch = 0;
+    double m_slowMotion = 0.0;  // the most that an object that is not fast moves [m]
+    bool m_fewSlow = false;
+
+    [[nodiscard]] double remaining() const { return m_timeStep - m_time; }
+    [[nodiscard]] btCcdTracked& at(int index);
+    [[nodiscard]] const btCcdTracked& at(int index) const;
+    [[nodiscard]] int indexOf(const btCcdTracked& tracked) const;
+    void findPairs(std::vector<btCcdNeighbourPair>& neighbours);
+    KnownMultiBody& known(const btMultiBody& body);
+    void readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose);
+    [[nodiscard]] double wayApart(const btCcdTracked& a, const btCcdTracked& b) const;
+    void sweep(btCcdTracked& tracked);
+    void findFast();
+    void findSlow();
+    bool takeNewCourse(btCcdTracked& tracked);
+    void addCandidates(int index, bool onlyChanged);
+    void addPair(int a, int b);
+    [[nodiscard]] bool wanted(const btCcdTracked& a, const btCcdTracked& b) const;
+    [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose);
+    void ask(Pair& pair);
+    [[nodiscard]] btCcdImpact impactOf(const Pair& pair, btScalar time) const;
+};
+
+#endif  // BT_CCD_STEPPER_H

@@ -1,0 +1,580 @@
+#include "bullet_ccd/bullet/step/btCcdTracker.h"
+
+#include "bullet_ccd/bullet/btCcdContext.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace
+{
+constexpr double kNever = std::numeric_limits<double>::infinity();
+/// What a shape may use up of the margin of the mesh that it meets.
+constexpr double kPartnersShare = btCcdShareOfMargin;
+/// A list of neighbours is good for about so many steps, and for this part of an object's reach.
+constexpr double kSteps = 24.0;
+constexpr double kPartOfReach = 0.35;
+
+double norm(const btVector3& v)
+{
+    return double(v.length());
+}
+
+/// A link's collider may not be where its joints are.
+const btVector3& originOf(const btCollisionObject& object)
+{
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider == nullptr)
+    {
+        return object.getWorldTransform().getOrigin();
+    }
+    const btMultiBody& body = *collider->m_multiBody;
+    return collider->m_link < 0 ? body.getBasePos()
+                                : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
+}
+
+/// By its bits: this is asked of every body in every step.
+inline bool isNotZero(btScalar value)
+{
+    using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+    return std::bit_cast<Bits>(value) != 0;
+}
+
+/// Null if neither is the other's parent.
+const btMultibodyLink* childOf(const btCollisionObject& a, const btCollisionObject& b)
+{
+    const auto* linkA = btMultiBodyLinkCollider::upcast(&a);
+    const auto* linkB = btMultiBodyLinkCollider::upcast(&b);
+    if (linkA == nullptr || linkB == nullptr || linkA->m_multiBody != linkB->m_multiBody)
+    {
+        return nullptr;
+    }
+    for (const auto& [child, parent] : {std::pair(linkA, linkB), std::pair(linkB, linkA)})
+    {
+        if (child->m_link >= 0 &&
+            child->m_multiBody->getLink(child->m_link).m_parent == parent->m_link)
+        {
+            return &child->m_multiBody->getLink(child->m_link);
+        }
+    }
+    return nullptr;
+}
+}  // namespace
+
+void btCcdTracked::take(const btCcdCourse& course, double time, double remaining)
+{
+    m_shift += m_course.m_velocity * btScalar(time - m_since);
+    m_turned += m_course.m_turning * (time - m_since);
+    m_since = time;
+    m_course = course;
+    m_motion = remaining * (norm(course.m_velocity) + course.m_turning);
+}
+
+btCcdTracker::btCcdTracker(btCollisionWorld& world)
+    : m_world(world), m_context(btCcdContext::of(*world.getDispatcher()))
+{
+}
+
+void btCcdTracker::setEnabled(const btCollisionObject* object, bool enabled)
+{
+    if (enabled)
+    {
+        m_disabled.erase(object);
+    }
+    else
+    {
+        m_disabled.insert(object);
+    }
+    m_isStale = true;
+}
+
+const btCcdTracked* btCcdTracker::find(const btCollisionObject& object) const
+{
+    const auto index = std::size_t(object.getWorldArrayIndex());
+    return index < m_objects.size() && m_objects[index].m_object == &object ? &m_objects[index]
+                                                                            : nullptr;
+}
+
+void btCcdTracker::lookAtShape(btCcdKnownShape& known)
+{
+    const btCollisionShape& shape = *known.m_shape;
+    if (const auto simple = btCcdSimpleOutline(shape))
+    {
+        known.m_covered = true;
+        known.m_outline = *simple;
+    }
+    else if (const btCcdShapeModel* model = m_context.model(&shape))
+    {
+        known.m_covered = true;
+        known.m_outline = btCcdOutlineOf(*model);
+    }
+    if (known.m_covered)
+    {
+        known.m_extent = btCcdExtentOf(shape);
+        known.m_shell = known.m_outline.m_hasMesh ? 2.0 * double(shape.getMargin()) : 0.0;
+        if (known.m_outline.m_hasMesh && shape.isCompound())
+        {
+            known.m_shell = kNever;  // the margins are its children's
+        }
+    }
+}
+
+void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
+{
+    tracked = {};
+    tracked.m_object = &object;
+    tracked.m_collisionShape = object.getCollisionShape();
+    std::unique_ptr<btCcdKnownShape>& shape = m_shapes[tracked.m_collisionShape];
+    if (shape == nullptr)
+    {
+        shape = std::make_unique<btCcdKnownShape>(*tracked.m_collisionShape);
+        lookAtShape(*shape);
+        shape->m_epoch = m_epoch;
+    }
+    tracked.m_shape = shape.get();
+    tracked.m_usable = shape->m_covered && isEnabled(&object);
+    m_unsupported += shape->m_covered ? 0 : 1;
+}
+
+void btCcdTracker::lookAtAll()
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    m_isStale = false;
+    m_neighbours.clear();
+    m_movers.clear();
+    m_others.clear();
+    m_compares = false;
+    m_shapes.clear();
+    m_unsupported = 0;
+    m_objects.resize(std::size_t(objects.size()));
+    double ownMargin = kNever;
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        lookAt(m_objects[std::size_t(i)], *objects[i]);
+        ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
+    }
+    m_moversMayLose = kNever;
+    for (btCcdTracked& tracked : m_objects)
+    {
+        const btCcdShapeOutline& outline = tracked.outline();
+        const bool isStock = !outline.m_hasMesh && outline.m_ownMargin == kNever;
+        m_moversMayLose =
+            std::min(m_moversMayLose, isStock ? 2.0 * kUnseen * outline.m_depth : 0.0);
+        // Half of what a mesh can lose is its partner's.
+        tracked.m_slow = kUnseen * std::min(outline.m_reserve, kPartnersShare * ownMargin);
+        // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
+        const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kNever;
+        tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
+    }
+}
+
+inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const
+{
+    if (tracked.m_object != &object || tracked.m_collisionShape != object.getCollisionShape())
+    {
+        return false;
+    }
+    if (tracked.m_shape->m_epoch == m_epoch)
+    {
+        return true;
+    }
+    tracked.m_shape->m_epoch = m_epoch;
+    return tracked.m_shape->isOf(*tracked.m_collisionShape);
+}
+
+/// True for the one object of a world, which meets nothing.
+bool btCcdTracker::isAlone() const
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    return objects.size() == 1 && !m_isStale && !m_touched && m_objects[0].m_object == objects[0] &&
+           m_objects[0].m_collisionShape == objects[0]->getCollisionShape();
+}
+
+void btCcdTracker::prepare()
+{
+    lookAtAll();
+    for (const auto& [shape, known] : m_shapes)
+    {
+        if (btCcdSimpleOutline(*shape))
+        {
+            (void)m_context.model(shape);
+        }
+    }
+}
+
+bool btCcdTracker::look(double timeStep)
+{
+    if (m_objects.size() == 1 && isAlone())
+    {
+        return false;
+    }
+    m_timeStep = timeStep;
+    ++m_epoch;
+    forgetBodies();
+    if (m_touched)
+    {
+        clearStep();
+    }
+    if (m_isStale || !readMotions(true))
+    {
+        lookAtAll();
+        (void)readMotions(false);
+    }
+    if (const int count = m_world.getDispatcher()->getNumManifolds(); count > 0)
+    {
+        findPressed(m_world.getDispatcher()->getInternalManifoldPointer(), count);
+    }
+    return m_beyondTwo > 0.0 || m_touched;
+}
+
+void btCcdTracker::clearStep()
+{
+    m_touched = false;
+    m_pressedPairs.clear();
+    for (btCcdTracked& tracked : m_objects)
+    {
+        tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
+        tracked.m_since = tracked.m_turned = 0.0;
+        tracked.m_shift.setZero();
+        if (!tracked.m_moves)
+        {
+            tracked.m_motion = 0.0;
+            tracked.m_course = {};
+        }
+    }
+}
+
+/// False if some object or shape is not the one that was seen before. Two objects of which the
+/// motions beyond what they may move unseen are not positive together cannot cross.
+bool btCcdTracker::readMotions(bool check)
+{
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    const auto count = std::size_t(objects.size());
+    if (m_objects.size() != count)
+    {
+        return false;
+    }
+    m_isClamped = false;
+    bool listed = m_context.m_tolerance == m_listedTolerance;
+    double most = -kNever;
+    double second = -kNever;
+    btCcdTracked* tracked = m_objects.data();
+    for (std::size_t i = 0; i < count; ++i, ++tracked)
+    {
+        const btCollisionObject& object = *objects[int(i)];
+        if (check && !isAsSeen(*tracked, object))
+        {
+            return false;
+        }
+        if (!tracked->m_usable)
+        {
+            continue;
+        }
+        const bool inside = btCcdIsMoved(object) ? read(*tracked) : readAtRest(*tracked);
+        listed = listed && inside;
+        tracked->m_beyond = tracked->m_motion - tracked->m_unseen;
+        second = std::max(second, std::min(most, tracked->m_beyond));
+        most = std::max(most, tracked->m_beyond);
+    }
+    m_isListed = listed;
+    m_beyondTwo = most + second;
+    m_apart = kNever;
+    if (m_compares && m_beyondTwo > 0.0)
+    {
+        compareMotions();
+    }
+    return true;
+}
+
+/// How far any two rigid bodies get from each other in the step, at most.
+void btCcdTracker::compareMotions()
+{
+    const btCcdTracked* reference = nullptr;
+    double most = 0.0;
+    double second = 0.0;
+    for (const btCcdTracked& tracked : m_objects)
+    {
+        if (!tracked.m_moves)
+        {
+            continue;
+        }
+        reference = reference == nullptr ? &tracked : reference;
+        const btCcdCourse& course = tracked.m_course;
+        const double apart =
+            m_timeStep *
+            (norm(course.m_velocity - reference->m_course.m_velocity) + course.m_turning);
+        second = std::max(second, std::min(most, apart));
+        most = std::max(most, apart);
+    }
+    m_apart = most + second;
+}
+
+/// These two are false if the object is not where the list of neighbours has it.
+inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
+{
+    if (tracked.m_moves)
+    {
+        tracked.m_moves = false;
+        tracked.m_motion = 0.0;
+        tracked.m_course = {};
+    }
+    const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
+    tracked.m_tracked = proxy != nullptr;
+    return proxy == nullptr || (tracked.m_listedBox != nullptr &&
+                                tracked.m_listedBox->contains(proxy->m_aabbMin, proxy->m_aabbMax));
+}
+
+/// Where the object is and how it moves.
+inline bool btCcdTracker::read(btCcdTracked& tracked)
+{
+    const double reach = tracked.outline().m_reach;
+    tracked.m_moves = true;
+    if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+    {
+        btCcdCourse& course = tracked.m_course;
+        course.m_velocity = body->getLinearVelocity();
+        course.m_turning = norm(body->getAngularVelocity()) * reach;
+        tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
+        tracked.m_origin = body->getWorldTransform().getOrigin();
+        if (isNotZero(body->getCcdMotionThreshold())) [[unlikely]]
+        {
+            m_isClamped = true;
+        }
+    }
+    else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
+    {
+        readLink(tracked, *collider);
+    }
+    else
+    {
+        tracked.m_course = {};
+        tracked.m_motion = 0.0;
+        tracked.m_origin = tracked.m_object->getWorldTransform().getOrigin();
+    }
+    tracked.m_around = reach + m_context.m_tolerance + tracked.m_motion;
+    tracked.m_tracked = true;
+    const btVector3 moved = (tracked.m_origin - tracked.m_listed).absolute();
+    const double farthest = double(std::max(std::max(moved.x(), moved.y()), moved.z()));
+    if (farthest + tracked.m_motion <= tracked.m_room)
+    {
+        return true;
+    }
+    tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
+    return false;
+}
+
+inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider)
+{
+    const Speeds& speeds = speedsOf(*collider.m_multiBody);
+    btCcdCourse& course = tracked.m_course;
+    tracked.m_origin = originOf(collider);
+    tracked.m_motion = course.m_turning = 0.0;
+    course.m_velocity = speeds.m_velocity;
+    if (speeds.m_covered)
+    {
+        const double* link = &speeds.m_links[2 * std::size_t(collider.m_link + 1)];
+        const double speed = link[0] + link[1] * tracked.outline().m_reach;
+        tracked.m_motion = m_timeStep * speed;
+        course.m_turning = speed - speeds.m_common;
+    }
+}
+
+btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
+{
+    btCcdCourse course;
+    if (tracked.m_stopped)
+    {
+        return course;
+    }
+    const double reach = tracked.outline().m_reach;
+    if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+    {
+        course.m_velocity = body->getLinearVelocity();
+        course.m_spin = body->getAngularVelocity();
+        course.m_turning = norm(course.m_spin) * reach;
+        return course;
+    }
+    const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+    if (collider == nullptr)
+    {
+        return course;
+    }
+    const Speeds& speeds = speedsOf(*collider->m_multiBody);
+    if (speeds.m_covered)
+    {
+        const double* link = &speeds.m_links[2 * std::size_t(collider->m_link + 1)];
+        course.m_velocity = speeds.m_velocity;
+        course.m_turning = link[0] + link[1] * reach - speeds.m_common;
+    }
+    return course;
+}
+
+const btCcdTracker::Speeds& btCcdTracker::findSpeeds(const btMultiBody& body)
+{
+    const auto end = m_bodies.begin() + std::ptrdiff_t(m_bodyCount);
+    const auto seen = std::find_if(
+        m_bodies.begin(), end, [&](const auto& known) { return known->m_body == &body; });
+    if (seen != end)
+    {
+        m_lastBody = seen->get();
+        return *m_lastBody;
+    }
+    if (m_bodyCount == m_bodies.size())
+    {
+        m_bodies.push_back(std::make_unique<Speeds>());
+    }
+    Speeds& speeds = *m_bodies[m_bodyCount++];
+    m_lastBody = &speeds;
+    speeds.m_body = &body;
+    speeds.m_covered = btCcdIsCovered(body);
+    if (speeds.m_covered)
+    {
+        btCcdReadSpeeds(body, m_timeStep, speeds.m_links);
+    }
+    // All links have the velocity of the base, and that of their joints besides.
+    const bool floats = speeds.m_covered && !body.hasFixedBase() && speeds.m_links[0] > 0.0;
+    speeds.m_velocity = floats ? body.getBaseVel() : btVector3(0, 0, 0);
+    speeds.m_common = floats ? speeds.m_links[0] : 0.0;
+    return speeds;
+}
+
+/// True if the solver has let the two sink in deeper than slow motion leaves room for.
+inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
+                                    const btCcdTracked*& a,
+                                    const btCcdTracked*& b) const
+{
+    btScalar deepest = 0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
+    }
+    if (!(deepest < btScalar(0)))
+    {
+        return false;
+    }
+    a = find(*manifold.getBody0());
+    b = find(*manifold.getBody1());
+    if (a == nullptr || b == nullptr)
+    {
+        return false;
+    }
+    const double reserve = std::min(a->outline().m_reserve + b->outline().m_reserve,
+                                    std::min(a->outline().m_ownMargin, b->outline().m_ownMargin));
+    return -double(deepest) > (1.0 - kUnseen) * reserve;
+}
+
+void btCcdTracker::findPressed(btPersistentManifold** manifolds, int count)
+{
+    for (int i = 0; i < count; ++i)
+    {
+        const btCcdTracked* a = nullptr;
+        const btCcdTracked* b = nullptr;
+        if (!isPressed(*manifolds[i], a, b))
+        {
+            continue;
+        }
+        const std::pair<int, int> pair =
+            std::minmax(int(a - m_objects.data()), int(b - m_objects.data()));
+        m_pressedPairs.push_back(pair);
+        m_objects[std::size_t(pair.first)].m_pressed = true;
+        m_objects[std::size_t(pair.second)].m_pressed = true;
+        m_touched = true;
+    }
+}
+
+bool btCcdTracker::isPressed(int a, int b) const
+{
+    return m_objects[std::size_t(a)].m_pressed && m_objects[std::size_t(b)].m_pressed &&
+           std::find(m_pressedPairs.begin(), m_pressedPairs.end(), std::pair(a, b)) !=
+               m_pressedPairs.end();
+}
+
+/// Of what moves, a box about its origin in which it may turn as it likes.
+btCcdBox btCcdTracker::placeOf(const btCcdTracked& tracked) const
+{
+    if (!tracked.m_moves)
+    {
+        const btBroadphaseProxy& proxy = *tracked.m_object->getBroadphaseHandle();
+        return {proxy.m_aabbMin, proxy.m_aabbMax};
+    }
+    const auto around = btScalar(tracked.m_around);
+    const btVector3 half(around, around, around);
+    return {tracked.m_origin - half, tracked.m_origin + half};
+}
+
+namespace
+{
+/// How far the point is from the box, in the direction of an axis.
+btScalar distanceAlongAxes(const btVector3& point, const btBroadphaseProxy& box)
+{
+    btScalar farthest = 0;
+    for (int i = 0; i < 3; ++i)
+    {
+        farthest =
+            std::max(farthest, std::max(box.m_aabbMin[i] - point[i], point[i] - box.m_aabbMax[i]));
+    }
+    return farthest;
+}
+}  // namespace
+
+bool btCcdTracker::isBoxApart(const btCcdTracked& mover, const btCcdTracked& other)
+{
+    return !mover.m_moves ||
+           distanceAlongAxes(mover.m_origin, *other.m_object->getBroadphaseHandle()) >
+               btScalar(mover.m_around);
+}
+
+void btCcdTracker::listNeighbours()
+{
+    std::vector<btCcdBox>& boxes = m_neighbours.boxes();
+    boxes.clear();
+    boxes.reserve(m_objects.size());
+    m_listedTolerance = m_context.m_tolerance;
+    for (btCcdTracked& tracked : m_objects)
+    {
+        tracked.m_room = -1.0;
+        btCcdBox box = tracked.m_tracked ? placeOf(tracked) : btCcdBox{};
+        if (tracked.m_tracked && tracked.m_moves)
+        {
+            const auto room = btScalar(
+                std::max(kSteps * tracked.m_motion, kPartOfReach * tracked.outline().m_reach));
+            box.m_low -= btVector3(room, room, room);
+            box.m_high += btVector3(room, room, room);
+            tracked.m_room = tracked.m_motion + double(room);
+            tracked.m_listed = tracked.m_origin;
+        }
+        boxes.push_back(box);  // there is room: the others stay where they are
+        tracked.m_listedBox = tracked.m_moves ? nullptr : &boxes.back();
+    }
+    m_neighbours.list();
+    m_movers.clear();
+    m_others.clear();
+    m_movers.reserve(m_neighbours.pairs().size());
+    m_others.reserve(m_neighbours.pairs().size());
+    bool hasLinks = false;
+    for (const auto& [first, second] : m_neighbours.pairs())
+    {
+        btCcdTracked& a = m_objects[std::size_t(first)];
+        btCcdTracked& b = m_objects[std::size_t(second)];
+        const btCcdNeighbourPair pair{&a, &b, -1.0, childOf(*a.m_object, *b.m_object)};
+        (a.m_moves && b.m_moves ? m_movers : m_others).push_back(pair);
+        hasLinks = hasLinks || pair.m_child != nullptr;
+    }
+    // Links move relative to each other more than it seems from their speeds.
+    m_compares = !hasLinks && m_movers.size() > m_objects.size();
+}
+
+void btCcdTracker::findNeighbours()
+{
+    if (!m_isListed)
+    {
+        listNeighbours();
+    }
+}

@@ -1,0 +1,205 @@
+/// What every object of a world is, and how far it moves in a step.
+#ifndef BT_CCD_TRACKER_H
+#define BT_CCD_TRACKER_H
+
+#include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
+#include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/shapes/btCcdKnownShape.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+class btCcdContext;
+class btMultiBodyLinkCollider;
+struct btMultibodyLink;
+
+/// True if Bullet moves the object in a step.
+[[nodiscard]] inline bool btCcdIsMoved(const btCollisionObject& object)
+{
+    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
+           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
+}
+
+/// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
+struct btCcdCourse
+{
+    btVector3 m_velocity = btVector3(0, 0, 0);
+    btVector3 m_spin = btVector3(0, 0, 0);  // of what is no link; in a step with pairs to ask
+    double m_turning = 0.0;
+};
+
+/// A collision object in a step.
+struct btCcdTracked
+{
+    btCollisionObject* m_object = nullptr;
+    const btCollisionShape* m_collisionShape = nullptr;
+    btCcdKnownShape* m_shape = nullptr;
+    bool m_usable = false;   // covered and not switched off
+    bool m_tracked = false;  // usable, and its numbers are finite
+    bool m_moves = false;    // in this step
+    bool m_fast = false;
+    bool m_changed = false;
+    bool m_pressed = false;  // some contact is deep
+    bool m_stopped = false;  // has been placed for the rest of a motion that is done
+    double m_slow = 0.0;     // what it may move and not be fast [m]
+    double m_unseen = 0.0;   // what it may move unseen, whatever it meets [m]
+    double m_motion = 0.0;   // bound of what any point of it moves in the rest of the step [m]
+    double m_around = 0.0;   // of the box about its origin that it stays in, if it moves [m]
+    btVector3 m_origin = btVector3(0, 0, 0);  // when the step began, if it moves
+    double m_beyond = 0.0;                    // how far it moves beyond m_unseen
+    btCcdCourse m_course;                     // since m_since
+    double m_since = 0.0;
+    btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
+    double m_turned = 0.0;
+    btVector3 m_listed = btVector3(0, 0, 0);  // origin when the neighbours were listed
+    const btCcdBox* m_listedBox = nullptr;    // of what was at rest then
+    double m_room = -1.0;  // how far from there it may pass through; negative: not listed [m]
+    btCcdBox m_sweep;      // what it passes through from its last impact on, if it is fast
+
+    [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
+    /// Reads the velocity anew, at this time of the step.
+    void take(const btCcdCourse& course, double time, double remaining);
+};
+
+/// Two objects that are near each other.
+struct btCcdNeighbourPair
+{
+    btCcdTracked* m_a;
+    btCcdTracked* m_b;
+    double m_mayLose = -1.0;                   ///< see btCcdMayLose(); negative: not asked yet
+    const btMultibodyLink* m_child = nullptr;  ///< one of the two, if the other is its parent
+};
+
+/// Looks at all objects at the begin of a step, and costs next to nothing where nothing is fast:
+/// shapes are looked at again only if something about them has changed.
+class btCcdTracker
+{
+public:
+    /// Of what a pair can lose before it crosses, slow motion may use up this part unseen.
+    static constexpr double kUnseen = 0.5;
+
+    explicit btCcdTracker(btCollisionWorld& world);
+
+    void setEnabled(const btCollisionObject* object, bool enabled);
+    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const
+    {
+        return m_disabled.empty() || m_disabled.count(object) == 0;
+    }
+    /// Shapes have been changed in place.
+    void forgetShapes() { m_isStale = true; }
+
+    /// Looks at all objects and makes the models of simple shapes, before the first step.
+    void prepare();
+    /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
+    [[nodiscard]] bool look(double timeStep);
+    /// Lists all pairs that may meet in this step, and some more; after look().
+    void findNeighbours();
+    /// Of two that moved when the list was made; and all others.
+    [[nodiscard]] std::vector<btCcdNeighbourPair>& movers() { return m_movers; }
+    [[nodiscard]] std::vector<btCcdNeighbourPair>& others() { return m_others; }
+    /// False if no two objects that move can cross each other: they move along together.
+    [[nodiscard]] bool moversCanCross() const
+    {
+        return !(m_apart <= m_moversMayLose) || !m_pressedPairs.empty();
+    }
+    /// True if the two are in boxes that do not meet.
+    [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
+    {
+        return a.m_moves && b.m_moves
+                   ? a.m_origin.distance2(b.m_origin) >
+                         btScalar((a.m_around + b.m_around) * (a.m_around + b.m_around))
+                   : isBoxApart(a.m_moves ? a : b, a.m_moves ? b : a);
+    }
+    /// A box about all that the object passes through in the step.
+    [[nodiscard]] btCcdBox placeOf(const btCcdTracked& tracked) const;
+    /// Changes are about to be noted in the objects, for the rest of the step.
+    void noteChanges() { m_touched = true; }
+    /// How the object moves now. Velocities of multibodies are read once until forgetBodies().
+    [[nodiscard]] btCcdCourse courseOf(const btCcdTracked& tracked);
+    void forgetBodies()
+    {
+        m_bodyCount = 0;
+        m_lastBody = nullptr;
+    }
+
+    [[nodiscard]] std::vector<btCcdTracked>& objects() { return m_objects; }
+    [[nodiscard]] const std::vector<btCcdTracked>& objects() const { return m_objects; }
+    [[nodiscard]] btCcdTracked* find(const btCollisionObject& object)
+    {
+        return const_cast<btCcdTracked*>(std::as_const(*this).find(object));
+    }
+    [[nodiscard]] const btCcdTracked* find(const btCollisionObject& object) const;
+    [[nodiscard]] bool isPressed(int a, int b) const;
+    [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
+    /// True if Bullet's own motion clamping is on for some body that moves.
+    [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
+
+private:
+    struct Speeds
+    {
+        const btMultiBody* m_body = nullptr;
+        bool m_covered = false;
+        std::vector<double> m_links;                // as btCcdReadSpeeds() gives them
+        btVector3 m_velocity = btVector3(0, 0, 0);  // that all links have in common,
+        double m_common = 0.0;                      // and its magnitude
+    };
+
+    btCollisionWorld& m_world;
+    btCcdContext& m_context;
+    std::set<const btCollisionObject*> m_disabled;
+    std::vector<btCcdTracked> m_objects;  // by index in the world
+    std::unordered_map<const btCollisionShape*, std::unique_ptr<btCcdKnownShape>> m_shapes;
+    std::vector<std::unique_ptr<Speeds>> m_bodies;
+    std::size_t m_bodyCount = 0;
+    const Speeds* m_lastBody = nullptr;
+    std::vector<std::pair<int, int>> m_pressedPairs;
+    btCcdNeighbours m_neighbours;
+    std::vector<btCcdNeighbourPair> m_movers;
+    std::vector<btCcdNeighbourPair> m_others;
+    std::int64_t m_unsupported = 0;
+    double m_listedTolerance = -1.0;
+    double m_timeStep = 0.0;
+    double m_beyondTwo = 0.0;  // of the two that go farthest beyond what they may move unseen
+    int m_epoch = 0;
+    bool m_isStale = false;  // to be looked at anew
+    bool m_touched = false;  // see noteChanges()
+
+    double m_moversMayLose = 0.0;  // at least, of any two
+    double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
+    bool m_compares = false;  // worth the while
+    bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
+    bool m_isListed = false;   // everything is in its box of the list
+
+    [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
+    [[nodiscard]] bool isAlone() const;
+    void clearStep();
+    void lookAtAll();
+    void lookAt(btCcdTracked& tracked, btCollisionObject& object);
+    void lookAtShape(btCcdKnownShape& shape);
+    [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
+    [[nodiscard]] bool readMotions(bool check);
+    [[nodiscard]] bool read(btCcdTracked& tracked);
+    [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
+    void compareMotions();
+    void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);
+    [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body)
+    {
+        // Colliders of a body usually follow each other.
+        return m_lastBody != nullptr && m_lastBody->m_body == &body ? *m_lastBody
+                                                                    : findSpeeds(body);
+    }
+    [[nodiscard]] const Speeds& findSpeeds(const btMultiBody& body);
+    void findPressed(btPersistentManifold** manifolds, int count);
+    [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
+                                 const btCcdTracked*& a,
+                                 const btCcdTracked*& b) const;
+    void listNeighbours();
+};
+
+#endif  // BT_CCD_TRACKER_H

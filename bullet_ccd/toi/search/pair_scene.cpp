@@ -1,0 +1,399 @@
+#include "bullet_ccd/toi/search/pair_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bullet_ccd
+{
+namespace
+{
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// A gap in double precision is believed less this fraction of the coordinates it was computed from
+/// (64 roundings).
+constexpr double kRounding = 64.0 * 1.11e-16;
+
+/// The same for a gap or a speed in single precision: 64 roundings of 6e-8, of which the rotation
+/// matrix takes about 16, the center 16, the axes and extents 24.
+constexpr double kSingleRounding = 4e-6;
+
+float up(double x)
+{
+    return static_cast<float>(x) * (1.0F + 2e-7F);
+}
+
+Isometry3d treeInBody(const MovingBody& body)
+{
+    Isometry3d X = body.X_BG;
+    X.translation() = body.X_BG * body.tree->origin();
+    return X;
+}
+
+/// Motion of one tree's frame, seen from the frame of the query.
+struct TreeState
+{
+    Isometry3d X;
+    Vector3d v;  ///< velocity of the tree's origin
+    Vector3d w;
+};
+
+/// Of a body that is not a link.
+MotionState bodyStateAt(const MovingBody& body, double t)
+{
+    if (const auto* user = std::get_if<const UserMotion*>(&body.motion))
+    {
+        return (*user)->at(t);
+    }
+    return std::get<RigidMotion>(body.motion).at(t);
+}
+
+TreeState treeStateOf(const MotionState& s, const Isometry3d& X_ofTree)
+{
+    const Isometry3d X = s.X_W * X_ofTree;
+    return {.X = X, .v = s.v_W + s.w_W.cross(X.translation() - s.X_W.translation()), .w = s.w_W};
+}
+
+TreeState treeStateAt(const PairSide& side, std::int32_t base, double t)
+{
+    return treeStateOf(side.frames != nullptr ? side.frames->stateAt(base, side.frame, t)
+                                              : bodyStateAt(*side.body, t),
+                       side.X);
+}
+
+void setAcceleration(PairSide& side, std::int32_t base)
+{
+    if (side.frames != nullptr)
+    {
+        side.acceleration = side.frames->accelerationBound(base, side.frame);
+    }
+    else if (const auto* user = std::get_if<const UserMotion*>(&side.body->motion))
+    {
+        side.acceleration = (*user)->accelerationBound();
+    }
+    else
+    {
+        side.acceleration = std::get<RigidMotion>(side.body->motion).accelerationBound();
+    }
+    side.offset = side.X.linear().transpose() * side.X.translation();
+}
+
+void copy(const Vector3d& from, double (&to)[3])
+{
+    std::copy_n(from.data(), 3, to);
+}
+
+void setLane(float (&out)[3][NodeBatch::kLanes], int lane, const double (&x)[3])
+{
+    for (int k = 0; k < 3; ++k)
+    {
+        out[k][lane] = static_cast<float>(x[k]);
+    }
+}
+
+double length(const double (&v)[3])
+{
+    return Eigen::Map<const Vector3d>(v).norm();
+}
+
+template <std::size_t N>
+void setAll(float (&out)[N], float x)
+{
+    std::fill(out, out + N, x);
+}
+}  // namespace
+
+void PairScene::reset(std::span<const MovingBody> bodies,
+                      std::span<const BodyPair> pairs,
+                      const ToiOptions& options)
+{
+    m_bodies = bodies;
+    m_bodyPairs = pairs;
+    m_state.pair = kNone;
+    m_batchPair = kNone;
+    m_mayStartTouching = false;
+    m_treesUsed = 0;
+    m_bound = MotionBound::SecondOrder;
+    m_pairs.resize(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+    {
+        const MovingBody& a = bodies[static_cast<std::size_t>(pairs[i].bodyA)];
+        const MovingBody& b = bodies[static_cast<std::size_t>(pairs[i].bodyB)];
+        m_pairs[i] = {.treeA = a.tree,
+                      .treeB = b.tree,
+                      .mask = pairs[i].mask,
+                      .limits = {.floor = options.minimumSeparation,
+                                 .threshold = options.minimumSeparation + options.tolerance,
+                                 .aim = options.aim}};
+        ScenePair& pair = m_pairs[i];
+        pair.isRigid = std::holds_alternative<RigidMotion>(a.motion) &&
+                       std::holds_alternative<RigidMotion>(b.motion);
+        if (pair.isRigid)
+        {
+            pair.rigid = makeRigidPair(a, b);
+            pair.speedScale = pair.rigid.speed;
+            // Beyond this an arm turned in single precision would blur the whole mesh.
+            constexpr double kLongestArm = 16.0;
+            constexpr double kFastestTurn =
+                1e6;  // sines in single precision have been proved up to here
+            pair.inBatches = pair.rigid.armA.norm() <= kLongestArm * a.tree->radius() &&
+                             pair.rigid.armB.norm() <= kLongestArm * b.tree->radius() &&
+                             std::max(pair.rigid.rateA, pair.rigid.rateB) <= kFastestTurn;
+            pair.poses = toRigidPoses(pair.rigid);
+            continue;
+        }
+        setSides(pair, a, b);
+    }
+}
+
+MovingFrames& PairScene::framesOf(const LinkMotion& link)
+{
+    if (link.frames != nullptr)
+    {
+        return *link.frames;
+    }
+    // Links of one tree mostly follow each other.
+    for (std::size_t i = m_treesUsed; i-- > 0;)
+    {
+        if (m_trees[i].motion == link.motion)
+        {
+            return *m_trees[i].frames;
+        }
+    }
+    if (m_treesUsed == m_trees.size())
+    {
+        m_trees.push_back({.frames = std::make_unique<MovingFrames>()});
+    }
+    OwnFrames& own = m_trees[m_treesUsed++];
+    own.motion = link.motion;
+    own.frames->reset(*link.tree, *link.motion);
+    return *own.frames;
+}
+
+PairSide PairScene::sideOf(const MovingBody& body)
+{
+    PairSide side{.body = &body, .X = treeInBody(body)};
+    if (const auto* link = std::get_if<LinkMotion>(&body.motion))
+    {
+        side.frames = &framesOf(*link);
+        const LinkPlace& place = side.frames->place(link->link);
+        side.frame = place.frame;
+        side.X = place.X_FL * side.X;
+    }
+    return side;
+}
+
+/// Links of one tree are compared in the frame of their common ancestor, all else in W.
+void PairScene::setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b)
+{
+    pair.sideA = sideOf(a);
+    pair.sideB = sideOf(b);
+    const bool oneTree = pair.sideA.frames != nullptr && pair.sideA.frames == pair.sideB.frames;
+    pair.base = oneTree ? pair.sideA.frames->commonFrame(pair.sideA.frame, pair.sideB.frame) : 0;
+    setAcceleration(pair.sideA, pair.base);
+    setAcceleration(pair.sideB, pair.base);
+}
+
+const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& counters)
+{
+    if (m_state.pair != pair || m_state.time != t)
+    {
+        ++counters.states;
+        computeState(pair, t);
+    }
+    return m_state;
+}
+
+void PairScene::computeState(std::int32_t index, double t)
+{
+    ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
+    m_state.pair = index;
+    m_state.time = t;
+    RelativeMotion& m = m_state.motion;
+    if (pair.isRigid)
+    {
+        m = pair.rigid.at(t);
+        m_state.rounding = kRounding * (pair.rigid.reach + length(m.p) + pair.rigid.speed) +
+                           1e-15 * pair.rigid.offset;
+        return;
+    }
+    const TreeState a = treeStateAt(pair.sideA, pair.base, t);
+    const TreeState b = treeStateAt(pair.sideB, pair.base, t);
+    const Matrix3d toB = b.X.linear().transpose();
+    m_axesOfB = b.X.linear();
+    const Matrix3d R = toB * a.X.linear();
+    for (int i = 0; i < 9; ++i)
+    {
+        m.R[i] = R(i / 3, i % 3);
+    }
+    // A's reference is the origin of its tree, B's that of its body, `offsetB` away.
+    copy(toB * (a.X.translation() - b.X.translation()), m.p);
+    copy(Vector3d::Zero(), m.armA);
+    copy(toB * a.w, m.wA);
+    copy(toB * b.w, m.wB);
+    copy(pair.sideA.offset, m.radiusArmA);
+    copy(pair.sideB.offset, m.armB);
+    const Vector3d wB = toB * b.w;
+    const Vector3d velocity = toB * (a.v - b.v) + wB.cross(pair.sideB.offset);
+    copy(velocity, m.velocity);
+    m.spinA = a.w.norm();
+    m.spinB = b.w.norm();
+    m.constant = pair.sideA.acceleration.constant + pair.sideB.acceleration.constant;
+    m.perRadiusA = pair.sideA.acceleration.perRadius;
+    m.perRadiusB = pair.sideB.acceleration.perRadius;
+    m.axisA = 0.0;
+    m.axisB = 0.0;
+    const double speed = velocity.norm() + m.spinA * pair.treeA->radius() +
+                         m.spinB * (pair.treeB->radius() + pair.sideB.offset.norm());
+    pair.speedScale = std::max(pair.speedScale, speed);
+    m_state.rounding =
+        kRounding *
+        (a.X.translation().norm() + b.X.translation().norm() + pair.treeA->radius() +
+         pair.treeB->radius() + pair.treeA->origin().norm() + pair.treeB->origin().norm() + speed);
+}
+
+Isometry3d PairScene::worldOfB(std::int32_t pair, double t) const
+{
+    const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(pair)];
+    const MovingBody& body = m_bodies[static_cast<std::size_t>(bodies.bodyB)];
+    Isometry3d X = geometryPoseAt(body, t);
+    X.translation() = X * body.tree->origin();
+    return X;
+}
+
+bool PairScene::canShareBatch(const NodePair& p, const NodePair& first) const
+{
+    return p.pair == first.pair || (!m_pairs[static_cast<std::size_t>(p.pair)].inBatches &&
+                                    !m_pairs[static_cast<std::size_t>(first.pair)].inBatches);
+}
+
+/// What all poses of a rigid pair have in common.
+void PairScene::fillConstants(std::int32_t index)
+{
+    const ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
+    const RigidPair& rigid = pair.rigid;
+    NodeBatch& batch = m_batch;
+    m_batchPair = index;
+    for (int k = 0; k < 3; ++k)
+    {
+        setAll(batch.armA[k], static_cast<float>(rigid.armA[k]));
+        setAll(batch.radiusArmA[k], static_cast<float>(rigid.armA[k]));
+        setAll(batch.armB[k], static_cast<float>(rigid.armB[k]));
+        setAll(batch.velocity[k], static_cast<float>(rigid.v[k]));
+        setAll(batch.wA[k], static_cast<float>(rigid.wA[k]));
+        setAll(batch.wB[k], static_cast<float>(rigid.wB[k]));
+    }
+    setAll(batch.spinA, up(rigid.spinA));
+    setAll(batch.spinB, up(rigid.rateB));
+    setAll(batch.constant, up(rigid.constant));
+    setAll(batch.perRadiusA, up(rigid.perRadiusA));
+    setAll(batch.perRadiusB, 0.0F);
+    setAll(batch.axisA, static_cast<float>(rigid.axisA));
+    setAll(batch.axisB, 1.0F);
+    setAll(batch.margin, up(pair.limits.margin()));
+    setAll(batch.speedSlack, up(kSingleRounding * rigid.speed));
+    batch.turnsB = rigid.turnsB && !rigid.inFrameOfB;
+    batch.hasRadius = rigid.perRadiusA > 0.0;
+}
+
+/// One lane from the state in double precision: links, motions supplied by the user, and bodies
+/// that turn about a far point.
+void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
+{
+    const RelativeMotion& m = stateAt(p.pair, p.time, counters).motion;
+    const ScenePair& pair = m_pairs[static_cast<std::size_t>(p.pair)];
+    NodeBatch& batch = m_batch;
+    for (int i = 0; i < 9; ++i)
+    {
+        batch.R[i][lane] = static_cast<float>(m.R[i]);
+    }
+    // The arm is turned here, in double precision, and the velocity taken at the tree's origin.
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(m.R);
+    const Vector3d arm = R * Eigen::Map<const Vector3d>(m.armA);
+    double place[3];
+    double velocity[3];
+    copy(Eigen::Map<const Vector3d>(m.p) + arm, place);
+    copy(Eigen::Map<const Vector3d>(m.velocity) + Eigen::Map<const Vector3d>(m.wA).cross(arm),
+         velocity);
+    setLane(batch.p, lane, place);
+    setLane(batch.armA, lane, {0.0, 0.0, 0.0});
+    setLane(batch.velocity, lane, velocity);
+    setLane(batch.wA, lane, m.wA);
+    setLane(batch.wB, lane, m.wB);
+    setLane(batch.armB, lane, m.armB);
+    setLane(batch.radiusArmA, lane, m.radiusArmA);
+    const double reach = pair.treeA->radius() + pair.treeB->radius();
+    const auto i = static_cast<std::size_t>(lane);
+    // |w x (w x r)| <= |w|^2 |r| in place of the term about the axis.
+    batch.spinA[i] = up(m.spinA);
+    batch.spinB[i] = up(m.spinB);
+    batch.constant[i] = up(m.constant);
+    batch.perRadiusA[i] = up(m.perRadiusA + m.axisA * m.spinA * m.spinA);
+    batch.perRadiusB[i] = up(m.perRadiusB + m.axisB * m.spinB * m.spinB);
+    batch.axisA[i] = 0.0F;
+    batch.axisB[i] = 0.0F;
+    batch.margin[i] = up(pair.limits.margin());
+    batch.slack[i] = up(kSingleRounding * (reach + length(place)));
+    batch.speedSlack[i] = up(kSingleRounding * (pair.speedScale + length(velocity)));
+}
+
+void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
+{
+    counters.nodePairs += static_cast<std::int64_t>(nodePairs.size());
+    if (m_bound != MotionBound::SecondOrder)
+    {
+        for (std::size_t i = 0; i < nodePairs.size(); ++i)
+        {
+            // Rounded towards zero.
+            out[i] = static_cast<float>(firstOrderTime(nodePairs[i], counters)) * (1.0F - 2e-7F);
+            m_mayStartTouching = m_mayStartTouching || nodePairs[i].time == 0.0;
+        }
+        return;
+    }
+    const ScenePair& pair = m_pairs[static_cast<std::size_t>(nodePairs[0].pair)];
+    double times[NodeBatch::kLanes];
+    for (std::size_t i = 0; i < NodeBatch::kLanes; ++i)
+    {
+        // Lanes without work repeat the first.
+        const NodePair& p = nodePairs[i < nodePairs.size() ? i : 0];
+        times[i] = p.time;
+        m_batch.a[i] = &nodeA(p);
+        m_batch.b[i] = &nodeB(p);
+    }
+    if (pair.inBatches)
+    {
+        if (m_batchPair != nodePairs[0].pair)
+        {
+            fillConstants(nodePairs[0].pair);
+        }
+        ++counters.states;
+        rigidPoses(pair.poses,
+                   times,
+                   static_cast<float>(kSingleRounding),
+                   up(kSingleRounding * pair.rigid.reach),
+                   m_batch);
+    }
+    else
+    {
+        m_batchPair = kNone;
+        m_batch.turnsB = true;
+        m_batch.hasRadius = true;
+        for (int lane = 0; lane < NodeBatch::kLanes; ++lane)
+        {
+            const auto i = static_cast<std::size_t>(lane);
+            fillLane(lane, nodePairs[i < nodePairs.size() ? i : 0], counters);
+        }
+    }
+    nodeSteps(m_batch);
+    std::copy(m_batch.step, m_batch.step + nodePairs.size(), out);
+    for (std::size_t i = 0; i < nodePairs.size() && times[i] == 0.0; ++i)
+    {
+        const PairLimits& limits = m_pairs[static_cast<std::size_t>(nodePairs[i].pair)].limits;
+        m_mayStartTouching =
+            m_mayStartTouching || (out[i] > 0.0F && static_cast<double>(m_batch.gap[i]) <=
+                                                        limits.threshold - limits.floor);
+    }
+}
+}  // namespace bullet_ccd

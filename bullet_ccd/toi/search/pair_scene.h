@@ -1,0 +1,151 @@
+/// The pairs of bodies of a query as the search sees them: relative motion, in batches for volumes
+/// and in double precision for triangles.
+#pragma once
+
+#include "bullet_ccd/toi/first_contact.h"
+#include "bullet_ccd/toi/kernels/node_batch.h"
+#include "bullet_ccd/toi/pair_mask.h"
+#include "bullet_ccd/toi/search/pair_step.h"
+#include "bullet_ccd/toi/search/rigid_pair.h"
+
+#include <span>
+#include <vector>
+
+namespace bullet_ccd
+{
+/// A pair of nodes of a pair of bodies, certified to keep its margin before `time`.
+struct NodePair
+{
+    double time = 0.0;
+    std::int32_t pair = kNone;
+    std::int32_t nodeA = kNone;
+    std::int32_t nodeB = kNone;
+    float lastStep = 0.0F;  ///< that brought it to `time`
+};
+
+/// How one body of a pair that is not rigid moves.
+struct PairSide
+{
+    const MovingBody* body = nullptr;
+    MovingFrames* frames = nullptr;                       ///< of a link
+    std::int32_t frame = kNone;                           ///< that the link is fixed to
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< of the tree in the frame or body
+    AccelerationBound acceleration{};
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from its origin to the tree's, in the
+                                                       ///< axes of the tree
+};
+
+/// Two bodies of a query.
+struct ScenePair
+{
+    const SsvTree* treeA = nullptr;
+    const SsvTree* treeB = nullptr;
+    const PairMask* mask = nullptr;
+    bool sawTriangles = false;  ///< a pair of triangles was looked at
+    PairLimits limits;
+    double speedScale = 0.0;  ///< relative speed of any two points, to compare with sizes [m]
+
+    bool isRigid = false;    ///< both move as RigidMotion, and `rigid` holds
+    bool inBatches = false;  ///< `poses` holds, too: eight poses at once
+    RigidPair rigid{};
+    RigidPoses poses{};
+
+    // For links and motions supplied by the user.
+    std::int32_t base = 0;  ///< frame of a tree that is the frame of the query; 0: W
+    PairSide sideA{};
+    PairSide sideB{};
+};
+
+/// Invariant: motions and trees do not change during a query.
+class PairScene
+{
+public:
+    void reset(std::span<const MovingBody> bodies,
+               std::span<const BodyPair> pairs,
+               const ToiOptions& options);
+
+    [[nodiscard]] std::int32_t size() const { return static_cast<std::int32_t>(m_pairs.size()); }
+    [[nodiscard]] ScenePair& pair(std::int32_t index)
+    {
+        return m_pairs[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const SsvNode& nodeA(const NodePair& p) const
+    {
+        return nodeOf(treeA(p), p.nodeA);
+    }
+    [[nodiscard]] const SsvNode& nodeB(const NodePair& p) const
+    {
+        return nodeOf(treeB(p), p.nodeB);
+    }
+
+    /// How links are bounded from now on, until reset(), which sets it to second order. The others
+    /// are there to be compared with: they are evaluated one by one.
+    /// @pre every pair has a link
+    void setBound(MotionBound bound) { m_bound = bound; }
+    [[nodiscard]] MotionBound bound() const { return m_bound; }
+    /// Time in which triangles at that distance keep the pair's margin, by a bound of first order.
+    [[nodiscard]] double firstOrderTime(const NodePair& p, const TriangleDistance& found);
+
+    /// True if the pair's mask exempts all that is below its nodes.
+    [[nodiscard]] bool isExempt(const NodePair& p) const
+    {
+        const PairMask* mask = m_pairs[static_cast<std::size_t>(p.pair)].mask;
+        return mask != nullptr && mask->exemptsNodes(p.nodeA, p.nodeB);
+    }
+
+    /// Certified steps of up to eight node pairs, each from its own time. They can be evaluated
+    /// together if canShareBatch() says so of each with the first.
+    void steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
+    [[nodiscard]] bool canShareBatch(const NodePair& p, const NodePair& first) const;
+
+    /// True if a node pair that steps() looked at for t = 0 may be within the tolerance there,
+    /// though it was certified to go on.
+    [[nodiscard]] bool mayStartTouching() const { return m_mayStartTouching; }
+
+    /// Relative state of a pair of bodies at time t; valid until the next call.
+    [[nodiscard]] const PairState& stateAt(std::int32_t pair, double t, ToiCounters& counters);
+
+    /// Frame of B's tree in W.
+    [[nodiscard]] Eigen::Isometry3d worldOfB(std::int32_t pair, double t) const;
+
+private:
+    [[nodiscard]] static const SsvNode& nodeOf(const SsvTree& tree, std::int32_t index)
+    {
+        return tree.nodes()[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const SsvTree& treeA(const NodePair& p) const
+    {
+        return *m_pairs[static_cast<std::size_t>(p.pair)].treeA;
+    }
+    [[nodiscard]] const SsvTree& treeB(const NodePair& p) const
+    {
+        return *m_pairs[static_cast<std::size_t>(p.pair)].treeB;
+    }
+    [[nodiscard]] PairSide sideOf(const MovingBody& body);
+    [[nodiscard]] MovingFrames& framesOf(const LinkMotion& link);
+    void setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b);
+    void computeState(std::int32_t index, double t);
+    [[nodiscard]] double firstOrderTime(const NodePair& p, ToiCounters& counters);
+    [[nodiscard]] double firstOrderTime(const NodePair& p, double gap, const Eigen::Vector3d& n);
+    void fillConstants(std::int32_t index);
+    void fillLane(int lane, const NodePair& p, ToiCounters& counters);
+
+    std::span<const MovingBody> m_bodies;
+    std::span<const BodyPair> m_bodyPairs;
+    std::vector<ScenePair> m_pairs;
+    /// Of trees whose bodies came without; the first `m_treesUsed` are in use.
+    struct OwnFrames
+    {
+        const JointMotion* motion = nullptr;
+        std::unique_ptr<MovingFrames> frames;
+    };
+    std::vector<OwnFrames> m_trees;
+    std::size_t m_treesUsed = 0;
+    PairState m_state;
+    Eigen::Matrix3d m_axesOfB = Eigen::Matrix3d::Identity();  ///< of its tree, for m_state
+    NodeBatch m_batch{};
+    bool m_mayStartTouching = false;
+    MotionBound m_bound = MotionBound::SecondOrder;
+    std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
+};
+}  // namespace bullet_ccd

@@ -1,0 +1,69 @@
+/// Certified steps of one pair of volumes or triangles from one pose: the inner half of
+/// firstContact().
+#pragma once
+
+#include "bullet_ccd/distance/triangle_distance.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/toi/kernels/triangle_approach.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace bullet_ccd
+{
+/// How near the bodies of a pair may come.
+struct PairLimits
+{
+    double floor = 0.0;      ///< distance that must be kept
+    double threshold = 0.0;  ///< in contact at this distance
+    double aim = 0.0;        ///< part of what is between them that a step leaves
+
+    /// Distance that no step may go below.
+    [[nodiscard]] double margin() const { return floor + aim * (threshold - floor); }
+    /// Near enough to stop.
+    [[nodiscard]] double near() const
+    {
+        return floor + std::min(1.0, 2.0 * aim) * (threshold - floor);
+    }
+};
+
+/// Relative state of a pair of bodies at one time.
+struct PairState
+{
+    std::int32_t pair = kNone;
+    double time = -1.0;
+    RelativeMotion motion{};
+    double rounding = 0.0;  ///< of a gap, over the rest of the step [m]
+};
+
+/// What a step from one pose certifies.
+struct Step
+{
+    double time = 0.0;  ///< no contact before it, counted from the pose
+    double gap = -std::numeric_limits<double>::infinity();
+};
+
+/// Two triangles at one pose: distance and the certified step.
+struct TriangleStep
+{
+    TriangleDistance distance;
+    double time = 0.0;
+};
+
+/// Certified step of two volumes, the best over all separating axes, in double precision: the
+/// reference of nodeSteps().
+[[nodiscard]] Step nodeStep(const RelativeMotion& motion,
+                            double margin,
+                            const SsvNode& nodeA,
+                            const SsvNode& nodeB);
+
+/// Distance and certified step of two triangles in slots of the trees.
+/// @param apart they are known not to touch at this time
+[[nodiscard]] TriangleStep triangleStep(const SsvTree& treeA,
+                                        const SsvTree& treeB,
+                                        const PairState& state,
+                                        double margin,
+                                        bool apart,
+                                        std::int32_t slotA,
+                                        std::int32_t slotB);
+}  // namespace bullet_ccd

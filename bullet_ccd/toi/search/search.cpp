@@ -1,0 +1,178 @@
+#include "bullet_ccd/toi/search/search.h"
+
+#include "bullet_ccd/distance/tree_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// The closest triangles of the two meshes, which have triangles as close as `found`.
+EarliestHit closestTriangles(const ScenePair& pair, const PairState& state, EarliestHit found)
+{
+    using Eigen::Map;
+    using Eigen::Vector3d;
+    const RelativeMotion& m = state.motion;
+    Eigen::Isometry3d X_BA = Eigen::Isometry3d::Identity();
+    X_BA.linear() = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
+    X_BA.translation() = X_BA.linear() * (Map<const Vector3d>(m.armA) - pair.treeA->origin()) +
+                         Map<const Vector3d>(m.p) + pair.treeB->origin();
+    const TrianglePair closest =
+        treeDistance(*pair.treeA, *pair.treeB, X_BA, found.distance.distance);
+    if (closest.triangleA != kNone)
+    {
+        found.triangleA = closest.triangleA;
+        found.triangleB = closest.triangleB;
+        found.distance = {.distance = closest.distance,
+                          .pointA = closest.pointA - pair.treeB->origin(),
+                          .pointB = closest.pointB - pair.treeB->origin()};
+    }
+    return found;
+}
+
+/// The bodies are within the tolerance where the query begins: from now on they must close in
+/// further to count as in contact, so that they can separate or slide. Returns false if they are
+/// as near as they may be, so that there is nothing to be done.
+bool relaxThreshold(ScenePair& pair, const PairState& state, double start)
+{
+    PairLimits& limits = pair.limits;
+    if (start <= limits.floor + 4.0 * state.rounding)
+    {
+        return false;
+    }
+    limits.threshold = std::min(limits.threshold, limits.floor + 0.75 * (start - limits.floor));
+    return true;
+}
+
+/// Speed at which two points that face each other close in.
+double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
+{
+    using Eigen::Map;
+    using Eigen::Vector3d;
+    const Vector3d arm = d.pointA - Map<const Vector3d>(m.p);
+    const Vector3d velocity =
+        Map<const Vector3d>(m.velocity) + Map<const Vector3d>(m.wA).cross(arm) -
+        Map<const Vector3d>(m.wB).cross(d.pointB + Map<const Vector3d>(m.armB));
+    return velocity.dot((d.pointB - d.pointA).stableNormalized());
+}
+
+}  // namespace
+
+bool advanceTriangles(SearchState& state, NodePair& p)
+{
+    if (state.scene.isExempt(p))
+    {
+        return false;
+    }
+    ++state.counters.trianglePairs;
+    ScenePair& pair = state.scene.pair(p.pair);
+    pair.sawTriangles = true;
+    const PairState& pose = state.scene.stateAt(p.pair, p.time, state.counters);
+    const std::int32_t slotA = state.scene.nodeA(p).first;
+    const std::int32_t slotB = state.scene.nodeB(p).first;
+    const auto look = [&]
+    {
+        TriangleStep step = triangleStep(
+            *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
+        if (state.scene.bound() != MotionBound::SecondOrder)
+        {
+            step.time = state.scene.firstOrderTime(p, step.distance);
+        }
+        return step;
+    };
+    TriangleStep step = look();
+    const EarliestHit found{.time = p.time,
+                            .pair = p.pair,
+                            .triangleA = pair.treeA->triangle(slotA),
+                            .triangleB = pair.treeB->triangle(slotB),
+                            .distance = step.distance,
+                            .atStart = p.time == 0.0};
+    const double distance = step.distance.distance;
+    if (p.time == 0.0 && distance <= pair.limits.threshold)
+    {
+        // Nothing is closer than triangles that cross. Of masked meshes others may be closer that
+        // do not count; each is then met on its own.
+        const bool mayBeCloser = distance > 0.0 && pair.mask == nullptr;
+        const EarliestHit closest = mayBeCloser ? closestTriangles(pair, pose, found) : found;
+        if (!relaxThreshold(pair, pose, closest.distance.distance))
+        {
+            state.hit = closest;
+            return false;
+        }
+        state.start.touches = true;
+        // Speeds below the rounding of the velocities are those of bodies that slide or rest.
+        const bool closesIn = closingSpeed(pose.motion, step.distance) > 1e-12 * pair.speedScale;
+        state.start.approaches = state.start.approaches || closesIn;
+        step = look();
+    }
+    const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);  // rounded down
+    const bool stalls = next <= p.time;
+    if (distance <= pair.limits.near() || (stalls && distance <= pair.limits.threshold))
+    {
+        if (p.time < state.hit.time)
+        {
+            state.hit = found;
+        }
+        return false;
+    }
+    if (stalls)
+    {
+        // Apart, but neither time nor the coordinates resolve how much: nothing can be said.
+        throw IterationLimitReached{.time = state.certified, .pair = p.pair};
+    }
+    if (p.time + step.time > state.end)
+    {
+        return false;
+    }
+    p.lastStep = static_cast<float>(step.time);
+    p.time = next;
+    return true;
+}
+
+void searchScene(SearchState& state)
+{
+    switch (state.options.strategy)
+    {
+        case ToiStrategy::BestFirst:
+            searchBestFirst(state);
+            break;
+        case ToiStrategy::Interval:
+            searchIntervals(state);
+            break;
+        case ToiStrategy::C2A:
+            searchC2A(state);
+            break;
+    }
+}
+
+FirstContactResult describeHit(SearchState& state)
+{
+    FirstContactResult result;
+    const EarliestHit& hit = state.hit;
+    result.status = hit.atStart ? ToiStatus::Overlapping : ToiStatus::Hit;
+    result.time = hit.time;
+    result.gap = hit.distance.distance;
+    result.pair = hit.pair;
+    result.triangleA = hit.triangleA;
+    result.triangleB = hit.triangleB;
+    const Eigen::Isometry3d X_WB = state.scene.worldOfB(hit.pair, hit.time);
+    result.pointA = X_WB * hit.distance.pointA;
+    result.pointB = X_WB * hit.distance.pointB;
+    if (result.gap > 0.0)
+    {
+        const Eigen::Vector3d across = hit.distance.pointB - hit.distance.pointA;
+        result.normal = X_WB.linear() * across.stableNormalized();
+    }
+    return result;
+}
+
+void checkLimit(const SearchState& state, const NodePair& earliest)
+{
+    if (state.counters.nodePairs + state.counters.trianglePairs > state.options.maxIterations)
+    {
+        throw IterationLimitReached{.time = earliest.time, .pair = earliest.pair};
+    }
+}
+}  // namespace bullet_ccd

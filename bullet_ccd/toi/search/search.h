@@ -1,0 +1,97 @@
+/// The three strategies of firstContact(): how a query walks through the pairs of nodes.
+#pragma once
+
+#include "bullet_ccd/toi/search/earliest_first.h"
+#include "bullet_ccd/toi/search/pair_scene.h"
+
+#include <vector>
+
+namespace bullet_ccd
+{
+/// Earliest contact found so far.
+struct EarliestHit
+{
+    double time = 2.0;
+    std::int32_t pair = kNone;
+    std::int32_t triangleA = kNone;  ///< of the meshes
+    std::int32_t triangleB = kNone;
+    TriangleDistance distance{};  ///< points in B's tree
+    bool atStart = false;         ///< the bodies touch where the query begins
+
+    [[nodiscard]] bool found() const { return pair != kNone; }
+};
+
+/// Thrown inside a search, never out of firstContact().
+struct IterationLimitReached
+{
+    double time;  ///< up to which all pairs are certified
+    std::int32_t pair;
+};
+
+/// What is known of a pair of bodies that are within the tolerance of each other at t = 0.
+struct TouchingStart
+{
+    bool touches = false;
+    bool approaches = false;  ///< closest triangles of a touching pair close in at t = 0
+};
+
+/// Scratch and state of one query, shared by the strategies.
+struct SearchState
+{
+    PairScene scene;
+    EarliestFirst queue;          ///< best-first and C2A
+    std::vector<NodePair> front;  ///< interval: pairs that wait, a block for every open interval
+    std::vector<NodePair> work;   ///< interval: pairs to be looked at
+    EarliestHit hit;
+    TouchingStart start;
+    double begin = 0.0;      ///< the search runs over [begin, end]; before it all is certified
+    double end = 1.0;        ///< later than 0 or earlier than 1 for best-first only
+    double certified = 0.0;  ///< all pairs keep their margin up to here
+    ToiCounters counters;
+    ToiOptions options;
+};
+
+/// Looks at two leaves at the pair's time. Returns true and moves the pair's time on if it goes on
+/// from there; false if it cannot touch before the end, is exempt, or is in contact, which is then
+/// noted in state.hit.
+[[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
+
+/// The node pairs that the children of the larger node of `p` make, at the time of `p`.
+struct Opening
+{
+    bool openA = false;
+    std::int32_t first = kNone;
+    std::int32_t count = 0;  ///< at most kArity
+
+    Opening(const SsvNode& a, const SsvNode& b)
+        : openA(b.isLeaf() || (!a.isLeaf() && a.size() >= b.size()))
+    {
+        const SsvNode& opened = openA ? a : b;
+        first = opened.first;
+        count = opened.count;
+    }
+
+    [[nodiscard]] NodePair child(NodePair p, std::int32_t k) const
+    {
+        (openA ? p.nodeA : p.nodeB) = first + k;
+        return p;
+    }
+};
+
+/// Throws IterationLimitReached if the limit is passed.
+void checkLimit(const SearchState& state, const NodePair& earliest);
+
+/// Throws std::invalid_argument for options that make no sense.
+void checkOptions(const ToiOptions& options);
+
+/// The strategy of state.options over the pairs of the scene.
+void searchScene(SearchState& state);
+
+/// state.hit, which was found, in W.
+[[nodiscard]] FirstContactResult describeHit(SearchState& state);
+
+// Each fills state.hit with the first contact, if there is one in [0, 1].
+void searchBestFirst(SearchState& state);
+void searchIntervals(SearchState& state);
+void searchC2A(SearchState& state);
+}  // namespace bullet_ccd

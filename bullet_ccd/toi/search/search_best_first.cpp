@@ -1,0 +1,114 @@
+#include "bullet_ccd/toi/search/search.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// Invariant: every pair of triangles that could touch before min(1, hit.time) is below a pair in
+/// the queue, or in the batch in hand, whose time is a lower bound of its contact. The search ends
+/// because every pair taken out either goes down one level of a finite tree or moves ahead by a
+/// step that is bounded below by its margin over the largest speed.
+class BestFirst
+{
+public:
+    explicit BestFirst(SearchState& state) : m_state(state), m_queue(state.queue) {}
+
+    void run()
+    {
+        m_queue.clear();
+        for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
+        {
+            // As if it had come a long way: the roots themselves are to be looked at.
+            m_queue.push({.time = m_state.begin,
+                          .pair = i,
+                          .nodeA = 0,
+                          .nodeB = 0,
+                          .lastStep = std::numeric_limits<float>::infinity()});
+        }
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
+        {
+            checkLimit(m_state, {.time = m_queue.time(), .pair = m_queue.top().pair});
+            const std::size_t count = collect();
+            if (count > 0)
+            {
+                evaluate(count);
+            }
+        }
+    }
+
+private:
+    /// Takes the earliest pairs out of the queue: triangles are dealt with on the way, nodes fill a
+    /// batch. Returns the size of the batch.
+    std::size_t collect()
+    {
+        std::size_t count = 0;
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
+        {
+            NodePair p = m_queue.top();
+            const SsvNode& a = m_state.scene.nodeA(p);
+            const SsvNode& b = m_state.scene.nodeB(p);
+            if (a.isLeaf() && b.isLeaf())
+            {
+                m_queue.pop();
+                m_state.certified = count > 0 ? m_batch[0].time : p.time;
+                if (advanceTriangles(m_state, p))
+                {
+                    m_queue.push(p);
+                }
+                continue;
+            }
+            if (count > 0 && !m_state.scene.canShareBatch(p, m_batch[0]))
+            {
+                break;
+            }
+            // A pair that came far for its size is worth another step before it is opened.
+            const double way =
+                static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale;
+            const bool goesOn = way >= static_cast<double>(a.size() + b.size());
+            const Opening opening(a, b);
+            const auto added = static_cast<std::size_t>(goesOn ? 1 : opening.count);
+            if (count + added > m_batch.size())
+            {
+                break;
+            }
+            m_queue.pop();
+            for (std::size_t k = 0; k < added; ++k)
+            {
+                m_batch[count] = goesOn ? p : opening.child(p, static_cast<std::int32_t>(k));
+                count += m_state.scene.isExempt(m_batch[count]) ? 0 : 1;
+            }
+        }
+        return count;
+    }
+
+    void evaluate(std::size_t count)
+    {
+        std::array<float, NodeBatch::kLanes> steps;
+        m_state.scene.steps({m_batch.data(), count}, m_state.counters, steps.data());
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            NodePair& p = m_batch[i];
+            p.time += static_cast<double>(steps[i]);
+            p.lastStep = steps[i];
+            if (p.time <= m_state.end && p.time < m_state.hit.time)
+            {
+                m_queue.push(p);
+            }
+        }
+    }
+
+    SearchState& m_state;
+    EarliestFirst& m_queue;
+    std::array<NodePair, NodeBatch::kLanes> m_batch{};
+};
+}  // namespace
+
+void searchBestFirst(SearchState& state)
+{
+    BestFirst(state).run();
+}
+}  // namespace bullet_ccd

@@ -1,0 +1,118 @@
+#include "bullet_ccd/toi/search/search.h"
+
+#include <algorithm>
+#include <array>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// Depth first over intervals of time, the earlier half first. In each interval every pair of nodes
+/// is asked whether it keeps apart until the end; if not, it is opened if it moves little for its
+/// size, else it waits for the halves.
+class Intervals
+{
+public:
+    explicit Intervals(SearchState& state) : m_state(state) {}
+
+    void run()
+    {
+        m_state.front.clear();
+        for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
+        {
+            m_state.front.push_back({.pair = i, .nodeA = 0, .nodeB = 0});
+        }
+        process(0.0, 1.0, 0, m_state.front.size(), 0);
+    }
+
+private:
+    [[nodiscard]] double last(double end) const { return std::min(end, m_state.hit.time); }
+
+    /// Node pairs front[begin, end) are those that may touch in [t0, t1].
+    void process(double t0, double t1, std::size_t begin, std::size_t end, int depth)
+    {
+        const std::size_t waiting = m_state.front.size();
+        std::vector<NodePair>& work = m_state.work;
+        work.assign(m_state.front.begin() + static_cast<std::ptrdiff_t>(begin),
+                    m_state.front.begin() + static_cast<std::ptrdiff_t>(end));
+        while (!work.empty() && t0 < m_state.hit.time)
+        {
+            checkLimit(m_state, {.time = t0, .pair = work.back().pair});
+            processBatch(t0, last(t1), depth);
+        }
+        if (m_state.front.size() > waiting && t0 < m_state.hit.time)
+        {
+            const double middle = 0.5 * (t0 + last(t1));
+            const std::size_t stop = m_state.front.size();
+            process(t0, middle, waiting, stop, depth + 1);
+            if (middle < m_state.hit.time)
+            {
+                process(middle, last(t1), waiting, stop, depth + 1);
+            }
+        }
+        m_state.front.resize(waiting);
+    }
+
+    void processBatch(double t0, double t1, int depth)
+    {
+        std::vector<NodePair>& work = m_state.work;
+        std::array<NodePair, NodeBatch::kLanes> batch{};
+        std::size_t count = 0;
+        while (count < batch.size() && !work.empty() &&
+               (count == 0 || m_state.scene.canShareBatch(work.back(), batch[0])))
+        {
+            batch[count] = work.back();
+            batch[count++].time = t0;
+            work.pop_back();
+        }
+        std::array<float, NodeBatch::kLanes> steps;
+        m_state.scene.steps({batch.data(), count}, m_state.counters, steps.data());
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            if (t0 + static_cast<double>(steps[i]) <= last(t1))
+            {
+                dispatch(batch[i], last(t1), depth);
+            }
+        }
+    }
+
+    void dispatch(NodePair p, double t1, int depth)
+    {
+        const SsvNode& a = m_state.scene.nodeA(p);
+        const SsvNode& b = m_state.scene.nodeB(p);
+        if (a.isLeaf() && b.isLeaf())
+        {
+            const double start = p.time;
+            m_state.certified = start;
+            while (p.time <= last(t1) && advanceTriangles(m_state, p))
+            {
+                // Other pairs of the interval are certified only up to its beginning.
+                checkLimit(m_state, {.time = start, .pair = p.pair});
+            }
+            return;
+        }
+        constexpr double kMuch = 0.125;
+        constexpr int kDeepest = 48;
+        const double size = static_cast<double>(a.size()) + static_cast<double>(b.size());
+        const double way = (t1 - p.time) * m_state.scene.pair(p.pair).speedScale;
+        if (way > kMuch * size && depth < kDeepest)
+        {
+            m_state.front.push_back(p);
+            return;
+        }
+        const Opening opening(a, b);
+        for (std::int32_t k = 0; k < opening.count; ++k)
+        {
+            m_state.work.push_back(opening.child(p, k));
+        }
+    }
+
+    SearchState& m_state;
+};
+}  // namespace
+
+void searchIntervals(SearchState& state)
+{
+    Intervals(state).run();
+}
+}  // namespace bullet_ccd
