@@ -33,18 +33,53 @@ ORDER = [
     "grasp/formats",
     "grasp/report",
     "grasp/sim",
+    "grasp/examples",
+    "robots/shapes",
+    "robots",
+    # What tests, benchmarks, tools and examples share.
+    "benchmarks/reference/scenes",
+    "benchmarks/reference/oracles",
+    "benchmarks/reference/queries",
+    "benchmarks/reference/catalogue",
+    "benchmarks/reference/audit",
+    "benchmarks/reference/bullet",
+    "bullet_ccd/examples",
+    "tools",
+    "tools/ccd_cli",
+    "tools/grasp_cli",
+    "benchmarks/support",
+    "benchmarks/peers",
+    "benchmarks/rigid",
+    "benchmarks/articulated",
+    "benchmarks/closing",
+    "benchmarks/bullet",
+    "benchmarks/stability",
+    "benchmarks/soak",
+    "tests",  # one room: its folders mirror all of the above, and nobody includes it
 ]
-SEES_THE_ADAPTER = {"bullet_ccd/bullet", "bullet_ccd/examples", "grasp/sim"}
-LEAVES = {"bullet_ccd/examples", "grasp/examples"}  # may include everything, nobody includes them
+ROOTS = tuple(sorted({room.split("/")[0] for room in ORDER}))
+BULLET_ROOMS = {
+    "bullet_ccd/bullet",
+    "bullet_ccd/examples",
+    "grasp/sim",
+    "benchmarks/reference/audit",
+    "benchmarks/reference/bullet",
+    "benchmarks/bullet",
+    "benchmarks/stability",
+    "benchmarks/soak",
+}
+PROGRAMS = {room for room in ORDER if room.startswith(("robots", "tools", "benchmarks"))}
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
-# Headers of other libraries, and the rooms that may see them.
+# Headers of other libraries, and the rooms that may see them besides the tests.
 FOREIGN = [
-    (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), {"bullet_ccd/bullet", "grasp/sim"}),
+    (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS | {"benchmarks/peers"}),
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
     (re.compile(r"^libqhull"), {"grasp/quality"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
-    (re.compile(r"^(robots|tests|tools|benchmarks)/"), set()),
+    (re.compile(r"^fcl/"), {"benchmarks/peers", "benchmarks/stability"}),
+    (re.compile(r"^CLI/"), PROGRAMS),
+    (re.compile(r"^(gtest|gmock)/"), set()),
 ]
 
 
@@ -53,7 +88,7 @@ def room_of(path):
     folder = path.parent
     if f"{folder}{path.suffix}" in ORDER:
         return f"{folder}{path.suffix}"
-    while str(folder) not in ORDER and str(folder) not in LEAVES and folder.parent != folder:
+    while str(folder) not in ORDER and folder.parent != folder:
         folder = folder.parent
     return str(folder)
 
@@ -61,31 +96,28 @@ def room_of(path):
 def check(root):
     """Returns one message for every include that points the wrong way."""
     problems = []
-    for folder in ("bullet_ccd", "grasp"):
-        for path in sorted((root / folder).rglob("*")):
-            if path.suffix not in (".h", ".cpp"):
+    for path in sorted(path for folder in ROOTS for path in (root / folder).rglob("*")):
+        if path.suffix not in (".h", ".cpp"):
+            continue
+        room = room_of(path.relative_to(root))
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            match = INCLUDE.match(line)
+            if not match:
                 continue
-            room = room_of(path.relative_to(root))
-            if room in LEAVES:
+            included = match.group(1)
+            where = f"{path.relative_to(root)}:{number}"
+            for pattern, rooms in FOREIGN:
+                if pattern.match(included) and room not in rooms and room != "tests":
+                    problems.append(f"{where}: {room} must not include {included}")
+            if not included.startswith(tuple(f"{folder}/" for folder in ROOTS)):
                 continue
-            for number, line in enumerate(path.read_text().splitlines(), 1):
-                match = INCLUDE.match(line)
-                if not match:
-                    continue
-                included = match.group(1)
-                where = f"{path.relative_to(root)}:{number}"
-                for pattern, rooms in FOREIGN:
-                    if pattern.match(included) and room not in rooms:
-                        problems.append(f"{where}: {room} must not include {included}")
-                if not included.startswith(("bullet_ccd/", "grasp/")):
-                    continue
-                target = room_of(pathlib.PurePosixPath(included))
-                if room not in ORDER or target not in ORDER:
-                    problems.append(f"{where}: {room} or {target} is not a known room")
-                elif ORDER.index(target) > ORDER.index(room):
-                    problems.append(f"{where}: {room} must not include {target}")
-                elif target == "bullet_ccd/bullet" and room not in SEES_THE_ADAPTER:
-                    problems.append(f"{where}: only the simulation may see the Bullet adapter")
+            target = room_of(pathlib.PurePosixPath(included))
+            if room not in ORDER or target not in ORDER:
+                problems.append(f"{where}: {room} or {target} is not a known room")
+            elif ORDER.index(target) > ORDER.index(room):
+                problems.append(f"{where}: {room} must not include {target}")
+            elif target == "bullet_ccd/bullet" and room not in BULLET_ROOMS | {"tests"}:
+                problems.append(f"{where}: {room} must not see the Bullet adapter")
     return problems
 
 

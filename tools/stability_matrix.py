@@ -160,6 +160,6 @@ def draw(measured):
             f'height="{height}" viewBox="0 0 {width} {height}">', "{{STYLE}}",
             f'<rect class="paper" width="{width}" height="{height}"/>',
             words(24, 30, f"{count} contact times with exact answers", 20, 'font-weight="600"'),
-            words(24, 50, "every case through every method; ids as in tests/stability/README.md; " +
+            words(24, 50, "every case through every method; ids as in benchmarks/reference/catalogue/README.md; " +
                   origin_of(measured), 11.5, 'class="soft"')]
     return "\n".join(head + parts + ["</svg>", ""]), width, height

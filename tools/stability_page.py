@@ -148,7 +148,7 @@ def own_table(measured):
                     f'<td class="number">{pairs}</td></tr>')
     return (f'<h3 id="found">Found here: {len(rows)} cases of our own</h3><p>What once broke in '
             f'this project, and what sampling and other codes get wrong that the catalogue does '
-            f'not have; where each comes from is said in <code>tests/stability/cases_found.cpp'
+            f'not have; where each comes from is said in <code>benchmarks/reference/catalogue/cases_found.cpp'
             f'</code> and <code>cases_found_chains.cpp</code>.</p><div class="wide"><table>'
             f'<thead><tr><th>id</th><th>set-up, and what is hard</th><th>ours</th>'
             f'<th class="number">others right</th><th class="number">pairs that ours looked at</th>'

@@ -1,6 +1,6 @@
 // Twenty household objects, triangle meshes of some thousand triangles each, fall into a bin. Stock
 // Bullet has no contacts between meshes at all; here no two objects ever intersect. For 200 objects
-// and 20 s see tools/soak/soak_bullet.
+// and 20 s see benchmarks/soak.
 #include "bullet_ccd/examples/household_bin.h"
 
 #include <cstdio>

@@ -1,9 +1,9 @@
 // A row of tiles two millimetres thick, hit by a small block at 50 m/s. In one step of 1/60 s the
 // block would travel 0.8 m, farther than the row is long. Everything is a triangle mesh, which
 // stock Bullet lets pass through each other; here no two of them ever intersect.
+#include "benchmarks/reference/audit/world_audit.h"
 #include "bullet_ccd/examples/example_support.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tests/bullet/audit/world_audit.h"
 
 #include <cstdio>
 

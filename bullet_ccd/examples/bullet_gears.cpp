@@ -1,9 +1,9 @@
 // Two gears of 18 and 27 teeth on hinges; a motor drives the smaller one at 20 rad/s, the larger
 // one has a brake. Teeth are triangle meshes: nothing but their contact couples the gears. Half a
 // tooth goes by in every step.
+#include "benchmarks/reference/audit/world_audit.h"
 #include "bullet_ccd/examples/example_support.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tests/bullet/audit/world_audit.h"
 
 #include <cmath>
 #include <cstdio>

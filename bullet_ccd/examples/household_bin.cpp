@@ -1,9 +1,9 @@
 #include "bullet_ccd/examples/household_bin.h"
 
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "robots/shapes/household_objects.h"
-#include "tests/support/random.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,9 @@
-/// Household objects that fall into a bin; every pose is looked at by the exact check of the tests.
+/// Household objects that fall into a bin; the exact check of benchmarks/reference looks at every
+/// pose.
 #pragma once
 
+#include "benchmarks/reference/audit/world_audit.h"
 #include "bullet_ccd/examples/example_support.h"
-#include "tests/bullet/audit/world_audit.h"
 
 #include <cstdint>
 #include <string>

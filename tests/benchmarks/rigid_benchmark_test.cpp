@@ -1,8 +1,8 @@
 // What the rigid benchmark rests on: its meshes, its query sets, its checks of answers.
-#include "benchmarks/limited_run.h"
-#include "benchmarks/rigid_check.h"
-#include "benchmarks/rigid_meshes.h"
-#include "benchmarks/rigid_sets.h"
+#include "benchmarks/rigid/rigid_check.h"
+#include "benchmarks/rigid/rigid_meshes.h"
+#include "benchmarks/rigid/rigid_sets.h"
+#include "benchmarks/support/limited_run.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <chrono>

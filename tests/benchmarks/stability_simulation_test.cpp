@@ -1,6 +1,6 @@
 // What the stability of simulations rests on: runs in processes of their own, and their verdicts.
-#include "benchmarks/isolated_run.h"
-#include "benchmarks/stability_run.h"
+#include "benchmarks/stability/stability_run.h"
+#include "benchmarks/support/isolated_run.h"
 
 #include <chrono>
 #include <cstdlib>

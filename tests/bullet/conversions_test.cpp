@@ -1,5 +1,5 @@
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdDebugDraw.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/bullet/recording_drawer.h"
-#include "tests/bullet/scene.h"
-#include "tests/support/random.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>

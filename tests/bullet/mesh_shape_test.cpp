@@ -1,9 +1,9 @@
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/bullet/recording_drawer.h"
-#include "tests/bullet/scene.h"
-#include "tests/support/random.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>

@@ -1,6 +1,6 @@
+#include "benchmarks/reference/bullet/scene.h"
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
-#include "tests/bullet/scene.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>

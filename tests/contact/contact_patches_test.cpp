@@ -1,10 +1,10 @@
 #include "bullet_ccd/contact/contact_patches.h"
 
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/contact/rigid_contacts.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

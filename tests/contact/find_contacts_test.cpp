@@ -1,8 +1,8 @@
 #include "bullet_ccd/contact/find_contacts.h"
 
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/ssv_pair.h"
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

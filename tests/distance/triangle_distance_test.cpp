@@ -1,7 +1,7 @@
 #include "bullet_ccd/distance/triangle_distance.h"
 
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/random.h"
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/random.h"
 
 #include <gtest/gtest.h>
 

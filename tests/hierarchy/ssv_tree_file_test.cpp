@@ -1,7 +1,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree_file.h"
 
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tests/support/random.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>

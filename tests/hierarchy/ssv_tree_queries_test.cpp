@@ -1,10 +1,10 @@
 // Queries must not depend on what bounds the triangles: every kind of volume, built, refitted or
 // loaded, gives the same answers.
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

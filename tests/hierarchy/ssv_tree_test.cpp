@@ -1,7 +1,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

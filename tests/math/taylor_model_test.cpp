@@ -2,7 +2,7 @@
 /// would notice: remainders that are known to be wrong are caught.
 #include "bullet_ccd/math/taylor_model.h"
 
-#include "tests/support/random.h"
+#include "benchmarks/reference/scenes/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Boxes of moving links contain them: by millions of samples on random trees.
 #include "bullet_ccd/motion/frame_sweep.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random_trees.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 
 #include <gtest/gtest.h>
 

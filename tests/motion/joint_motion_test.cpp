@@ -1,7 +1,7 @@
 #include "bullet_ccd/motion/joint_motion.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random_trees.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "bullet_ccd/motion/kinematic_tree.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random_trees.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Frames of the joints that move against the chain of all links, and their bounds.
 #include "bullet_ccd/motion/moving_frames.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random_trees.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "bullet_ccd/motion/rigid_motion.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

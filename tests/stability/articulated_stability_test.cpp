@@ -1,12 +1,12 @@
 /// Every articulated case: not late, tight, all ties reported; and the grasping sequences that stop
 /// a link at its contact and go on with the next.
+#include "benchmarks/reference/catalogue/relations.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/toi/articulated_toi.h"
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/stability/relations.h"
-#include "tests/support/random.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
 
 #include <gtest/gtest.h>
 

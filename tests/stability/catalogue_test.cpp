@@ -1,8 +1,8 @@
 /// The catalogue is complete: every row has a case or a test that exists, every case has a row, and
 /// README.md lists them all.
-#include "tests/stability/catalogue.h"
+#include "benchmarks/reference/catalogue/catalogue.h"
 
-#include "tests/stability/cases.h"
+#include "benchmarks/reference/catalogue/cases.h"
 
 #include <gtest/gtest.h>
 
@@ -91,7 +91,8 @@ TEST(Catalogue, RowsAreInOrder)
 /// `stability_catalogue --list` prints the table.
 TEST(Catalogue, TheReadmeListsIt)
 {
-    EXPECT_NE(textOf("tests/stability/README.md").find(catalogueTable()), std::string::npos)
+    EXPECT_NE(textOf("benchmarks/reference/catalogue/README.md").find(catalogueTable()),
+              std::string::npos)
         << "replace the table by this one:\n"
         << catalogueTable();
 }

@@ -1,11 +1,11 @@
 /// The relations are what they say, and are there for almost every case; more obstacles never delay
 /// a contact.
-#include "tests/stability/relations.h"
+#include "benchmarks/reference/catalogue/relations.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/random.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

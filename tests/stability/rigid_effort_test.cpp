@@ -1,7 +1,7 @@
 /// How much work the hard cases may cost: counted in poses and pairs, not in time.
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
 /// Every rigid case with every strategy: not late, tight, no false contact, honest witnesses; as it
 /// is, and under every relation.
-#include "tests/stability/relations.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
+#include "benchmarks/reference/catalogue/relations.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/expect_honest.h"
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 /// what it saved.
 #include "bullet_ccd/toi/articulated/articulated_culling.h"
 
-#include "tests/oracles/brute_force_toi.h"
-#include "tests/support/articulated_scene.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/articulated_scene.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Self-collision of joined links at the level of triangles, and bodies that rest on each other.
+#include "benchmarks/reference/scenes/articulated_scene.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/toi/pair_mask.h"
-#include "tests/support/articulated_scene.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

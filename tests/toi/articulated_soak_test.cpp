@@ -1,7 +1,7 @@
 /// A seeded part of the soak of random chains, every answer judged by brute force.
 /// tools/soak_articulated runs a hundred thousand of them.
-#include "tests/support/chain_queries.h"
-#include "tests/support/soak_tally.h"
+#include "benchmarks/reference/queries/chain_queries.h"
+#include "benchmarks/reference/queries/soak_tally.h"
 
 #include <gtest/gtest.h>
 

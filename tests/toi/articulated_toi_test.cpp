@@ -1,10 +1,10 @@
 /// articulatedToi against brute force on random trees among moving and resting obstacles.
-#include "tests/oracles/articulated_judge.h"
-#include "tests/support/articulated_scene.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_tally.h"
+#include "benchmarks/reference/oracles/articulated_judge.h"
+#include "benchmarks/reference/queries/soak_tally.h"
+#include "benchmarks/reference/scenes/articulated_scene.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 /// The SIMD kernel against what it promises, and against its reference in double precision.
 #include "bullet_ccd/toi/kernels/node_batch.h"
 
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/toi/search/pair_scene.h"
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/random.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,10 @@
 /// Relations between answers that hold whatever the answer is.
-#include "tests/support/random_scenes.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/expect_honest.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Queries that must keep a clearance: closed forms, and what counts as touching.
-#include "tests/oracles/toi_certificate.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
+#include "benchmarks/reference/oracles/toi_certificate.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <gtest/gtest.h>
 

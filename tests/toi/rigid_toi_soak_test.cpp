@@ -1,7 +1,7 @@
 /// A seeded part of the soak: random and adversarial queries, every answer judged by proof or
 /// counterexample. tools/soak_rigid runs a million of them.
-#include "tests/support/soak_queries.h"
-#include "tests/support/soak_tally.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/queries/soak_tally.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,9 @@
 /// Initial and terminal states: touching, leaving, sliding, pressing, at rest, bad input.
-#include "tests/oracles/toi_certificate.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/shapes.h"
-#include "tests/support/soak_queries.h"
+#include "benchmarks/reference/oracles/toi_certificate.h"
+#include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/expect_honest.h"
 
 #include <gtest/gtest.h>
 

@@ -2,10 +2,12 @@
 /// false hit.
 #include "bullet_ccd/toi/rigid_toi.h"
 
-#include "tests/oracles/toi_certificate.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/random_trees.h"
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/oracles/toi_certificate.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/random_trees.h"
+#include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/expect_honest.h"
 
 #include <gtest/gtest.h>
 

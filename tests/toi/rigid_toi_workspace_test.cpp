@@ -1,8 +1,8 @@
 /// A warm query allocates nothing, and a batch over threads answers as one query after the other.
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "bullet_ccd/toi/rigid_toi.h"
-#include "tests/support/random_scenes.h"
-#include "tests/support/random_trees.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Answers files of queries as a user does.
-#include "tests/support/random.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "tests/support/test_data.h"
 #include "tests/tools/bullet_ccd_program.h"
 #include "tests/tools/query_text.h"

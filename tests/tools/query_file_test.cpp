@@ -1,6 +1,6 @@
 #include "tools/ccd_cli/query_file.h"
 
-#include "tests/support/random.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/query_text.h"
 #include "tools/ccd_cli/csv_text.h"

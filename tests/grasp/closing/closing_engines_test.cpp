@@ -1,8 +1,8 @@
+#include "benchmarks/reference/scenes/shapes.h"
 #include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tests/grasp/closing/finger_hand.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "tests/grasp/closing/finger_hand.h"
 
-#include "tests/support/shapes.h"
+#include "benchmarks/reference/scenes/shapes.h"
 
 #include <utility>
 

@@ -1,10 +1,10 @@
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/hand/hand_file.h"
 #include "grasp/sim/hand_simulation.h"
-#include "tests/support/random.h"
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>

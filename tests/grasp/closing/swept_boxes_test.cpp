@@ -1,8 +1,8 @@
 #include "grasp/closing/swept_boxes.h"
 
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "tests/grasp/closing/finger_hand.h"
-#include "tests/support/random.h"
-#include "tests/support/shapes.h"
 
 #include <gtest/gtest.h>
 

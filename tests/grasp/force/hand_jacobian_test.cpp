@@ -1,6 +1,6 @@
 #include "grasp/force/hand_jacobian.h"
 
-#include "tests/support/random.h"
+#include "benchmarks/reference/scenes/random.h"
 
 #include <gtest/gtest.h>
 

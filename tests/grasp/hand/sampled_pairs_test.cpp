@@ -1,10 +1,10 @@
 /// Pairs of links sorted by sampling, against shares of a turn that are known.
 #include "grasp/hand/sampled_pairs.h"
 
+#include "benchmarks/reference/oracles/brute_force_distance.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "grasp/hand/hand_file.h"
 #include "grasp/hand/srdf_file.h"
-#include "tests/oracles/brute_force_distance.h"
-#include "tests/support/shapes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 

@@ -1,0 +1,232 @@
+#include "benchmarks/articulated/human_run.h"
+
+#include "benchmarks/rigid/rigid_targets.h"
+#include "benchmarks/support/timing.h"
+#include "bullet_ccd/distance/triangle_distance.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+constexpr double kTolerance = 1e-5;  ///< [m]
+
+TriangleCorners corners(const SsvTree& tree, std::int32_t triangle, const Eigen::Isometry3d& X)
+{
+    const Triangle& t = tree.mesh().triangles[static_cast<std::size_t>(triangle)];
+    TriangleCorners result;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        result[k] = X * tree.mesh().vertices[static_cast<std::size_t>(t[k])];
+    }
+    return result;
+}
+
+std::vector<double> mediansOf(std::vector<std::vector<double>>& times)
+{
+    std::vector<double> medians;
+    for (std::vector<double>& repeats : times)
+    {
+        medians.push_back(medianOf(std::move(repeats)));
+    }
+    return medians;
+}
+}  // namespace
+
+std::vector<Stage> humanStages(bool withBounds)
+{
+    const ArticulatedToiOptions whole{.toi = {.tolerance = kTolerance}};
+    std::vector<Stage> all{{"articulatedToi", whole},
+                           {"without halving", whole},
+                           {"without space", whole},
+                           {"without time", whole}};
+    all[1].options.subdivide = false;
+    all[2].options.cullBySpace = false;
+    all[3].options.cullByTime = false;
+    if (withBounds)
+    {
+        all.push_back({"directional bound", whole});
+        all.back().options.bound = MotionBound::Directional;
+        all.push_back({"sum bound", whole});
+        all.back().options.bound = MotionBound::Sum;
+    }
+    return all;
+}
+
+void add(Mix& sum, const Mix& more)
+{
+    sum.queries += more.queries;
+    sum.contacts += more.contacts;
+    sum.exemptContacts += more.exemptContacts;
+    sum.busy += more.busy;
+    sum.exempt += more.exempt;
+    sum.wrong += more.wrong;
+    sum.late = std::max(sum.late, more.late);
+    sum.early = std::max(sum.early, more.early);
+    sum.counters += more.counters;
+}
+
+HumanRun::HumanRun(const std::filesystem::path& data, const std::string& name, bool withFcl)
+    : m_name(name), m_scene(makeHumanScene(data, name)), m_environment(m_scene.obstacles)
+{
+    if (withFcl && isFclPresent())
+    {
+        m_fcl = std::make_unique<FclHuman>(m_scene);
+    }
+}
+
+void HumanRun::describe(bool listExempt) const
+{
+    std::size_t exempt = 0;
+    for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
+    {
+        for (const LinkMask& mask : m_scene.queries[f].masks)
+        {
+            ++exempt;
+            if (listExempt)
+            {
+                fmt::print("  frame {}: {} and {} intersect at the start\n",
+                           f,
+                           m_scene.tree.links[static_cast<std::size_t>(mask.link)].name,
+                           m_scene.obstacleNames[static_cast<std::size_t>(mask.obstacle)]);
+            }
+        }
+    }
+    fmt::print(
+        "{}: {} queries; {} links of {} triangles, recorded poses kept to {:.1g} mm; {} obstacles "
+        "of {} triangles; {} pairs intersect at the start\n",
+        m_name,
+        m_scene.queries.size(),
+        m_scene.links.size(),
+        m_scene.humanTriangles,
+        1e3 * m_scene.poseError,
+        m_scene.obstacles.size(),
+        m_scene.obstacleTriangles,
+        exempt);
+}
+
+void HumanRun::askPeers()
+{
+    for (const HumanQuery& query : m_scene.queries)
+    {
+        m_rigidTimes.push_back(rigidTime(m_scene, query, kTolerance, m_work));
+        double sample = kNever;
+        const double micros = microsecondsOf(
+            [&]
+            {
+                if (m_fcl != nullptr)
+                {
+                    sample = m_fcl->firstSample(query, kNaiveSamples);
+                }
+            });
+        m_sampleTimes.push_back(sample);
+        m_fclMicros.push_back(m_fcl != nullptr ? micros : 0.0);
+    }
+}
+
+/// Distance of the triangles that a contact names, placed anew.
+double HumanRun::distanceOf(const HumanQuery& query, const LinkContact& contact) const
+{
+    const RigidBody& obstacle = m_scene.obstacles[static_cast<std::size_t>(contact.obstacle)];
+    const Eigen::Isometry3d X_WL =
+        linkStateAt(m_scene.tree, query.motion, kNone, contact.link, contact.time).X_W;
+    return triangleDistance(corners(*m_scene.linkTrees[static_cast<std::size_t>(contact.link)],
+                                    contact.triangleLink,
+                                    X_WL),
+                            corners(*obstacle.tree, contact.triangleOther, obstacle.motion.X_W0))
+        .distance;
+}
+
+/// Whether FCL, too, finds the two apart at the time of their contact; not known without FCL, or if
+/// they intersect elsewhere from the start.
+bool HumanRun::isApartAt(const HumanQuery& query, const LinkContact& contact) const
+{
+    return m_fcl == nullptr || query.maskOf(contact.link, contact.obstacle) != nullptr ||
+           m_fcl->distanceOf(query, contact.link, contact.obstacle, contact.time) > 0.0;
+}
+
+/// True if the answer cannot be: later than another method, or without a contact where it says.
+bool HumanRun::isWrong(std::size_t query, const ArticulatedToiResult& result) const
+{
+    const bool isHit = isContact(result.status);
+    const double time = isHit ? result.time : kNever;
+    // Both methods may stop at different distances below the tolerance.
+    constexpr double kSlack = 1e-6;
+    if (result.status == ToiStatus::IterationLimit || result.status == ToiStatus::Overlapping ||
+        time > m_rigidTimes[query] + kSlack || time > m_sampleTimes[query])
+    {
+        return true;
+    }
+    if (!isHit)
+    {
+        return false;
+    }
+    const LinkContact& contact = result.contacts.at(0);
+    const double distance = distanceOf(m_scene.queries[query], contact);
+    return distance > kTolerance || distance <= 0.0 || !isApartAt(m_scene.queries[query], contact);
+}
+
+Mix HumanRun::check(const Stage& stage)
+{
+    Mix mix;
+    m_hits.clear();
+    for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
+    {
+        const HumanQuery& query = m_scene.queries[f];
+        const ArticulatedToiResult result =
+            articulatedToi(m_scene.body(query), m_environment, stage.options, m_work);
+        const bool isHit = isContact(result.status);
+        m_hits.push_back(isHit);
+        Mix one{.queries = 1, .exempt = query.masks.empty() ? 0 : 1, .counters = result.counters};
+        one.contacts = isHit ? 1 : 0;
+        if (isHit)
+        {
+            const LinkContact& contact = result.contacts.at(0);
+            one.exemptContacts = query.maskOf(contact.link, contact.obstacle) != nullptr ? 1 : 0;
+        }
+        const ArticulatedCounters& c = result.counters;
+        one.busy = !isHit && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
+        one.wrong = isWrong(f, result) ? 1 : 0;
+        const double time = isHit ? result.time : kNever;
+        one.late = std::max(0.0, time - m_rigidTimes[f]);
+        one.early = std::max(0.0, m_rigidTimes[f] - time);
+        add(mix, one);
+    }
+    return mix;
+}
+
+HumanTimes HumanRun::time(std::span<const Stage> stages, int repeats)
+{
+    const std::size_t count = m_scene.queries.size();
+    std::vector<std::vector<std::vector<double>>> micros(stages.size(),
+                                                         std::vector<std::vector<double>>(count));
+    std::vector<std::vector<double>> rigid(count);
+    for (int repeat = 0; repeat < repeats; ++repeat)
+    {
+        for (std::size_t k = 0; k < stages.size(); ++k)
+        {
+            for (std::size_t f = 0; f < count; ++f)
+            {
+                const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
+                micros[k][f].push_back(microsecondsOf(
+                    [&] {
+                        keep(articulatedToi(body, m_environment, stages[k].options, m_work).time);
+                    }));
+            }
+        }
+        for (std::size_t f = 0; f < count; ++f)
+        {
+            rigid[f].push_back(microsecondsOf(
+                [&] { keep(rigidTime(m_scene, m_scene.queries[f], kTolerance, m_work)); }));
+        }
+    }
+    HumanTimes times{.stages = {}, .rigid = mediansOf(rigid), .fcl = m_fclMicros};
+    for (std::vector<std::vector<double>>& stage : micros)
+    {
+        times.stages.push_back(mediansOf(stage));
+    }
+    return times;
+}
+}  // namespace bullet_ccd::benchmarks

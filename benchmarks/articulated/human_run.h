@@ -1,0 +1,87 @@
+/// Answers, checks and times of the human among chessmen.
+#pragma once
+
+#include "benchmarks/articulated/human_peers.h"
+#include "benchmarks/articulated/human_scene.h"
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::benchmarks
+{
+/// The query, whole or with a stage of it switched off.
+struct Stage
+{
+    const char* name;
+    ArticulatedToiOptions options;
+};
+
+/// The whole query first.
+/// @param withBounds with the other motion bounds, which take hundreds of times as long
+[[nodiscard]] std::vector<Stage> humanStages(bool withBounds);
+
+/// Sums over queries.
+struct Mix
+{
+    int queries = 0;
+    int contacts = 0;
+    int exemptContacts = 0;  ///< of those, by a pair that intersects at the start, elsewhere on it
+    int busy = 0;            ///< free with three pairs or more after spatial culling
+    int exempt = 0;          ///< with pairs that intersect at the start
+    int wrong = 0;
+    double late = 0.0;   ///< largest, against rigidToi() on each pair
+    double early = 0.0;  ///< the same
+    ArticulatedCounters counters;
+};
+
+void add(Mix& sum, const Mix& more);
+
+/// Microseconds: median over the repeats, one entry a query.
+struct HumanTimes
+{
+    std::vector<std::vector<double>> stages;
+    std::vector<double> rigid;
+    std::vector<double> fcl;  ///< asked once; 0 without FCL
+};
+
+/// One motion in its scene.
+class HumanRun
+{
+public:
+    HumanRun(const std::filesystem::path& data, const std::string& name, bool withFcl);
+
+    void describe(bool listExempt) const;
+
+    /// Asks the other methods, once each.
+    void askPeers();
+
+    /// Asks all queries once and compares the answers with those of the others.
+    /// @pre askPeers() was called
+    [[nodiscard]] Mix check(const Stage& stage);
+
+    /// All methods in turns.
+    /// @pre askPeers() was called
+    [[nodiscard]] HumanTimes time(std::span<const Stage> stages, int repeats);
+
+    /// Of the whole query, as check() saw it last.
+    [[nodiscard]] const std::vector<bool>& hits() const { return m_hits; }
+
+private:
+    [[nodiscard]] bool isWrong(std::size_t query, const ArticulatedToiResult& result) const;
+    [[nodiscard]] bool isApartAt(const HumanQuery& query, const LinkContact& contact) const;
+    [[nodiscard]] double distanceOf(const HumanQuery& query, const LinkContact& contact) const;
+
+    std::string m_name;
+    HumanScene m_scene;
+    Environment m_environment;
+    std::unique_ptr<FclHuman> m_fcl;
+    std::vector<double> m_rigidTimes;   ///< of contact
+    std::vector<double> m_sampleTimes;  ///< FCL's first sample that overlaps
+    std::vector<double> m_fclMicros;
+    std::vector<bool> m_hits;
+    ToiWorkspace m_work;
+};
+}  // namespace bullet_ccd::benchmarks

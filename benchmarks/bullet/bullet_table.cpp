@@ -1,0 +1,225 @@
+/// The tunnelling table: how many of its runs each kind of world lets through.
+#include "benchmarks/reference/bullet/pile.h"
+#include "benchmarks/reference/bullet/tunnelling.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fmt/format.h>
+#include <string>
+#include <vector>
+
+namespace
+{
+using namespace bullet_ccd::tests;
+
+/// Lost time that a world may have, of the simulated time.
+constexpr double kMaxLost = 0.01;
+/// What the drift may lag behind beyond that: Bullet's contacts of convex shapes with inner edges
+/// of a mesh push sideways, so that a hit brakes the drift.
+constexpr double kMaxTilt = 0.12;
+
+struct Cell
+{
+    int runs = 0;
+    int through = 0;
+    int ghosts = 0;
+    double lost = 0.0;  ///< worst run and body: lost time / simulated time
+    double lag = 0.0;   ///< worst run: the same of the centre of mass, seen from outside
+};
+
+void add(Cell& cell, const RunOutcome& outcome)
+{
+    ++cell.runs;
+    cell.through += outcome.through ? 1 : 0;
+    cell.ghosts += isGhostStop(outcome) ? 1 : 0;
+    cell.lost = std::max(cell.lost, outcome.lost / outcome.simulated);
+    cell.lag = std::max(cell.lag, outcome.lag / outcome.simulated);
+}
+
+void add(Cell& sum, const Cell& cell)
+{
+    sum.runs += cell.runs;
+    sum.through += cell.through;
+    sum.ghosts += cell.ghosts;
+    sum.lost = std::max(sum.lost, cell.lost);
+    sum.lag = std::max(sum.lag, cell.lag);
+}
+
+struct Options
+{
+    int phases = 0;  ///< 0: as the row says
+    std::string only;
+    bool settings = false;
+    bool list = false;
+};
+
+void runCell(
+    const TunnellingRow& row, const Setting& setting, Kind kind, const Options& options, Cell& cell)
+{
+    const int phases = !isAsked(row, kind) ? 0 : options.phases > 0 ? options.phases : row.phases;
+    for (int phase = 0; phase < phases; ++phase)
+    {
+        const RunOutcome outcome = row.run(kind, setting, double(phase) / phases);
+        add(cell, outcome);
+        const bool frozen = kind == Kind::World && outcome.lost > kMaxLost * outcome.simulated;
+        if (options.list && isOurs(kind) && (outcome.through || isGhostStop(outcome) || frozen))
+        {
+            fmt::print("  {}: {}, dt 1/{:.0f}, speed {}, phase {}/{}: closest {:.2e} m\n",
+                       outcome.through        ? "through"
+                       : isGhostStop(outcome) ? "stopped in the air"
+                                              : "frozen",
+                       nameOf(kind),
+                       1.0 / setting.timeStep,
+                       setting.speed,
+                       phase,
+                       phases,
+                       outcome.closest);
+        }
+    }
+}
+
+std::string text(Kind kind, const Cell& cell)
+{
+    const std::string through = fmt::format("{:4}/{:<4}", cell.through, cell.runs);
+    if (!isOurs(kind))
+    {
+        return through;
+    }
+    return fmt::format(
+        "{} {:5} {:8.2f} {:8.2f}", through, cell.ghosts, 100.0 * cell.lost, 100.0 * cell.lag);
+}
+
+void printLine(const std::string& name, const std::vector<Cell>& cells)
+{
+    fmt::print("{:<44}", name);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+    {
+        fmt::print(" | {}", text(kAllKinds[i], cells[i]));
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+}
+
+void printHead()
+{
+    fmt::print(
+        "btScalar {}: runs that went through / runs; of ours also: stopped in the air, worst "
+        "lost time by the counters\nand lag of the motion seen from outside, both % of the "
+        "simulated time of a run\n\n{:<44}",
+        kDouble ? "double" : "float",
+        "");
+    for (const Kind kind : kAllKinds)
+    {
+        fmt::print(" | {:<9}", nameOf(kind));
+        if (isOurs(kind))
+        {
+            fmt::print("   air   lost %    lag %");
+        }
+    }
+    fmt::print("\n");
+}
+
+/// What the table must not have; prints it.
+bool isGood(Kind kind, const Cell& cell)
+{
+    bool good = true;
+    const auto require = [&](bool condition, const std::string& what)
+    {
+        if (!condition)
+        {
+            fmt::print("FAILED: {}: {}\n", nameOf(kind), what);
+            good = false;
+        }
+    };
+    if (isOurs(kind))
+    {
+        require(cell.through == 0, fmt::format("{} of {} runs through", cell.through, cell.runs));
+        require(cell.ghosts == 0, fmt::format("{} stopped in the air", cell.ghosts));
+    }
+    if (kind == Kind::World)
+    {
+        require(cell.lost <= kMaxLost, fmt::format("{:.2f} % of the time lost", 100 * cell.lost));
+        // In single precision Bullet's normals on large triangles may be anything.
+        require(!kDouble || cell.lag <= cell.lost + kMaxTilt,
+                fmt::format("{:.2f} % lag, more than was counted as lost", 100 * cell.lag));
+    }
+    if (kind == Kind::Stock)
+    {
+        // The control: a table in which stock Bullet loses nothing proves nothing.
+        require(cell.through > cell.runs / 4, "hardly anything went through");
+    }
+    return good;
+}
+
+/// A body in free flight beside a busy pile must not feel it.
+bool fallsFreely(Kind kind)
+{
+    const PileFall fall = fallBesidePile(kind);
+    const double ratio = fall.way / fall.expected;
+    fmt::print("free fall beside a busy pile, {}: {:.4f} of g t^2 / 2 ({} impacts in the pile)\n",
+               nameOf(kind),
+               ratio,
+               fall.impacts);
+    return std::abs(ratio - 1.0) <= 0.01;
+}
+
+int run(const Options& options)
+{
+    printHead();
+    std::vector<Cell> all(kAllKinds.size());
+    for (const TunnellingRow& row : tunnellingRows())
+    {
+        if (row.name.find(options.only) == std::string::npos)
+        {
+            continue;
+        }
+        std::vector<Cell> cells(kAllKinds.size());
+        for (const Setting& setting : row.settings)
+        {
+            std::vector<Cell> parts(kAllKinds.size());
+            for (std::size_t i = 0; i < kAllKinds.size(); ++i)
+            {
+                runCell(row, setting, kAllKinds[i], options, parts[i]);
+                add(cells[i], parts[i]);
+            }
+            if (options.settings)
+            {
+                printLine(
+                    fmt::format("    dt 1/{:.0f}, speed {}", 1 / setting.timeStep, setting.speed),
+                    parts);
+            }
+        }
+        printLine(row.name, cells);
+        for (std::size_t i = 0; i < cells.size(); ++i)
+        {
+            add(all[i], cells[i]);
+        }
+    }
+    printLine("all", all);
+    bool good = true;
+    for (std::size_t i = 0; i < all.size(); ++i)
+    {
+        good = isGood(kAllKinds[i], all[i]) && good;
+        good = fallsFreely(kAllKinds[i]) && good;
+    }
+    return good ? 0 : 1;
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app(
+        "Tunnelling table: runs that went through, stock Bullet beside bullet_ccd. The exit "
+        "code is not 0 if ours let anything through, stopped anything in the air, or (the "
+        "world) lost more than 1 % of the time.");
+    Options options;
+    app.add_option("-n,--phases", options.phases, "Runs a setting, default 50")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--only", options.only, "Rows whose name contains this");
+    app.add_flag("--settings", options.settings, "A line for every time step and speed");
+    app.add_flag("--list", options.list, "Name every run of ours that failed");
+    CLI11_PARSE(app, argc, argv);
+    return run(options);
+}

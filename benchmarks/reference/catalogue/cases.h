@@ -1,0 +1,93 @@
+/// Scenarios with a closed-form first contact time, for every method and benchmark that wants them.
+///
+/// A case is a scene, its exact answer written as a formula of the scene's numbers, and what is
+/// needed to judge an answer at a given tolerance. Smooth bodies are inscribed polyhedra with a
+/// vertex exactly at the analytic contact point, so that the mesh touches when the smooth body
+/// does.
+#pragma once
+
+#include "benchmarks/reference/scenes/rigid_scene.h"
+#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/toi/toi.h"
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+/// The exact answer.
+struct CaseAnswer
+{
+    std::optional<double> time = {};   ///< first contact; none: they never touch
+    double closingSpeed = 0.0;         ///< just before the contact; 0 at a tangency
+    double closingAcceleration = 0.0;  ///< second derivative of the distance, where it is positive
+    double clearance = 0.0;            ///< without contact: the distance is never smaller
+    double length = 1.0;               ///< characteristic length
+    /// Of the contact, in units of `length`.
+    std::vector<double> tolerances = {1e-3, 1e-6};
+    std::optional<ToiStatus> status =
+        {};  ///< that this library has to give, where only one is right
+    /// The gap at the start is within the tolerance already: any time before `time` is tight.
+    bool startsTouching = false;
+    /// Distance 0 at the start: rounding of poses or units decides whether the surfaces meet.
+    bool hangsOnRounding = false;
+
+    /// The finest tolerance [m].
+    [[nodiscard]] double finest() const { return tolerances.back() * length; }
+};
+
+struct RigidCase
+{
+    std::string id;
+    RigidScene scene = {};
+    CaseAnswer answer = {};
+    bool nested = false;  ///< a body is inside the other or linked with it: hulls overlap
+    /// Of this library's query; raised where so much is near all the time that the default is
+    /// short.
+    std::int64_t maxIterations = ToiOptions{}.maxIterations;
+    std::string title = {};  ///< what is hard; see catalogue.h
+};
+
+struct ArticulatedCase
+{
+    std::string id;
+    KinematicTree tree = {};
+    std::vector<TriangleMesh> linkMeshes = {};  ///< one a link; empty where it has no geometry
+    JointMotion motion = {};
+    std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs = {};
+    std::vector<TriangleMesh> obstacles = {};  ///< at rest
+    CaseAnswer answer = {};
+    /// Links in contact at that time, ties included.
+    std::vector<std::int32_t> links = {};
+    std::string title = {};
+};
+
+/// How long before the contact the distance falls to `gap`, to first or second order.
+[[nodiscard]] double leadTime(const CaseAnswer& answer, double gap);
+
+/// Rounding of a distance in the case: 64 units in the last place of its coordinates [m].
+[[nodiscard]] double roundingOf(const RigidCase& tested);
+[[nodiscard]] double roundingOf(const ArticulatedCase& tested);
+
+[[nodiscard]] std::vector<RigidCase> translationCases();
+[[nodiscard]] std::vector<RigidCase> rotationCases();
+[[nodiscard]] std::vector<RigidCase> grazingCases();
+[[nodiscard]] std::vector<RigidCase> degenerateCases();
+[[nodiscard]] std::vector<RigidCase> stateCases();
+/// What once broke something in this project, and what sampling and other codes get wrong.
+[[nodiscard]] std::vector<RigidCase> foundCases();
+
+[[nodiscard]] std::vector<ArticulatedCase> chainCases();
+[[nodiscard]] std::vector<ArticulatedCase> graspCases();
+[[nodiscard]] std::vector<ArticulatedCase> foundChainCases();
+
+/// All of them, with their titles, in the order of their ids.
+[[nodiscard]] std::vector<RigidCase> rigidCases();
+/// A bar of half thickness 0.05 on a joint that turns at `w` [rad] over the motion; a pin of radius
+/// 0.1 is at polar (1.5, 1.2) from the joint.
+[[nodiscard]] ArticulatedCase barTurnsIntoPin(std::string id, double w);
+
+[[nodiscard]] std::vector<ArticulatedCase> articulatedCases();
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,277 @@
+#include "benchmarks/rigid/rigid_sets.h"
+
+#include "benchmarks/rigid/generated_sets.h"
+#include "benchmarks/rigid/rigid_meshes.h"
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/math/check.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+/// Vertices of the bunny's file are rounded to single precision; so are those of its references'
+/// mesh, but in another way.
+constexpr double kBunnyRounding = 1e-5;
+
+struct KnotSize
+{
+    const char* name;
+    int along;
+    int around;
+};
+constexpr std::array<KnotSize, 6> kKnots{{{"knot_1k", 64, 8},
+                                          {"knot_4k", 128, 16},
+                                          {"knot_16k", 256, 32},
+                                          {"knot_64k", 512, 64},
+                                          {"knot_256k", 1024, 128},
+                                          {"knot_1m", 2048, 256}}};
+
+struct SphereSize
+{
+    const char* name;
+    int subdivisions;
+};
+constexpr std::array<SphereSize, 6> kSpheres{{{"sphere_1k", 3},
+                                              {"sphere_5k", 4},
+                                              {"sphere_20k", 5},
+                                              {"sphere_80k", 6},
+                                              {"sphere_320k", 7},
+                                              {"sphere_1m", 8}}};
+
+TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
+{
+    if (name == "bunny")
+    {
+        return loadMeshFile(dataFolder / "motions/c2a_torusknot/bunny_noholes.ply").mesh;
+    }
+    if (name == "finger")
+    {
+        return makeFinger();
+    }
+    if (name == "plate")
+    {
+        return makePlate(15, 120.0, 0.2);
+    }
+    if (name == "box")
+    {
+        return makeBox({1.0, 0.6, 0.3});
+    }
+    if (name == "hull42" || name == "hull162")
+    {
+        return makeBumpySphere(name == "hull42" ? 1 : 2, 1.0, 0.0);
+    }
+    for (const KnotSize& knot : kKnots)
+    {
+        if (name == knot.name)
+        {
+            return makeKnotTube(knot.along, knot.around);
+        }
+    }
+    for (const SphereSize& sphere : kSpheres)
+    {
+        if (name == sphere.name)
+        {
+            return makeBumpySphere(sphere.subdivisions, 80.0, 0.15);
+        }
+    }
+    throw std::invalid_argument("mesh '" + name +
+                                "' is unknown: see benchmarks/rigid/rigid_sets.cpp");
+}
+
+/// Rows of numbers under a header line.
+std::vector<std::vector<double>> readNumbers(const fs::path& file, std::size_t columns)
+{
+    std::ifstream in(file);
+    if (!in)
+    {
+        throw std::runtime_error(file.string() +
+                                 ": cannot be opened: name the data folder with --data");
+    }
+    std::vector<std::vector<double>> rows;
+    std::string line;
+    std::getline(in, line);
+    while (std::getline(in, line))
+    {
+        std::ranges::replace(line, ',', ' ');
+        std::istringstream text(line);
+        std::vector<double> row;
+        for (double value = 0.0; text >> value;)
+        {
+            row.push_back(value);
+        }
+        if (row.size() != columns)
+        {
+            throw std::runtime_error(file.string() + ": row " + std::to_string(rows.size() + 1) +
+                                     ": " + std::to_string(row.size()) +
+                                     " numbers: " + std::to_string(columns) + " are expected");
+        }
+        rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+Eigen::Isometry3d poseFrom(const double* v)
+{
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix();
+    pose.translation() = Eigen::Vector3d(v[4], v[5], v[6]);
+    return pose;
+}
+
+/// "knot_64k" -> "knot": one file of poses serves all resolutions.
+std::string posesOf(const std::string& set)
+{
+    const bool manySizes = set.starts_with("knot_") || set.starts_with("sphere_");
+    return manySizes ? set.substr(0, set.find('_')) : set;
+}
+
+/// "convex_hull42_rot40" -> "hull42".
+std::string meshOf(const std::string& set)
+{
+    if (set.starts_with("bunny_"))
+    {
+        return "bunny";
+    }
+    if (set.starts_with("convex_"))
+    {
+        const std::size_t begin = std::string("convex_").size();
+        return set.substr(begin, set.find('_', begin) - begin);
+    }
+    return set;
+}
+
+RigidSet readSet(const std::string& name, MeshLibrary& meshes)
+{
+    RigidSet set{.name = name, .meshA = meshes.mesh(meshOf(name)), .meshB = {}};
+    set.meshB = set.meshA;
+    set.vertexRounding = name.starts_with("bunny_") ? kBunnyRounding : 0.0;
+    const fs::path folder = meshes.dataFolder() / "rigid_queries";
+    for (const std::vector<double>& v :
+         readNumbers(folder / "poses" / (posesOf(name) + ".csv"), 29))
+    {
+        set.queries.push_back({.id = static_cast<std::int32_t>(v[0]),
+                               .motionA = motionBetween(poseFrom(&v[1]), poseFrom(&v[8])),
+                               .motionB = motionBetween(poseFrom(&v[15]), poseFrom(&v[22]))});
+    }
+    if (name.ends_with("_1m"))
+    {
+        return set;  // a size beyond the references
+    }
+    for (const std::vector<double>& v : readNumbers(folder / "reference" / (name + ".csv"), 9))
+    {
+        set.references.push_back({.hit = v[1] != 0.0,
+                                  .timeLow = v[2],
+                                  .time = v[3],
+                                  .timeAtTolerance = v[4],
+                                  .closestDistance = v[5],
+                                  .speedBound = v[7]});
+    }
+    require(set.references.size() == set.queries.size(),
+            "set '" + name + "': poses and references differ in number");
+    return set;
+}
+}  // namespace
+
+std::shared_ptr<const TriangleMesh> MeshLibrary::mesh(const std::string& name)
+{
+    std::shared_ptr<const TriangleMesh>& entry = m_meshes[name];
+    if (!entry)
+    {
+        entry = std::make_shared<const TriangleMesh>(makeMesh(name, m_dataFolder));
+    }
+    return entry;
+}
+
+const std::vector<std::string>& fileSetNames()
+{
+    static const std::vector<std::string> kNames{
+        "bunny_ident",
+        "bunny_ani",
+        "plate",
+        "knot_1k",
+        "knot_4k",
+        "knot_16k",
+        "knot_64k",
+        "knot_256k",
+        "knot_1m",
+        "sphere_1k",
+        "sphere_5k",
+        "sphere_20k",
+        "sphere_80k",
+        "sphere_320k",
+        "sphere_1m",
+        "convex_box_trans",
+        "convex_box_rot40",
+        "convex_hull42_trans",
+        "convex_hull42_rot40",
+        "convex_hull162_trans",
+        "convex_hull162_rot40",
+    };
+    return kNames;
+}
+
+RigidSet makeRigidSet(const std::string& name, MeshLibrary& meshes, std::uint64_t seedShift)
+{
+    if (std::ranges::count(fileSetNames(), name) > 0)
+    {
+        return readSet(name, meshes);
+    }
+    if (std::ranges::count(generatedSetNames(), name) > 0)
+    {
+        return generateSet(name, meshes, seedShift);
+    }
+    throw std::invalid_argument("set '" + name + "' is unknown: --list names all");
+}
+
+void writePoses(const RigidSet& set, const fs::path& file)
+{
+    std::ofstream out(file);
+    out << "id";
+    for (const char* pose : {"a0", "a1", "b0", "b1"})
+    {
+        for (const char* part : {"qw", "qx", "qy", "qz", "tx", "ty", "tz"})
+        {
+            out << ',' << pose << '_' << part;
+        }
+    }
+    out << '\n';
+    for (const RigidQuery& query : set.queries)
+    {
+        out << query.id;
+        for (const RigidMotion* motion : {&query.motionA, &query.motionB})
+        {
+            for (const double t : {0.0, 1.0})
+            {
+                const Eigen::Isometry3d X = motion->at(t).X_W;
+                const Eigen::Quaterniond q(X.linear());
+                const Eigen::Vector3d p = X.translation();
+                for (const double value : {q.w(), q.x(), q.y(), q.z(), p.x(), p.y(), p.z()})
+                {
+                    out << fmt::format(",{:.17g}", value);
+                }
+            }
+        }
+        out << '\n';
+    }
+    if (!out)
+    {
+        throw std::runtime_error(file.string() + ": cannot be written: make its folder first");
+    }
+}
+
+fs::path defaultDataFolder()
+{
+    const char* folder = std::getenv("BULLET_CCD_TEST_DATA");
+    return folder != nullptr ? fs::path(folder) : fs::path(BULLET_CCD_BENCHMARK_DATA);
+}
+}  // namespace bullet_ccd::benchmarks

@@ -1,0 +1,296 @@
+#include "benchmarks/soak/bullet_hand_scene.h"
+
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/distance/tree_distance.h"
+#include "robots/shapes/household_objects.h"
+
+#include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr double kTorque = 0.3;      // of each joint at most [N m], or [N]
+constexpr double kLead = 0.05;       // of the target before the joint, at most [rad] or [m]
+constexpr double kDensity = 500.0;   // of the objects [kg/m^3]
+constexpr double kCoarseness = 2.0;  // of their meshes
+constexpr double kClearance = 2e-3;  // of the object from the open hand [m]
+constexpr std::size_t kOrientations = 6;
+constexpr double kNearestPlace = -0.03;  // along the approach, from the grasp frame [m]
+constexpr double kFarthestPlace = 0.4;   // from the grasp frame [m]
+constexpr int kSolverIterations = 100;
+
+/// The one for grasps with all fingers if the hand has it, else the first.
+const grasp::Preshape& preshapeOf(const HandModel& hand)
+{
+    const auto found = std::ranges::find(hand.preshapes, "power", &grasp::Preshape::name);
+    return found == hand.preshapes.end() ? hand.preshapes.front() : *found;
+}
+}  // namespace
+
+SoakObject makeSoakObject(int index, std::uint64_t seed)
+{
+    const std::vector<std::string>& families = shapes::objectFamilies();
+    const auto i = static_cast<std::size_t>(index);
+    SoakObject object;
+    object.name = families[i % families.size()];
+    const std::optional<std::uint64_t> size =
+        i < families.size() ? std::nullopt : std::optional(seed * 1000 + i);
+    TriangleMesh mesh = shapes::makeObject(object.name, size, kCoarseness);
+    static_cast<void>(examples::putIntoPrincipalAxes(mesh));
+    object.mass = kDensity * massProperties(mesh).volume;
+    object.audit = std::make_shared<const AuditMesh>(mesh);
+    object.shape = examples::meshShape(std::move(mesh));
+    return object;
+}
+
+HandScene::HandScene(const HandModel& hand, SoakObject object, const HandSoak& soak)
+    : m_hand(hand),
+      m_timeStep(soak.timeStep),
+      m_pairs(hand),
+      m_body(grasp::makeHandMultiBody(hand)),
+      m_audit(*m_world, {.longestMove = soak.longestMove, .mostSamples = soak.mostSamples}),
+      m_open(preshapeOf(hand).positions),
+      m_closed(grasp::closedPositions(hand, m_open)),
+      m_objectName(object.name),
+      m_objectMesh(object.audit)
+{
+    m_world->setGravity(btVector3(0, 0, 0));
+    m_world->getSolverInfo().m_numIterations = kSolverIterations;
+    m_world->getPairCache()->setOverlapFilterCallback(&m_pairs);
+    m_world.ccd().setCcdImpactListener(&m_audit);
+    m_objectTree = &object.shape->tree();
+    addLinks();
+    addMotors();
+    m_object = m_world.add(std::move(object.shape), object.mass);
+    m_object->setActivationState(DISABLE_DEACTIVATION);
+    m_names.push_back(m_objectName);
+    m_audit.add(m_object, m_objectMesh);
+}
+
+HandScene::~HandScene()
+{
+    for (const auto& limit : m_limits)
+    {
+        m_world->removeMultiBodyConstraint(limit.get());
+    }
+    for (const auto& motor : m_motors)
+    {
+        if (motor != nullptr)
+        {
+            m_world->removeMultiBodyConstraint(motor.get());
+        }
+    }
+    for (const auto& collider : m_body.colliders)
+    {
+        if (collider != nullptr)
+        {
+            m_world->removeCollisionObject(collider.get());
+        }
+    }
+    m_world->removeMultiBody(m_body.body.get());
+}
+
+void HandScene::addLinks()
+{
+    btMultiBody& body = *m_body.body;
+    body.setBaseWorldTransform(btCcdToBullet(m_body.X_LI.front()));
+    body.setCanSleep(false);
+    for (std::size_t i = 1; i < m_hand.robot.tree.size(); ++i)
+    {
+        if (m_hand.robot.tree.links[i].joint.isMovable())
+        {
+            body.setJointPos(static_cast<int>(i) - 1, btScalar(m_open[i]));
+        }
+    }
+    m_world->addMultiBody(&body);
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    body.forwardKinematics(rotations, origins);
+    body.updateCollisionObjectWorldTransforms(rotations, origins);
+
+    std::vector<std::pair<std::int32_t, std::int32_t>> links;  // index, number in the audit
+    for (std::size_t i = 0; i < m_hand.robot.tree.size(); ++i)
+    {
+        m_linkMeshes.emplace_back();
+        if (m_body.colliders[i] == nullptr)
+        {
+            continue;
+        }
+        m_world->addCollisionObject(m_body.colliders[i].get(),
+                                    btBroadphaseProxy::DefaultFilter,
+                                    btBroadphaseProxy::AllFilter);
+        m_linkMeshes[i] = std::make_shared<const AuditMesh>(m_hand.linkTrees[i]->mesh());
+        const std::int32_t number =
+            m_audit.add(m_body.colliders[i].get(), m_linkMeshes[i], m_body.X_LI[i].inverse());
+        m_names.push_back(m_hand.robot.tree.links[i].name);
+        for (const auto& [other, otherNumber] : links)
+        {
+            if (!m_pairs.mayMeet(other, static_cast<std::int32_t>(i)))
+            {
+                m_audit.ignore(otherNumber, number);
+            }
+        }
+        links.emplace_back(static_cast<std::int32_t>(i), number);
+    }
+    m_audit.addMultiBody(&body);
+}
+
+void HandScene::addMotors()
+{
+    for (std::size_t i = 0; i < m_hand.robot.tree.size(); ++i)
+    {
+        m_motors.emplace_back();
+        const Joint& joint = m_hand.robot.tree.links[i].joint;
+        if (i == 0 || !joint.isMovable())
+        {
+            continue;
+        }
+        const int link = static_cast<int>(i) - 1;
+        m_motors[i] = std::make_unique<btMultiBodyJointMotor>(
+            m_body.body.get(), link, btScalar(0), btScalar(kTorque * m_timeStep));
+        m_world->addMultiBodyConstraint(m_motors[i].get());
+        m_limits.push_back(std::make_unique<btMultiBodyJointLimitConstraint>(
+            m_body.body.get(), link, btScalar(joint.lower), btScalar(joint.upper)));
+        m_world->addMultiBodyConstraint(m_limits.back().get());
+    }
+}
+
+bool HandScene::isClear(const Eigen::Isometry3d& X_WO) const
+{
+    for (std::size_t i = 0; i < m_linkMeshes.size(); ++i)
+    {
+        if (m_linkMeshes[i] == nullptr)
+        {
+            continue;
+        }
+        const Eigen::Isometry3d X_WL =
+            btCcdToEigen(m_body.colliders[i]->getWorldTransform()) * m_body.X_LI[i].inverse();
+        // Not by auditPair(), which also measures how deep things are inside each other.
+        const Eigen::Isometry3d X_OL = X_WO.inverse() * X_WL;
+        const AuditMesh& link = *m_linkMeshes[i];
+        const TrianglePair nearest =
+            treeDistance(*m_hand.linkTrees[i], *m_objectTree, X_OL, kClearance);
+        if (nearest.distance <= 0.0 ||
+            m_objectMesh->contains(X_OL * link.mesh().vertices.front()) ||
+            link.contains(X_OL.inverse() * m_objectMesh->mesh().vertices.front()))
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+void HandScene::place(Random& random)
+{
+    // As near to the palm as it goes in some of its orientations, and a little off.
+    std::array<Eigen::Matrix3d, kOrientations> orientations;
+    std::ranges::generate(orientations, [&] { return random.rotation(); });
+    for (double z = kNearestPlace; z < kFarthestPlace; z += kClearance)
+    {
+        for (const Eigen::Matrix3d& orientation : orientations)
+        {
+            Eigen::Isometry3d X_GO = Eigen::Isometry3d::Identity();
+            X_GO.linear() = orientation;
+            X_GO.translation().z() = z;
+            const Eigen::Isometry3d X_WO = m_hand.X_RG * X_GO;
+            X_GO.translation().z() = z + kClearance;
+            const Eigen::Isometry3d X_WFurther = m_hand.X_RG * X_GO;
+            if (isClear(X_WO) && isClear(X_WFurther))
+            {
+                m_object->setWorldTransform(btCcdToBullet(X_WFurther));
+                m_object->setInterpolationWorldTransform(btCcdToBullet(X_WFurther));
+                m_object->setLinearVelocity(btVector3(0, 0, 0));
+                m_object->setAngularVelocity(btVector3(0, 0, 0));
+                m_object->clearForces();
+                return;
+            }
+        }
+    }
+    throw std::runtime_error("no place for " + m_objectName + " before the hand: try another seed");
+}
+
+bool HandScene::close(Random& random, const std::function<void()>& afterStep)
+{
+    place(random);
+    m_seen.add(m_audit.start());
+    move(kClosingTime, 0.0, 1.0, afterStep);
+    move(kHoldingTime, 1.0, 1.0, afterStep);
+    const bool held = touches();
+    move(kOpeningTime, 1.0, 0.0, afterStep);
+    return held;
+}
+
+void HandScene::move(double seconds, double from, double to, const std::function<void()>& afterStep)
+{
+    const int steps = std::max(1, static_cast<int>(seconds / m_timeStep));
+    for (int step = 1; step <= steps; ++step)
+    {
+        const double share = from + (to - from) * step / steps;
+        for (std::size_t i = 0; i < m_motors.size(); ++i)
+        {
+            if (m_motors[i] == nullptr)
+            {
+                continue;
+            }
+            const double at = double(m_body.body->getJointPos(static_cast<int>(i) - 1));
+            const double wanted = (1.0 - share) * m_open[i] + share * m_closed[i];
+            const double rate = (to - from) * (m_closed[i] - m_open[i]) / seconds;
+            m_motors[i]->setPositionTarget(btScalar(std::clamp(wanted, at - kLead, at + kLead)),
+                                           btScalar(0.5));
+            m_motors[i]->setVelocityTarget(btScalar(rate), btScalar(0.5));
+        }
+        m_seen.add(m_audit.step(m_timeStep));
+        afterStep();
+    }
+}
+
+bool HandScene::touches()
+{
+    btDispatcher& dispatcher = *m_world->getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if ((manifold.getBody0() == m_object || manifold.getBody1() == m_object) &&
+            manifold.getNumContacts() > 0)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+std::string HandScene::describe() const
+{
+    char text[256];
+    std::snprintf(text,
+                  sizeof text,
+                  "%s and %s are %.2e m inside each other at %.4f s near (%.4f, %.4f, %.4f)",
+                  m_names[static_cast<std::size_t>(m_seen.bodyA)].c_str(),
+                  m_names[static_cast<std::size_t>(m_seen.bodyB)].c_str(),
+                  m_seen.worst.depth,
+                  m_seen.time,
+                  m_seen.worst.point_W.x(),
+                  m_seen.worst.point_W.y(),
+                  m_seen.worst.point_W.z());
+    return text;
+}
+
+void HandScene::printBusiest() const
+{
+    const WorldAudit::Busiest busiest = m_audit.busiestPair();
+    if (busiest.bodyA != kNone && busiest.bodyB != kNone)
+    {
+        std::printf("most impacts: %lld of %s and %s\n",
+                    static_cast<long long>(busiest.impacts),
+                    m_names[static_cast<std::size_t>(busiest.bodyA)].c_str(),
+                    m_names[static_cast<std::size_t>(busiest.bodyB)].c_str());
+    }
+}
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,81 @@
+/// A hand that closes on one object and opens again, in a Bullet world under the exact check.
+#pragma once
+
+#include "benchmarks/reference/audit/world_audit.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/soak/bullet_hand_soak.h"
+#include "bullet_ccd/examples/example_support.h"
+#include "grasp/sim/hand_multi_body.h"
+#include "grasp/sim/hand_pairs.h"
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+using grasp::HandModel;
+
+inline constexpr double kClosingTime = 0.5;  // [s]
+inline constexpr double kHoldingTime = 0.1;  // [s]
+inline constexpr double kOpeningTime = 0.4;  // [s]
+
+struct SoakObject
+{
+    std::string name;
+    std::shared_ptr<const AuditMesh> audit;
+    std::unique_ptr<btCcdMeshShape> shape;
+    double mass = 0.0;
+};
+
+/// Household object `index` of the soak: all families in turn, first in their usual sizes.
+[[nodiscard]] SoakObject makeSoakObject(int index, std::uint64_t seed);
+
+/// One hand and one object, no gravity.
+class HandScene
+{
+public:
+    HandScene(const HandModel& hand, SoakObject object, const HandSoak& soak);
+    ~HandScene();
+    HandScene(const HandScene&) = delete;
+    HandScene& operator=(const HandScene&) = delete;
+
+    /// Puts the object before the hand, closes, holds, opens. True if the hand held something.
+    bool close(Random& random, const std::function<void()>& afterStep);
+
+    [[nodiscard]] const AuditResult& seen() const { return m_seen; }
+    [[nodiscard]] const btCcdControl& control() { return m_world.ccd(); }
+    [[nodiscard]] std::string describe() const;
+    void printBusiest() const;
+
+private:
+    const HandModel& m_hand;
+    double m_timeStep;
+    grasp::HandPairs m_pairs;
+    grasp::HandMultiBody m_body;
+    std::vector<std::shared_ptr<const AuditMesh>> m_linkMeshes;  // one a link, null without
+    examples::World m_world{examples::Engine::Ccd};
+    WorldAudit m_audit;
+    std::vector<std::string> m_names;                              // by number in the audit
+    std::vector<std::unique_ptr<btMultiBodyJointMotor>> m_motors;  // one a link, null if fixed
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_limits;
+    std::vector<double> m_open;
+    std::vector<double> m_closed;
+    std::string m_objectName;
+    std::shared_ptr<const AuditMesh> m_objectMesh;
+    const SsvTree* m_objectTree = nullptr;  // of its shape
+    btRigidBody* m_object = nullptr;
+    AuditResult m_seen;
+
+    void addLinks();
+    void addMotors();
+    void place(Random& random);
+    [[nodiscard]] bool isClear(const Eigen::Isometry3d& X_WO) const;
+    void move(double seconds, double from, double to, const std::function<void()>& afterStep);
+    [[nodiscard]] bool touches();
+};
+}  // namespace bullet_ccd::tests

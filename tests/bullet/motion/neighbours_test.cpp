@@ -1,0 +1,147 @@
+#include "benchmarks/reference/bullet/scene.h"
+#include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
+
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr double kTimeStep = 1.0 / 240.0;
+
+/// A ball at 10 m/s for 20 steps beside which nothing is, so that its neighbours are listed; then
+/// something changes. Returns the impacts of the next 10 steps.
+struct Flight
+{
+    Scene m_scene;
+    btRigidBody* m_ball;
+    btRigidBody* m_wall;
+    btRigidBody* m_other;  // keeps the list in use: it flies along beside the ball
+
+    explicit Flight(Kind kind, const btVector3& wallAt) : m_scene(kind)
+    {
+        btCollisionShape* sphere = m_scene.keep(std::make_unique<btSphereShape>(btScalar(0.02)));
+        m_ball = m_scene.body(sphere, 1.0, poseAt(vec(0, 0, 0)));
+        m_other = m_scene.body(sphere, 1.0, poseAt(vec(0, 0.05, 0)));
+        m_wall = m_scene.body(m_scene.box(vec(0.001, 0.5, 0.5)), 0.0, poseAt(wallAt));
+        m_ball->setLinearVelocity(vec(10, 0, 0));
+        m_other->setLinearVelocity(vec(10, 0, 0));
+        run(20);
+    }
+    void run(int steps)
+    {
+        for (int i = 0; i < steps; ++i)
+        {
+            m_scene.step(kTimeStep);
+        }
+    }
+    std::int64_t impacts(int steps)
+    {
+        const std::int64_t before = m_scene.counters().m_impacts;
+        run(steps);
+        return m_scene.counters().m_impacts - before;
+    }
+    double x() const { return double(m_ball->getWorldTransform().getOrigin().x()); }
+};
+}  // namespace
+
+class NeighbourList : public testing::TestWithParam<int>
+{
+};
+
+TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
+{
+    const int count = GetParam();
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    std::vector<btCcdBox> boxes(static_cast<std::size_t>(count));
+    for (btCcdBox& box : boxes)
+    {
+        box.m_low = vec(uniform(random), uniform(random), uniform(random));
+        box.m_high = box.m_low + vec(uniform(random), uniform(random), uniform(random)) *
+                                     btScalar(18.0 / count);
+    }
+    boxes[5] = {};
+    std::vector<std::pair<int, int>> expected;
+    for (int a = 0; a < count; ++a)
+    {
+        for (int b = a + 1; b < count; ++b)
+        {
+            if (a != 5 && b != 5 && boxes[std::size_t(a)].meets(boxes[std::size_t(b)]))
+            {
+                expected.emplace_back(a, b);
+            }
+        }
+    }
+    btCcdNeighbours neighbours;
+    neighbours.boxes() = boxes;
+    neighbours.list();
+    EXPECT_EQ(neighbours.pairs(), expected);
+    EXPECT_GT(expected.size(), std::size_t(count) / 3);
+    EXPECT_LT(expected.size(), std::size_t(count * count) / 3);
+    EXPECT_TRUE(neighbours.boxes()[3].contains(boxes[3].m_low, boxes[3].m_high));
+    EXPECT_FALSE(neighbours.boxes()[5].contains(boxes[3].m_low, boxes[3].m_high));
+}
+
+// Few boxes are compared each with each, many in order.
+INSTANTIATE_TEST_SUITE_P(FewAndMany, NeighbourList, testing::Values(20, 60));
+
+TEST(Neighbours, WhatIsPutElsewhereBetweenTwoStepsIsMetThere)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        Flight ball(kind, vec(100, 0, 0));
+        EXPECT_EQ(ball.impacts(1), 0);
+        ball.m_ball->setWorldTransform(poseAt(vec(99.9, 0, 0)));
+        EXPECT_GT(ball.impacts(10), 0);
+        EXPECT_LT(ball.x(), 100.0);
+
+        Flight wall(kind, vec(100, 0, 0));
+        EXPECT_EQ(wall.impacts(1), 0);
+        wall.m_wall->setWorldTransform(poseAt(vec(wall.x() + 0.1, 0, 0)));
+        EXPECT_GT(wall.impacts(10), 0);
+    }
+}
+
+TEST(Neighbours, WhatIsAddedOrTakesAnotherShapeBetweenTwoStepsIsMet)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        Flight added(kind, vec(100, 0, 0));
+        EXPECT_EQ(added.impacts(1), 0);
+        added.m_scene.body(
+            added.m_scene.box(vec(0.001, 0.5, 0.5)), 0.0, poseAt(vec(added.x() + 0.1, 0, 0)));
+        EXPECT_GT(added.impacts(10), 0);
+
+        // A small plate beside the way grows into it.
+        Flight grown(kind, vec(1.1, 2, 0));
+        EXPECT_EQ(grown.impacts(1), 0);
+        grown.m_wall->setCollisionShape(grown.m_scene.box(vec(0.001, 3, 3)));
+        EXPECT_GT(grown.impacts(10), 0);
+
+        Flight scaled(kind, vec(1.1, 2, 0));
+        EXPECT_EQ(scaled.impacts(1), 0);
+        scaled.m_wall->getCollisionShape()->setLocalScaling(vec(1, 6, 1));
+        EXPECT_GT(scaled.impacts(10), 0);
+    }
+}
+
+TEST(Neighbours, FiltersAreAskedInEveryStep)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        Flight flight(kind, vec(1.1, 0, 0));
+        flight.m_wall->setCollisionFlags(flight.m_wall->getCollisionFlags() |
+                                         btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        EXPECT_EQ(flight.impacts(4), 0);
+        EXPECT_LT(flight.x(), 1.05);
+        flight.m_wall->setCollisionFlags(flight.m_wall->getCollisionFlags() &
+                                         ~btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        EXPECT_GT(flight.impacts(10), 0);
+        EXPECT_LT(flight.x(), 1.1);
+    }
+}
+}  // namespace bullet_ccd::tests

@@ -1,0 +1,318 @@
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/toi/rigid_toi.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr double kShellWidth = 1.0 / 16.0;
+
+/// A shape and, made apart from the code under test, what it is to the core.
+struct Subject
+{
+    std::unique_ptr<btCollisionShape> m_shape = nullptr;
+    std::shared_ptr<const SsvTree> m_tree = nullptr;
+    double m_radius = 0.0;
+    double m_margin = 0.0;  // of a mesh
+};
+
+std::shared_ptr<const SsvTree> treeOf(TriangleMesh mesh)
+{
+    return std::make_shared<const SsvTree>(buildSsvTree(std::move(mesh)));
+}
+
+Subject meshSubject(TriangleMesh mesh, double margin)
+{
+    Subject subject{.m_tree = treeOf(std::move(mesh)), .m_margin = double(btScalar(margin))};
+    subject.m_shape = std::make_unique<btCcdMeshShape>(subject.m_tree, btScalar(margin));
+    return subject;
+}
+
+std::vector<Subject> subjects()
+{
+    std::vector<Subject> all;
+    all.push_back(meshSubject(makeTorus(0.3, 0.1, 16, 8), 1e-3));
+    all.push_back(meshSubject(makeBox({0.4, 0.2, 0.1}), 5e-4));
+    all.push_back(meshSubject(makeSphere(0.25, 2), 2e-3));
+    const btVector3 half = vec(0.125, 0.25, 0.5);
+    all.push_back({std::make_unique<btBoxShape>(half), treeOf(makeBox(btCcdToEigen(half)))});
+    const double radius = double(btScalar(0.2));
+    all.push_back({std::make_unique<btSphereShape>(btScalar(radius)),
+                   treeOf(segment({0, 0, 0}, {0, 0, 0})),
+                   radius});
+    all.push_back({std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(0.5)),
+                   treeOf(segment({0, -0.25, 0}, {0, 0.25, 0})),
+                   radius});
+    const std::vector<btVector3> corners{
+        vec(-0.25, -0.25, -0.25), vec(0.25, -0.25, 0), vec(0, 0.25, -0.125), vec(0, 0, 0.375)};
+    auto hull = std::make_unique<btConvexHullShape>(&corners[0].x(), 4, int(sizeof(btVector3)));
+    hull->setMargin(btScalar(0.0625));
+    TriangleMesh tetrahedron{{}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+    for (const btVector3& corner : corners)
+    {
+        tetrahedron.vertices.push_back(btCcdToEigen(corner));
+    }
+    all.push_back({std::move(hull), treeOf(std::move(tetrahedron)), 0.0625});
+    return all;
+}
+
+/// What the algorithm that is registered for a pair answers.
+class Asker
+{
+public:
+    Asker() : m_dispatcher(&m_configuration)
+    {
+        btCcdCollisionAlgorithm::registerAlgorithm(&m_dispatcher);
+    }
+    ~Asker() { btCcdCollisionAlgorithm::unregisterAlgorithm(&m_dispatcher); }
+    Asker(const Asker&) = delete;
+    Asker& operator=(const Asker&) = delete;
+
+    double ask(btCollisionObject& a, btCollisionObject& b, double timeStep = 1.0)
+    {
+        const btCollisionObjectWrapper wrapA(
+            nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
+        const btCollisionObjectWrapper wrapB(
+            nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
+        btCollisionAlgorithm* algorithm =
+            m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        EXPECT_NE(dynamic_cast<btCcdCollisionAlgorithm*>(algorithm), nullptr);
+        btDispatcherInfo info;
+        info.m_timeStep = btScalar(timeStep);
+        btManifoldResult result(&wrapA, &wrapB);
+        const double fraction = double(algorithm->calculateTimeOfImpact(&a, &b, info, &result));
+        algorithm->~btCollisionAlgorithm();
+        m_dispatcher.freeCollisionAlgorithm(algorithm);
+        return fraction;
+    }
+
+private:
+    btDefaultCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher;
+};
+
+btTransform randomPose(Random& random, double half)
+{
+    return btCcdToBullet(random.pose(half));
+}
+
+RigidMotion motionOf(const btCollisionObject& object)
+{
+    return motionBetween(btCcdToEigen(object.getWorldTransform()),
+                         btCcdToEigen(object.getInterpolationWorldTransform()));
+}
+
+/// The distance to keep, and how near to it a hit may be, as the documents of the pair say.
+ToiOptions optionsOf(const Subject& a, const Subject& b)
+{
+    const double margins = a.m_margin + b.m_margin;
+    ToiOptions options;
+    options.minimumSeparation = a.m_radius + b.m_radius + margins;
+    options.tolerance = margins > 0.0 ? kShellWidth * margins : btCcdContext::kDefaultTolerance;
+    options.aim = 0.5;
+    return options;
+}
+
+bool startsApart(const Subject& a, const Subject& b, const RigidBody& bodyA, const RigidBody& bodyB)
+{
+    const ToiOptions options = optionsOf(a, b);
+    const double reach = options.minimumSeparation + 1.01 * options.tolerance;
+    return treeDistance(
+               *a.m_tree, *b.m_tree, bodyB.motion.X_W0.inverse() * bodyA.motion.X_W0, reach)
+               .triangleA == kNone;
+}
+}  // namespace
+
+TEST(TimeOfImpact, EqualsTheCoresAnswerRoundedDown)
+{
+    const std::vector<Subject> all = subjects();
+    Asker asker;
+    ToiWorkspace work;
+    Random random(20);
+    int asked = 0;
+    int hits = 0;
+    while (asked < 1000)
+    {
+        const auto pick = [&] { return std::size_t(random.integer(0, int(all.size()) - 1)); };
+        const Subject& a = all[pick()];
+        const Subject& b = all[pick()];
+        btCollisionObject objectA;
+        btCollisionObject objectB;
+        objectA.setCollisionShape(a.m_shape.get());
+        objectB.setCollisionShape(b.m_shape.get());
+        for (btCollisionObject* object : {&objectA, &objectB})
+        {
+            object->setWorldTransform(randomPose(random, 1.0));
+            object->setInterpolationWorldTransform(randomPose(random, 1.0));
+        }
+        const RigidBody bodyA{.tree = a.m_tree.get(), .motion = motionOf(objectA)};
+        const RigidBody bodyB{.tree = b.m_tree.get(), .motion = motionOf(objectB)};
+        if (!startsApart(a, b, bodyA, bodyB))
+        {
+            continue;
+        }
+        ++asked;
+        for (const bool swapped : {false, true})
+        {
+            const ToiResult core = swapped ? rigidToi(bodyB, bodyA, optionsOf(b, a), work)
+                                           : rigidToi(bodyA, bodyB, optionsOf(a, b), work);
+            const double ours = swapped ? asker.ask(objectB, objectA) : asker.ask(objectA, objectB);
+            EXPECT_LE(ours, core.time);
+            EXPECT_GE(ours, core.time * (1.0 - double(std::numeric_limits<btScalar>::epsilon())));
+            EXPECT_EQ(ours == 1.0, core.status == ToiStatus::Separated);
+            hits += core.status == ToiStatus::Hit ? 1 : 0;
+        }
+    }
+    EXPECT_GT(hits, 400) << "hardly anything meets";
+    EXPECT_LT(hits, 1600) << "hardly anything misses";
+}
+
+namespace
+{
+/// Three links that turn or slide about random axes; some have a base that flies.
+std::unique_ptr<btMultiBody> randomChain(Random& random, bool fixedBase)
+{
+    auto body = std::make_unique<btMultiBody>(3, btScalar(1), vec(1, 1, 1), fixedBase, false);
+    body->setBaseWorldTransform(btTransform::getIdentity());
+    for (int i = 0; i < 3; ++i)
+    {
+        const btQuaternion turned =
+            btCcdToBullet(Eigen::Quaterniond(Eigen::Matrix3d(random.rotation())));
+        const btVector3 axis = btCcdToBullet(random.direction());
+        const btVector3 pivot = btCcdToBullet(random.inBox(0.2));
+        const btVector3 center = btCcdToBullet(random.inBox(0.2));
+        if (random.chance(0.7))
+        {
+            body->setupRevolute(
+                i, btScalar(1), vec(1, 1, 1), i - 1, turned, axis, pivot, center, true);
+        }
+        else
+        {
+            body->setupPrismatic(
+                i, btScalar(1), vec(1, 1, 1), i - 1, turned, axis, pivot, center, true);
+        }
+    }
+    body->finalizeMultiDof();
+    for (int i = 0; i < 3; ++i)
+    {
+        body->setJointPos(i, btScalar(random.uniform(-1, 1)));
+        body->setJointVel(i, btScalar(random.uniform(-8, 8)));
+    }
+    if (!fixedBase)
+    {
+        body->setBaseVel(btCcdToBullet(random.inBox(2.0)));
+        body->setBaseOmega(btCcdToBullet(random.inBox(3.0)));
+    }
+    return body;
+}
+
+/// Poses of the links after Bullet itself has integrated the joints for that time.
+std::vector<Eigen::Isometry3d> stepped(btMultiBody& body, double seconds)
+{
+    const btTransform base = body.getBaseWorldTransform();
+    std::vector<btScalar> joints;
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        joints.push_back(body.getJointPos(i));
+    }
+    body.stepPositionsMultiDof(btScalar(seconds));
+    btAlignedObjectArray<btQuaternion> rotations;
+    btAlignedObjectArray<btVector3> origins;
+    body.forwardKinematics(rotations, origins);
+    body.updateCollisionObjectWorldTransforms(rotations, origins);
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        poses.push_back(btCcdToEigen(body.getLink(i).m_collider->getWorldTransform()));
+    }
+    body.setBaseWorldTransform(base);
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        body.setJointPos(i, joints[std::size_t(i)]);
+    }
+    Scene::placeColliders(body);
+    return poses;
+}
+}  // namespace
+
+TEST(TimeOfImpact, OfLinksIsThatOfBulletsOwnIntegration)
+{
+    constexpr double kStep = 0.1;
+    constexpr int kSamples = 100;
+    const TriangleMesh rod = makeBox({0.1, 0.02, 0.03});
+    const std::shared_ptr<const SsvTree> tree = treeOf(rod);
+    btCcdMeshShape shape(tree, btScalar(1e-3));
+    const double shell = 2.0 * double(shape.getMargin());
+    // Coordinates of a few decimetres, rounded once a joint.
+    const double rounding = kDouble ? 1e-9 : 3e-6;
+    Asker asker;
+    Random random(21);
+    int hits = 0;
+    int misses = 0;
+    for (int i = 0; i < 100; ++i)
+    {
+        const std::unique_ptr<btMultiBody> body = randomChain(random, random.chance(0.5));
+        std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders;
+        for (int link = 0; link < 3; ++link)
+        {
+            colliders.push_back(std::make_unique<btMultiBodyLinkCollider>(body.get(), link));
+            colliders.back()->setCollisionShape(&shape);
+            body->getLink(link).m_collider = colliders.back().get();
+        }
+        Scene::placeColliders(*body);
+        btCollisionObject obstacle;
+        obstacle.setCollisionShape(&shape);
+        // Near a place that the last link comes by.
+        const Eigen::Vector3d passed =
+            stepped(*body, random.uniform(0.3, 1.0) * kStep)[2] * Eigen::Vector3d::Zero();
+        obstacle.setWorldTransform(randomPose(random, 0.1));
+        obstacle.getWorldTransform().getOrigin() += btCcdToBullet(passed);
+        obstacle.setInterpolationWorldTransform(obstacle.getWorldTransform());
+        // The last link meets the obstacle, or another link of its own body.
+        const bool self = i % 3 == 0;
+        btCollisionObject& other = self ? static_cast<btCollisionObject&>(*colliders[0]) : obstacle;
+        const auto distance = [&](double fraction)
+        {
+            const std::vector<Eigen::Isometry3d> poses = stepped(*body, fraction * kStep);
+            const Eigen::Isometry3d X_WB =
+                self ? poses[0] : btCcdToEigen(obstacle.getWorldTransform());
+            return treeDistance(*tree, *tree, X_WB.inverse() * poses[2], 1e9).distance;
+        };
+        if (distance(0.0) < shell * (1.0 + 2.0 * kShellWidth))
+        {
+            continue;
+        }
+        const double fraction = asker.ask(*colliders[2], other, kStep);
+        EXPECT_EQ(asker.ask(other, *colliders[2], kStep) == 1.0, fraction == 1.0);
+        for (int k = 0; k <= kSamples; ++k)
+        {
+            EXPECT_GT(distance(fraction * k / kSamples), shell - rounding) << "chain " << i;
+        }
+        if (fraction < 1.0)
+        {
+            EXPECT_LT(distance(fraction), shell * (1.0 + kShellWidth) + rounding) << "chain " << i;
+        }
+        (fraction < 1.0 ? hits : misses) += 1;
+    }
+    EXPECT_GT(hits, 20);
+    EXPECT_GT(misses, 20);
+}
+
+}  // namespace bullet_ccd::tests

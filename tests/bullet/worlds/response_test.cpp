@@ -1,0 +1,218 @@
+#include "benchmarks/reference/bullet/mechanics.h"
+#include "benchmarks/reference/bullet/pile.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+constexpr double kGravity = 9.81;
+constexpr double kTimeStep = 1.0 / 240.0;
+
+/// Its top is the plane z = 0.
+btRigidBody* addFloor(Scene& scene, btScalar restitution, btScalar friction, double thickness = 2.0)
+{
+    scene.world().setGravity(vec(0, 0, -kGravity));
+    const double half = 0.5 * thickness;
+    btRigidBody* floor = scene.body(scene.box(vec(20, 20, half)), 0.0, poseAt(vec(0, 0, -half)));
+    floor->setRestitution(restitution);
+    floor->setFriction(friction);
+    return floor;
+}
+
+class ResponseOf : public testing::TestWithParam<Kind>
+{
+protected:
+    /// Worlds of both classes have the same answers to check.
+    static constexpr WorldClass kClasses[] = {WorldClass::Rigid, WorldClass::MultiBody};
+};
+
+struct Drop
+{
+    bool mesh = false;
+    double radius = 0.1;
+    double thickness = 2.0;  ///< of the floor
+    double restitution = 0.0;
+};
+
+/// Height over the floor that a ball reaches again after it was dropped from 1 m.
+double reboundHeight(Kind kind, WorldClass worldClass, const Drop& drop)
+{
+    Scene scene(kind, worldClass);
+    addFloor(scene, 1, 0, drop.thickness);
+    btCollisionShape* shape =
+        drop.mesh ? static_cast<btCollisionShape*>(scene.mesh(makeSphere(drop.radius, 2)))
+                  : static_cast<btCollisionShape*>(
+                        scene.keep(std::make_unique<btSphereShape>(btScalar(drop.radius))));
+    btRigidBody* ball = scene.body(shape, 0.1, poseAt(vec(0, 0, 1.0 + drop.radius)));
+    ball->setRestitution(btScalar(drop.restitution));
+    bool fell = false;
+    bool back = false;
+    double highest = 0.0;
+    for (int i = 0; i < 240; ++i)
+    {
+        scene.step(kTimeStep);
+        fell = fell || ball->getLinearVelocity().z() < btScalar(-4);
+        back = back || (fell && ball->getLinearVelocity().z() > btScalar(-0.5));
+        if (back)
+        {
+            highest =
+                std::max(highest, double(ball->getWorldTransform().getOrigin().z()) - drop.radius);
+        }
+    }
+    return highest;
+}
+}  // namespace
+
+TEST_P(ResponseOf, DroppedBallComesBackAsHighAsInTheStockWorld)
+{
+    for (const WorldClass worldClass : kClasses)
+    {
+        for (const double restitution : {0.0, 0.5, 1.0})
+        {
+            const double expected = restitution * restitution;
+            const double stock =
+                reboundHeight(Kind::Stock, worldClass, {.restitution = restitution});
+            // Where stock Bullet is slow enough, and where it would lose the ball.
+            const double ours = reboundHeight(GetParam(), worldClass, {.restitution = restitution});
+            Drop thin{.radius = 0.005, .thickness = 0.001, .restitution = restitution};
+            const double small = reboundHeight(GetParam(), worldClass, thin);
+            thin.mesh = true;
+            const double mesh = reboundHeight(GetParam(), worldClass, thin);
+            std::printf(
+                "restitution %.1f: stock %.3f, ours %.3f, on a thin plate %.3f, mesh %.3f m\n",
+                restitution,
+                stock,
+                ours,
+                small,
+                mesh);
+            const double tolerance = std::max(std::abs(stock - expected), 0.03);
+            EXPECT_NEAR(ours, stock, 0.01);
+            EXPECT_NEAR(small, expected, tolerance);
+            EXPECT_NEAR(mesh, expected, tolerance);
+        }
+    }
+}
+
+namespace
+{
+/// How far a box gets that slides at 3 m/s, or lands on the floor before.
+double slidingDistance(Kind kind, WorldClass worldClass, bool mesh, double fall)
+{
+    Scene scene(kind, worldClass);
+    addFloor(scene, 0, btScalar(1));
+    const btVector3 half = vec(0.05, 0.05, 0.005);
+    btCollisionShape* shape = mesh ? static_cast<btCollisionShape*>(scene.boxMesh(half))
+                                   : static_cast<btCollisionShape*>(scene.box(half));
+    btRigidBody* box = scene.body(shape, 0.1, poseAt(vec(0, 0, 0.0055 + fall)));
+    box->setFriction(btScalar(0.5));
+    box->setLinearVelocity(vec(3, 0, 0));
+    for (int i = 0; i < 480; ++i)
+    {
+        scene.step(kTimeStep);
+    }
+    EXPECT_LT(double(box->getLinearVelocity().length()), 0.02);
+    return double(box->getWorldTransform().getOrigin().x());
+}
+}  // namespace
+
+TEST_P(ResponseOf, SlidingBoxStopsAfterTheWayOfItsFriction)
+{
+    const double expected = 3.0 * 3.0 / (2.0 * 0.5 * kGravity);
+    for (const WorldClass worldClass : kClasses)
+    {
+        const double stock = slidingDistance(Kind::Stock, worldClass, false, 0.0);
+        const double ours = slidingDistance(GetParam(), worldClass, false, 0.0);
+        const double mesh = slidingDistance(GetParam(), worldClass, true, 0.0);
+        std::printf("slides: stock %.4f, ours %.4f, mesh %.4f m, expected %.4f\n",
+                    stock,
+                    ours,
+                    mesh,
+                    expected);
+        EXPECT_NEAR(ours, stock, 0.01 * expected);
+        EXPECT_NEAR(mesh, expected, 0.03 * expected);
+    }
+}
+
+TEST_P(ResponseOf, BoxThatLandsFastSlidesAsFarAsInTheStockWorld)
+{
+    for (const WorldClass worldClass : kClasses)
+    {
+        const double stock = slidingDistance(Kind::Stock, worldClass, false, 0.3);
+        const double ours = slidingDistance(GetParam(), worldClass, false, 0.3);
+        std::printf("lands and slides: stock %.4f, ours %.4f m\n", stock, ours);
+        EXPECT_NEAR(ours, stock, 0.05 * stock);
+    }
+}
+
+namespace
+{
+/// Boxes on top of each other, dropped by a millimetre each.
+void addStack(Scene& scene, bool mesh, double size)
+{
+    const btVector3 half = vec(size, size, size);
+    for (int i = 0; i < 5; ++i)
+    {
+        btCollisionShape* shape = mesh ? static_cast<btCollisionShape*>(scene.boxMesh(half))
+                                       : static_cast<btCollisionShape*>(scene.box(half));
+        scene.body(shape, 1.0, poseAt(vec(0, 0, (2.0 * i + 1.0) * size + 0.002 * (i + 1))));
+    }
+}
+}  // namespace
+
+TEST_P(ResponseOf, RestingStackGainsNoEnergy)
+{
+    for (const WorldClass worldClass : kClasses)
+    {
+        for (const bool mesh : {false, true})
+        {
+            Scene scene(GetParam(), worldClass);
+            addFloor(scene, 0, btScalar(0.5));
+            constexpr double kSize = 0.05;
+            addStack(scene, mesh, kSize);
+            for (int i = 0; i < 240; ++i)
+            {
+                scene.step(kTimeStep);
+            }
+            const double settled = energyOf(scene, kGravity);
+            double highest = settled;
+            for (int i = 0; i < 960; ++i)
+            {
+                scene.step(kTimeStep);
+                highest = std::max(highest, energyOf(scene, kGravity));
+            }
+            // Of what it takes to lift all five boxes by a thousandth of their size.
+            const double gain = (highest - settled) / (5.0 * kGravity * 2.0 * kSize);
+            std::printf(
+                "%s stack: energy gained %.1e of weight times size\n", mesh ? "mesh" : "box", gain);
+            EXPECT_LT(gain, 1e-3) << (mesh ? "meshes" : "boxes");
+            const btRigidBody* top = btRigidBody::upcast(
+                scene.world()
+                    .getCollisionObjectArray()[scene.world().getNumCollisionObjects() - 1]);
+            EXPECT_NEAR(double(top->getWorldTransform().getOrigin().z()), 9.0 * kSize, 0.007);
+        }
+    }
+}
+
+TEST_P(ResponseOf, FallBesideABusyPileIsFree)
+{
+    const PileFall fall = fallBesidePile(GetParam());
+    EXPECT_GT(fall.impacts, 100) << "the pile was not busy";
+    EXPECT_NEAR(fall.way / fall.expected, 1.0, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ours,
+                         ResponseOf,
+                         testing::ValuesIn(kOurKinds),
+                         [](const testing::TestParamInfo<Kind>& test)
+                         { return std::string(codeOf(test.param)); });
+}  // namespace bullet_ccd::tests

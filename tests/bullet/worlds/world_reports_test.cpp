@@ -1,0 +1,154 @@
+#include "benchmarks/reference/bullet/scene.h"
+
+#include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+int countOf(const std::string& text, const std::string& word)
+{
+    int count = 0;
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+    {
+        ++count;
+    }
+    return count;
+}
+
+/// Heights of two bodies of a kind that is not covered over 60 steps: on a box, and on a mesh.
+std::vector<btVector3> fallOfUncovered(Kind kind)
+{
+    Scene scene(kind);
+    scene.world().setGravity(vec(0, 0, -9.81));
+    const btSphereShape* sphere = scene.keep(std::make_unique<btSphereShape>(btScalar(0.05)));
+    btCollisionShape* sum = scene.keep(std::make_unique<btMinkowskiSumShape>(sphere, sphere));
+    scene.body(scene.box(vec(0.5, 0.5, 0.1)), 0.0, poseAt(vec(0, 0, -0.1)));
+    scene.body(scene.boxMesh(vec(0.5, 0.5, 0.1)), 0.0, poseAt(vec(2, 0, -0.1)));
+    std::vector<btVector3> way;
+    btRigidBody* bodies[] = {scene.body(sum, 1.0, poseAt(vec(0, 0, 0.15))),
+                             scene.body(sum, 1.0, poseAt(vec(2, 0, 0.15)))};
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 240.0);
+        for (const btRigidBody* body : bodies)
+        {
+            way.push_back(body->getWorldTransform().getOrigin());
+        }
+    }
+    EXPECT_TRUE(!isOurs(kind) || scene.counters().m_unsupported == 2);
+    return way;
+}
+
+class Reports : public testing::TestWithParam<Kind>
+{
+};
+}  // namespace
+
+TEST_P(Reports, WhatIsNotCoveredBehavesAsInStockBulletAndIsNamedOnce)
+{
+    const std::vector<btVector3> stock = fallOfUncovered(Kind::Stock);
+    EXPECT_LT(stock.back().z(), btScalar(0.12)) << "still in the air";
+    EXPECT_GT(stock.back().z(), btScalar(0.08)) << "no contacts";
+    testing::internal::CaptureStderr();
+    const std::vector<btVector3> ours = fallOfUncovered(GetParam());
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_TRUE(stock == ours);
+    EXPECT_EQ(countOf(said, "\n"), 1) << said;
+    EXPECT_EQ(countOf(said, "MinkowskiSum"), 1) << said;
+}
+
+TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
+{
+    Scene scene(GetParam());
+    EXPECT_EQ(scene.counters().m_queries, 0);
+    scene.body(scene.boxMesh(vec(0.1, 0.1, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
+    btRigidBody* box = scene.body(scene.box(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(0, 0, 0.061)));
+    box->setLinearVelocity(vec(0, 0, -10));
+    scene.step(0.01);
+    const btCcdCounters counters = scene.counters();
+    EXPECT_GE(counters.m_queries, 1);
+    EXPECT_EQ(counters.m_impacts, 1);
+    EXPECT_EQ(counters.m_eventLimits, 0);
+    EXPECT_EQ(counters.m_iterationLimits, 0);
+    EXPECT_EQ(counters.m_overlaps, 0);
+    EXPECT_EQ(counters.m_unsupported, 0);
+    if (GetParam() == Kind::World)
+    {
+        EXPECT_EQ(counters.m_subSteps, 1);
+        EXPECT_EQ(counters.m_clamps, 0);
+        EXPECT_EQ(counters.m_lostTime, 0.0);
+    }
+    else
+    {
+        // 50 mm to go, 0.5 mm of which are the margin of the mesh: 5 ms.
+        EXPECT_EQ(counters.m_subSteps, 0);
+        EXPECT_EQ(counters.m_clamps, 1);
+        EXPECT_NEAR(counters.m_lostTime, 0.005, 2e-4);
+    }
+    EXPECT_EQ(scene.ccd().getCcdLostTime(box), counters.m_lostTime);
+
+    scene.ccd().resetCcdCounters();
+    EXPECT_EQ(scene.counters().m_queries, 0);
+    EXPECT_EQ(scene.counters().m_impacts, 0);
+    EXPECT_EQ(scene.counters().m_clamps, 0);
+    EXPECT_EQ(scene.counters().m_lostTime, 0.0);
+    EXPECT_EQ(scene.ccd().getCcdLostTime(box), 0.0);
+}
+
+TEST(WorldsOfOurs, SettleABodyThatMeetsItsLimitOfImpacts)
+{
+    // A ball that bounces between two plates, 20 mm apart, at 100 m/s: 50 times in a step.
+    for (const int most : {1, 4})
+    {
+        Scene scene(Kind::World);
+        scene.ccd().setCcdMaxEvents(most);
+        btRigidBody* plates[] = {
+            scene.body(scene.box(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.02))),
+            scene.body(scene.box(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, 0.02)))};
+        btRigidBody* ball = scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(0.005))),
+                                       0.1,
+                                       poseAt(vec(0, 0, 0)));
+        for (btRigidBody* body : {plates[0], plates[1], ball})
+        {
+            body->setRestitution(1);
+            body->setFriction(0);
+        }
+        ball->setLinearVelocity(vec(0, 0, 100));
+        scene.step(0.01);
+        const btCcdCounters counters = scene.counters();
+        EXPECT_EQ(counters.m_impacts, most + 1);
+        EXPECT_EQ(counters.m_subSteps, most);
+        EXPECT_EQ(counters.m_eventLimits, 1);
+        // It has lost its approach, and need not be held.
+        EXPECT_EQ(counters.m_clamps, 0);
+        EXPECT_EQ(counters.m_lostTime, 0.0);
+        EXPECT_NEAR(double(ball->getLinearVelocity().z()), 0.0, 1e-6);
+        EXPECT_LE(std::abs(double(ball->getWorldTransform().getOrigin().z())), 0.005 + 1e-4);
+    }
+}
+
+TEST(WorldsOfOurs, RefuseAToleranceThatIsNoLength)
+{
+    Scene scene(Kind::World);
+    for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    {
+        EXPECT_THROW(scene.ccd().setCcdTolerance(bad), std::invalid_argument);
+    }
+    scene.ccd().setCcdTolerance(1e-3);
+    EXPECT_EQ(scene.ccd().getCcdTolerance(), 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ours,
+                         Reports,
+                         testing::ValuesIn(kOurKinds),
+                         [](const testing::TestParamInfo<Kind>& test)
+                         { return std::string(codeOf(test.param)); });
+}  // namespace bullet_ccd::tests
