@@ -1,4 +1,4 @@
-// Points of the articulated chart as JSON; tools/chart runs this program and draws them.
+// Points of the articulated chart as JSON; benchmarks/run chart runs this program and draws them.
 #include "benchmarks/articulated/human_chart.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_sets.h"

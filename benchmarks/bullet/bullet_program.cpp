@@ -1,5 +1,5 @@
-/// Runs one program in the style of Bullet's examples in one kind of world; tools/transparency
-/// counts the instructions of its steps.
+/// Runs one program in the style of Bullet's examples in one kind of world; benchmarks/run
+/// transparency counts the instructions of its steps.
 #include "benchmarks/reference/bullet/programs.h"
 
 #include <algorithm>

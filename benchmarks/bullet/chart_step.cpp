@@ -1,4 +1,5 @@
-// Points of the chart of whole Bullet steps as JSON; tools/chart runs this program and draws them.
+// Points of the chart of whole Bullet steps as JSON; benchmarks/run chart runs this program and
+// draws them.
 #include "benchmarks/bullet/step_chart.h"
 
 #include <LinearMath/btScalar.h>

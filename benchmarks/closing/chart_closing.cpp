@@ -1,4 +1,5 @@
-// Points of the chart of closing hands as JSON; tools/chart runs this program and draws them.
+// Points of the chart of closing hands as JSON; benchmarks/run chart runs this program and draws
+// them.
 #include "benchmarks/closing/closing_chart.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_sets.h"

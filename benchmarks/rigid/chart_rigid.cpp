@@ -1,4 +1,4 @@
-// Points of the rigid chart as JSON; tools/chart runs this program and draws them.
+// Points of the rigid chart as JSON; benchmarks/run chart runs this program and draws them.
 #include "benchmarks/peers/bullet_peer.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_scenes.h"

@@ -1,5 +1,5 @@
 /// Every case of the stability catalogue through this library, FCL and Bullet; prints Markdown
-/// tables of verdicts, or writes JSON for tools/stability.
+/// tables of verdicts, or writes JSON for benchmarks/run stability.
 #include "benchmarks/reference/catalogue/catalogue.h"
 #include "benchmarks/stability/catalogue_text.h"
 

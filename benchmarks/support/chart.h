@@ -103,7 +103,7 @@ struct ChartAnswer
 ///         says so and is never left out
 [[nodiscard]] nlohmann::json chartPoints(const ChartScene& scene);
 
-/// Writes the file that tools/chart draws: points of all scenes of a family, and what built them.
-/// Throws std::runtime_error if it cannot be written.
+/// Writes the file that benchmarks/run chart draws: points of all scenes of a family, and what
+/// built them. Throws std::runtime_error if it cannot be written.
 void writeChart(const std::string& output, const ChartFamily& family, const nlohmann::json& points);
 }  // namespace bullet_ccd::benchmarks

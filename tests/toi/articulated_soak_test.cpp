@@ -1,5 +1,5 @@
 /// A seeded part of the soak of random chains, every answer judged by brute force.
-/// tools/soak_articulated runs a hundred thousand of them.
+/// benchmarks/run soak articulated runs a hundred thousand of them.
 #include "benchmarks/reference/queries/chain_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
 
@@ -37,7 +37,7 @@ TEST_P(ArticulatedToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
                         ? 1
                         : 0;
         EXPECT_EQ(outcome.judgement.verdict, Verdict::Right)
-            << outcome.judgement.text() << "\n  tools/soak_articulated --seed " << seed
+            << outcome.judgement.text() << "\n  benchmarks/run soak articulated --seed " << seed
             << " --count 1 --verbose";
         ASSERT_LT(tally.wrong(), 5) << "and so on";
     }

@@ -1,5 +1,5 @@
 /// A seeded part of the soak: random and adversarial queries, every answer judged by proof or
-/// counterexample. tools/soak_rigid runs a million of them.
+/// counterexample. benchmarks/run soak rigid runs a million of them.
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
 
@@ -32,7 +32,7 @@ TEST_P(RigidToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
         const Verdict verdict = outcome.judgement.verdict;
         EXPECT_TRUE(verdict == Verdict::Right || verdict == Verdict::Undecided)
             << outcome.judgement.text() << ", " << nameOf(query.options.strategy)
-            << "\n  tools/soak_rigid --seed " << seed << " --count 1 --verbose";
+            << "\n  benchmarks/run soak rigid --seed " << seed << " --count 1 --verbose";
         ASSERT_LT(tally.wrong(), 5) << "and so on";
     }
     const std::vector<std::string> name{nameOf(static_cast<SoakFamily>(family))};

@@ -8,7 +8,7 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-/// Phases of a row that run here, of 50 in the whole table (tools/bullet_table).
+/// Phases of a row that run here, of 50 in the whole table (benchmarks/run bullet-table).
 constexpr int kPhases[] = {3, 28};
 
 struct Count

@@ -1,5 +1,7 @@
-"""What measured points say: which are right, which no other beats, which to take."""
+"""What points of time against error say: which are right, which no other beats, which to take."""
 import math
+
+from plot.words import unique
 
 FLAWS = ["missed", "late", "false", "timedOut"]
 BEST_ERROR = 1e-12  # the references themselves are known to this
@@ -8,6 +10,10 @@ BEST_ERROR = 1e-12  # the references themselves are known to this
 def flaws_of(measured):
     """Keys of the flaws that the family knows, with its words for them."""
     return [(key, measured["flaws"][key]) for key in FLAWS if measured["flaws"][key]]
+
+
+def scenes_of(measured):
+    return unique(p["scene"] for p in measured["points"])
 
 
 def is_right(point):
@@ -29,31 +35,14 @@ def front(points):
     return best
 
 
-def unique(values):
-    return list(dict.fromkeys(values))
-
-
-def duration(micros):
-    """Three digits in the largest unit that leaves something before the point."""
-    for unit, size in (("s", 1e6), ("ms", 1e3), ("µs", 1.0)):
-        if micros >= size:
-            return f"{micros / size:.3g} {unit}"
-    return f"{1e3 * micros:.3g} ns"
-
-
-def power(value):
-    """One digit and the power of ten: 3e-3, 1."""
-    return f"{value:.0e}".replace("e-0", "e-").replace("e+00", "")
-
-
 def thresholds(measured):
     """Powers of ten from the largest error of all points down to the smallest that one keeps; with
     their threefold in between where that is a short way."""
-    errors = [max(p["maxError"], BEST_ERROR) for p in measured["points"] if p["found"] > 0]
+    found = [p for p in measured["points"] if p["found"] > 0]
+    errors = [max(p["maxError"], BEST_ERROR) for p in found]
     if not errors:
         return []
-    kept = [max(p["maxError"], BEST_ERROR) for p in measured["points"]
-            if p["found"] > 0 and is_right(p)] or errors
+    kept = [max(p["maxError"], BEST_ERROR) for p in found if is_right(p)] or errors
     first = min(math.ceil(math.log10(max(errors))), 0)
     last = min(math.ceil(math.log10(min(kept))), first)
     digits = (3.0, 1.0) if first - last < 6 else (1.0,)
@@ -64,25 +53,19 @@ def thresholds(measured):
 def choices(measured, scene=None):
     """For every threshold the fastest setting that keeps it in all queries, nothing missed, late,
     false or too slow, in the scene or in all of them: (threshold, setting as a point or None)."""
-    scenes = unique(p["scene"] for p in measured["points"])
+    asked = len(scenes_of(measured)) if scene is None else 1
     settings = {}
     for point in measured["points"]:
         if scene in (None, point["scene"]):
             settings.setdefault((point["method"], point["setting"]), []).append(point)
-    asked = len(scenes) if scene is None else 1
-    rows = []
-    for threshold in thresholds(measured):
-        best = None
-        for (method, setting), points in settings.items():
-            good = all(is_right(p) and p["maxError"] <= threshold for p in points)
-            if len(points) < asked or not good or all(p["found"] == 0 for p in points):
-                continue
-            time = sum(p["meanMicroseconds"] for p in points) / len(points)
-            if best is None or time < best["meanMicroseconds"]:
-                best = {"method": method, "setting": setting, "meanMicroseconds": time,
-                        "maxError": max(p["maxError"] for p in points)}
-        rows.append((threshold, best))
-    return rows
+    candidates = [
+        {"method": method, "setting": setting, "maxError": max(p["maxError"] for p in points),
+         "meanMicroseconds": sum(p["meanMicroseconds"] for p in points) / len(points)}
+        for (method, setting), points in settings.items()
+        if len(points) == asked and all(map(is_right, points)) and any(p["found"] for p in points)]
+    return [(threshold, min((c for c in candidates if c["maxError"] <= threshold),
+                            key=lambda c: c["meanMicroseconds"], default=None))
+            for threshold in thresholds(measured)]
 
 
 def strictest(rows):

@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+"""The page of the catalogue in a browser without a window: every case and method is there, filters
+work, a cell says what is behind it, a row opens, sums follow, and no error is raised; and the sums
+and failures that the command reports are right.
+"""
+import re
+
+from checks import end, expect, expect_alone, expect_picture, see
+from plot import catalogue, page, stability
+from plot.pictures import svg
+
+
+def answer(method, verdict, **more):
+    return {"method": method, "verdict": verdict, "seconds": 0.002, "pairs": 0, **more}
+
+
+def case(kind, name, time, answers):
+    return {"kind": kind, "id": name, "group": name[0], "groupTitle": f"Group <{name[0]}>",
+            "title": f"a case & {name}", "time": time, "clearance": 0.25, "closingSpeed": 2.0,
+            "tolerance": 1e-6, "rounding": 1e-15, "answers": answers}
+
+
+def method(kind, name, owner, lost):
+    relations = {"moved": {"asked": 4, "kept": 4 - len(lost), "largestShift": 0.01, "lost": lost}}
+    return {"kind": kind, "name": name, "owner": owner, "setting": f"setting of {name}",
+            "relations": relations}
+
+
+def fixture(own_verdict="pass"):
+    """Four rigid cases and a chain; ours, a peer that is late, one that cannot be asked."""
+    def rigid(name, time, own, peer, cast):
+        return case("rigid", name, time,
+                    [answer("best-first", own, time=time, error=-1e-7, pairs=123456),
+                     answer("FCL sampling x97", peer, time=0.6, error=0.1),
+                     answer("Bullet continuous", cast, note="not convex")])
+    cases = [rigid("A01", 0.5, "pass", "late", "pass"),
+             rigid("A02", 0.5, own_verdict, "missed", "not applicable"),
+             rigid("D03", None, "pass", "false contact", "crashed"),
+             rigid("N01", 0.25, "pass", "pass", "timed out"),
+             case("articulated", "G01", 1.0 / 3.0,
+                  [answer("best-first", "pass", time=0.33, error=0.0, pairs=77)])]
+    lost = [{"id": "A01", "variant": "frame 2", "verdict": "late"}]
+    return {"family": "catalogue", "title": "Times & cases", "compiler": "compiler",
+            "flags": "-O3", "limit": 10.0, "peers": ["FCL", ""], "defaultIterations": 1000,
+            "relations": ["moved"], "commit": "0", "cases": cases,
+            "methods": [method("rigid", "best-first", "ours", []),
+                        method("rigid", "FCL sampling x97", "fcl", lost),
+                        method("rigid", "Bullet continuous", "bullet", []),
+                        method("articulated", "best-first", "ours", [])],
+            "elsewhere": [{"id": "H01", "groupTitle": "Deformable", "title": "vertex",
+                           "tested": "comes with deformable bodies"}]}
+
+
+def check_sums(measured):
+    sums = catalogue.sums_of(measured, "rigid", "Bullet continuous")
+    expect({v: n for v, n in sums.items() if n} ==
+           {"pass": 1, "not applicable": 1, "crashed": 1, "timed out": 1}, f"sums: {sums}")
+    expect(catalogue.failures_of_ours(measured) == [], "nothing of ours fails")
+    failed = catalogue.failures_of_ours(fixture("late"))
+    expect(failed == [("A02", "best-first", "late")], f"a failure of ours: {failed}")
+
+
+def check_picture(measured):
+    picture = svg(catalogue.draw(measured), "catalogue")
+    expect_picture(picture, "the catalogue")
+    letters = re.findall(r">([✓ELMFGCT])</text>", picture)
+    expect(len(letters) == 12, f"a letter a cell, but for the one that cannot be asked: {letters}")
+    expect("A02" in picture and "3 of 4 right" not in picture and picture.count("4 of 4 right") == 1
+           and "1 of 1 right" in picture, "ids and sums")
+
+
+def page_of(measured):
+    return stability.make_page({"catalogue": catalogue.section_of(measured),
+                                "grasps": page.missing("grasps", "not measured")})
+
+
+ACTIONS = """
+const sums = () => [...document.querySelectorAll(".sum")].map(cell => cell.textContent).join(" ");
+const choose = (selector, value) => {
+    const input = document.querySelector(selector);
+    input.value = value;
+    input.dispatchEvent(new Event("input"));
+};
+seen.rows = shown(".matrix tbody tr");
+seen.cells = shown(".answer");
+seen.sums = sums();
+const cell = document.querySelector(".answer[data-method='FCL sampling x97']");
+seen.tip = tipOf(cell);
+cell.dispatchEvent(new MouseEvent("mouseleave"));
+seen.hidden = document.getElementById("tip").classList.contains("off");
+cell.closest("tr").click();
+seen.detail = document.querySelector(".detail").textContent;
+cell.closest("tr").click();
+seen.closed = document.querySelector(".detail") === null;
+chip("group", "A").click();
+seen.afterGroup = shown(".matrix tbody tr");
+seen.sumsAfterGroup = sums();
+document.querySelector("[data-all]").click();
+choose(".of-method", "FCL sampling x97");
+choose(".of-verdict", "late");
+seen.late = shown(".matrix tbody tr");
+choose(".of-method", "");
+choose(".of-verdict", "crashed");
+seen.crashed = shown(".matrix tbody tr");
+choose(".of-verdict", "");
+choose(".find", "N01");
+seen.found = shown(".matrix tbody tr");
+seen.count = document.querySelector(".count").textContent;
+"""
+
+
+def check_text(measured):
+    text = page_of(measured)
+    expect_alone(text)
+    expect("Not on this page: not measured" in text, "a missing family is said")
+    expect("Group &lt;A&gt;" in text and "a case &amp; A01" in text, "names are escaped")
+    expect("3 of 4" in text and "frame 2: late" in text, "the relations are counted")
+    expect("123,456" in text and "A02 (best-first" in page_of(fixture("late")),
+           "costs and failures of ours are said")
+    expect("Built without" not in text, "no method is said to be missing")
+    without = {**measured, "methods": [m for m in measured["methods"] if m["owner"] == "ours"],
+               "cases": [{**c, "answers": c["answers"][:1]} for c in measured["cases"]]}
+    expect("Built without FCL and Bullet" in page_of(without), "missing peers are said")
+
+
+def check_page(measured):
+    seen = see(page_of(measured), ACTIONS)
+    if seen:
+        tip, detail = seen.pop("tip"), seen.pop("detail")
+        expect("A01, FCL sampling x97: late" in tip and "setting of FCL" in tip and
+               "1.00e-1" in tip and "2 ms" in tip, f"beside a cell: {tip}")
+        expect("exact time 0.5" in detail and "123,456" in detail, f"below a row: {detail}")
+        expect(seen == {"rows": 5, "cells": 13, "sums": "4/4 1/4 1/3 1/1", "hidden": True,
+                        "closed": True, "afterGroup": 3, "sumsAfterGroup": "2/2 1/2 0/2 1/1",
+                        "late": 1, "crashed": 1, "found": 1, "count": "1 of 5 cases",
+                        "error": ""}, f"what the page shows: {seen}")
+
+
+check_sums(fixture())
+check_picture(fixture())
+check_text(fixture())
+check_page(fixture())
+end()

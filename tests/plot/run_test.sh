@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# benchmarks/run and its old names say in a sentence what is wrong or missing, with an exit code that
+# is not 0, and never a traceback.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+failed=0
+expect() { # WORDS COMMAND..
+    local words=$1 said
+    shift
+    said=$("$@" 2>&1) && { echo "exit code 0: $*"; failed=1; }
+    [[ $said == *"$words"* && $said != *Traceback* ]] || { echo "$*: $said"; failed=1; }
+}
+expect 'no such verb' benchmarks/run weigh
+expect 'bench/bin/soak_rigid is missing' benchmarks/run soak rigid --build "$folder/bench"
+expect 'bin/soak_articulated is missing' tools/soak_articulated --build "$folder" -n 1
+expect 'bin/bullet_table_single is missing' tools/bullet_table --build "$folder"
+expect 'rigid|articulated|bullet' benchmarks/run soak
+expect 'accuracy|agreement' benchmarks/run grasps --build "$folder"
+mkdir "$folder/bin" && touch "$folder/bin/grasp"
+BULLET_CCD_TEST_DATA=$folder expect 'is the data complete?' tools/table --build "$folder"
+if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
+    expect 'no such family' tools/chart weigh
+    expect 'no measurements' benchmarks/run chart --draw -o "$folder/charts"
+    expect 'no measurements' benchmarks/run stability --draw -o "$folder/stability"
+    echo '{' >"$folder/charts/rigid.json"
+    expect 'measure again without --draw' benchmarks/run chart --draw -o "$folder/charts"
+fi
+benchmarks/run --help | grep -q 'bullet-table' || failed=1
+exit $failed
