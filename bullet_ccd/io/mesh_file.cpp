@@ -1,8 +1,9 @@
 #include "bullet_ccd/io/mesh_file.h"
 
-#include "bullet_ccd/io/assimp_file.h"
 #include "bullet_ccd/io/obj_file.h"
+#include "bullet_ccd/io/off_file.h"
 #include "bullet_ccd/io/polygon_soup.h"
+#include "bullet_ccd/io/reader_process.h"
 
 #include <algorithm>
 #include <array>
@@ -84,6 +85,15 @@ std::string extentNote(const TriangleMesh& mesh, double scale)
         0.001 * scale);
     return text;
 }
+
+PolygonSoup readSoup(const std::filesystem::path& path, const std::string& extension)
+{
+    if (extension == ".obj")
+    {
+        return readObj(path);
+    }
+    return extension == ".off" ? readOff(path) : readInProcess(path);
+}
 }  // namespace
 
 MeshFile loadMeshFile(const std::filesystem::path& path, const MeshFileOptions& options)
@@ -97,7 +107,7 @@ MeshFile loadMeshFile(const std::filesystem::path& path, const MeshFileOptions& 
     const std::string extension = lowerExtension(path);
     requireReadable(path, extension);
 
-    PolygonSoup soup = extension == ".obj" ? readObj(path) : readWithAssimp(path, extension);
+    PolygonSoup soup = readSoup(path, extension);
     MeshFile file;
     if (soup.droppedElements > 0)
     {

@@ -1,9 +1,12 @@
-/// Mesh files to TriangleMesh: OBJ by a reader of our own, STL (text and binary), PLY, OFF, DAE,
-/// glTF and GLB by assimp.
+/// Mesh files to TriangleMesh: OBJ and OFF by readers of our own, STL (text and binary), PLY, DAE,
+/// glTF and GLB by assimp, in a process of its own (the program bullet_ccd_mesh_reader, which is
+/// installed with the library; set the environment variable BULLET_CCD_MESH_READER to its path
+/// where it is not found). Reading is limited by processor time and memory per MiB of the file,
+/// never by wall time. Safe to call from several threads.
 ///
-/// Coordinates. OBJ numbers become the nearest double. Assimp stores single precision: coordinates
-/// of the other formats are rounded to 24 bits when they are read (6e-8 of their size), which is
-/// all that binary STL, glTF and most PLY files hold anyway.
+/// Coordinates. OBJ and OFF numbers become the nearest double. Assimp stores single precision:
+/// coordinates of the other formats are rounded to 24 bits when they are read (6e-8 of their size),
+/// which is all that binary STL, glTF and most PLY files hold anyway.
 ///
 /// Units and axes. Numbers are metres after `MeshFileOptions::scale`. DAE is read as RViz and
 /// MoveIt do: <unit meter=".."/> is applied, <up_axis> is ignored. glTF keeps its axes too (y up):

@@ -1,6 +1,7 @@
 #include "bullet_ccd/io/obj_file.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/io/number_text.h"
 
 #include <algorithm>
 #include <charconv>
@@ -10,7 +11,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -33,24 +33,6 @@ std::string_view nextWord(std::string_view& line)
     const std::string_view word = line.substr(begin, end - begin);
     line.remove_prefix(end);
     return word;
-}
-
-/// The number that `word` is or, if `prefix` is allowed, begins with.
-template <class Number>
-std::optional<Number> parseNumber(std::string_view word, bool prefixAllowed)
-{
-    if (!word.empty() && word.front() == '+')
-    {
-        word.remove_prefix(1);
-    }
-    Number value{};
-    const char* const end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, value);
-    if (error != std::errc{} || (stop != end && !(prefixAllowed && *stop == '/')))
-    {
-        return std::nullopt;
-    }
-    return value;
 }
 
 class ObjReader
@@ -120,7 +102,7 @@ private:
         for (int k = 0; k < 3; ++k)
         {
             const std::string_view word = nextWord(line);
-            const std::optional<double> number = parseNumber<double>(word, false);
+            const std::optional<double> number = parseNumber<double>(word);
             if (!number)
             {
                 fail("vertex " + std::to_string(m_soup.vertices.size() + 1) + ": coordinate " +
@@ -173,18 +155,6 @@ private:
                      ", but the file has " + std::to_string(count));
             }
         }
-    }
-
-    /// At most 30 printable characters.
-    static std::string quoted(std::string_view word)
-    {
-        std::string text = "'";
-        for (const char c : word.substr(0, 30))
-        {
-            text += c >= ' ' && c <= '~' ? c : '?';
-        }
-        text += '\'';
-        return text;
     }
 
     [[noreturn]] void fail(const std::string& what) const

@@ -1,6 +1,5 @@
 #include "bullet_ccd/io/urdf_file.h"
 
-#include "bullet_ccd/io/assimp_guard.h"
 #include "bullet_ccd/io/urdf_geometry.h"
 #include "bullet_ccd/io/urdf_joints.h"
 
@@ -8,6 +7,7 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
 #include <console_bridge/console.h>
 #include <fstream>
 #include <iterator>
@@ -60,11 +60,31 @@ std::string readText(const std::filesystem::path& path)
     return text;
 }
 
+/// Refuses XML in which more than 200 elements are open at once: the parser recurses into elements,
+/// and nothing real nests deeper.
+void requireShallowXml(const std::string& content, const std::string& name)
+{
+    constexpr int kMaxDepth = 200;
+    int depth = 0;
+    for (std::size_t i = 0; i + 1 < content.size(); ++i)
+    {
+        const char c = content[i];
+        const char next = content[i + 1];
+        const bool opens = c == '<' && next != '/' && next != '!' && next != '?';
+        const bool closes = (c == '<' && next == '/') || (c == '/' && next == '>');
+        depth = std::max(0, depth + static_cast<int>(opens) - static_cast<int>(closes));
+        if (depth > kMaxDepth)
+        {
+            throw std::runtime_error(name + ": XML with more than " + std::to_string(kMaxDepth) +
+                                     " nested elements: close the elements");
+        }
+    }
+}
+
 urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& path)
 {
     const std::string file = path.string();
     const std::string text = readText(path);
-    // The parser recurses into elements.
     requireShallowXml(text, file);
 
     static std::mutex parserMutex;

@@ -1,6 +1,8 @@
-/// One tetrahedron in every mesh format, with corners (0,0,0), (1,0,0), (0,1,0), (0,0,1): volume
-/// 1/6, wound outwards.
+/// Mesh files as strings: one tetrahedron in every format, with corners (0,0,0), (1,0,0), (0,1,0),
+/// (0,0,1): volume 1/6, wound outwards.
 #pragma once
+
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <array>
 #include <cstdint>
@@ -206,6 +208,25 @@ inline std::string tetraGlb()
     bytes += "JSON" + json;
     appendBytes(bytes, static_cast<std::uint32_t>(buffer.size()));
     bytes += std::string("BIN\0", 4) + buffer;
+    return bytes;
+}
+
+/// Any mesh as binary STL.
+inline std::string stlBinary(const TriangleMesh& mesh)
+{
+    std::string bytes(80, ' ');
+    bytes.reserve(84 + 50 * mesh.triangles.size());
+    appendBytes(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+    for (const Triangle& triangle : mesh.triangles)
+    {
+        bytes.append(12, '\0');
+        for (const std::int32_t corner : triangle)
+        {
+            const Eigen::Vector3f v = mesh.vertices[static_cast<std::size_t>(corner)].cast<float>();
+            bytes.append(reinterpret_cast<const char*>(v.data()), 12);
+        }
+        bytes.append(2, '\0');
+    }
     return bytes;
 }
 

@@ -33,9 +33,15 @@ foreach(_component IN LISTS _components)
             FILE bullet_ccd_${_component}Targets.cmake DESTINATION "${_config_dir}")
 endforeach()
 
+if(TARGET bullet_ccd_mesh_reader)
+    install(TARGETS bullet_ccd_mesh_reader
+            DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/bullet_ccd")
+endif()
+
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.in"
                               "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
-                              INSTALL_DESTINATION "${_config_dir}")
+                              INSTALL_DESTINATION "${_config_dir}"
+                              PATH_VARS CMAKE_INSTALL_LIBEXECDIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"

@@ -1,22 +1,23 @@
-#include "bullet_ccd/io/assimp_file.h"
-
-#include "bullet_ccd/io/assimp_guard.h"
-#include "bullet_ccd/io/child_process.h"
+#include "bullet_ccd/io/mesh_reader/assimp_scene.h"
 
 #include <Eigen/Geometry>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
+#include <new>
+#include <set>
 #include <stdexcept>
 #include <string>
-#include <string_view>
+#include <sys/resource.h>
+#include <system_error>
+#include <unistd.h>
 #include <vector>
 
 namespace bullet_ccd
@@ -112,101 +113,83 @@ void appendNodes(const aiScene& scene, PolygonSoup& soup, const std::string& nam
         }
     }
 }
-/// Never returns normally with half a scene: throws what is to be said to the user.
-PolygonSoup readScene(const std::string& name)
+
+/// The files that a scene consists of; each one read for the first time allows for more.
+class BudgetedFiles : public Assimp::DefaultIOSystem
+{
+public:
+    BudgetedFiles(int seconds, int mebibytes)
+        : m_seconds(static_cast<rlim_t>(seconds)), m_mebibytes(static_cast<rlim_t>(mebibytes))
+    {
+        // What is mapped already, code and libraries, is nobody's fault.
+        rlim_t pages = 0;
+        if (std::ifstream("/proc/self/statm") >> pages)
+        {
+            m_mapped = pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+        }
+        setLimits();
+    }
+
+    Assimp::IOStream* Open(const char* name, const char* mode) override
+    {
+        std::error_code error;
+        const std::uintmax_t size = std::filesystem::file_size(name, error);
+        if (!error && m_seen.insert(name).second)
+        {
+            m_bytes += size;
+            setLimits();
+        }
+        return DefaultIOSystem::Open(name, mode);
+    }
+
+private:
+    void setLimits() const
+    {
+        constexpr rlim_t kSecondsPerMiB = 2;
+        constexpr rlim_t kMebibytesPerMiB = 64;
+        constexpr rlim_t kMiB = 1U << 20U;
+        const rlim_t input = m_bytes / kMiB;
+        setLimit(RLIMIT_CPU, m_seconds + kSecondsPerMiB * input);
+        setLimit(RLIMIT_AS, m_mapped + (m_mebibytes + kMebibytesPerMiB * input) * kMiB);
+    }
+
+    static void setLimit(decltype(RLIMIT_CPU) resource, rlim_t value)
+    {
+        rlimit limit{};
+        if (::getrlimit(resource, &limit) == 0)
+        {
+            limit.rlim_cur = std::min(value, limit.rlim_max);
+            static_cast<void>(::setrlimit(resource, &limit));
+        }
+    }
+
+    rlim_t m_seconds;
+    rlim_t m_mebibytes;
+    rlim_t m_mapped = 0;
+    rlim_t m_bytes = 0;
+    std::set<std::string> m_seen;
+};
+}  // namespace
+
+PolygonSoup readScene(const std::string& name, int seconds, int mebibytes)
 {
     Assimp::Importer importer;
+    importer.SetIOHandler(new BudgetedFiles(seconds, mebibytes));  // the importer's from now on
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
     // No post-processing: assimp's steps trust indices, ours check them.
     const aiScene* const scene = importer.ReadFile(name, 0);
     if (scene == nullptr || scene->mRootNode == nullptr)
     {
         const std::string reason = importer.GetErrorString();
+        if (reason.find("bad_alloc") != std::string::npos)
+        {
+            throw std::bad_alloc();
+        }
         throw std::runtime_error(name + ": " + (reason.empty() ? "not readable" : reason) +
                                  ": export the mesh again");
     }
     PolygonSoup soup;
     appendNodes(*scene, soup, name);
     return soup;
-}
-
-template <class Value>
-void packArray(const std::vector<Value>& values, std::string& bytes)
-{
-    const std::uint64_t count = values.size();
-    bytes.append(reinterpret_cast<const char*>(&count), sizeof(count));
-    bytes.append(reinterpret_cast<const char*>(values.data()), count * sizeof(Value));
-}
-
-template <class Value>
-void unpackArray(std::string_view& bytes, std::vector<Value>& values)
-{
-    std::uint64_t count = 0;
-    std::memcpy(&count, bytes.data(), sizeof(count));
-    bytes.remove_prefix(sizeof(count));
-    values.resize(count);
-    if (count > 0)
-    {
-        std::memcpy(static_cast<void*>(values.data()), bytes.data(), count * sizeof(Value));
-    }
-    bytes.remove_prefix(count * sizeof(Value));
-}
-
-constexpr char kMeshFollows = 'm';
-constexpr char kErrorFollows = 'e';
-
-/// What the child sends: a mesh or a message.
-std::string readInChild(const std::string& name)
-{
-    try
-    {
-        const PolygonSoup soup = readScene(name);
-        std::string bytes(1, kMeshFollows);
-        packArray(soup.vertices, bytes);
-        packArray(soup.corners, bytes);
-        packArray(soup.polygonEnds, bytes);
-        packArray(std::vector<std::int64_t>{soup.droppedElements}, bytes);
-        return bytes;
-    }
-    catch (const std::exception& error)
-    {
-        const std::string what = error.what();
-        return kErrorFollows +
-               (what.rfind(name, 0) == 0 ? what : name + ": " + what + ": export the mesh again");
-    }
-}
-
-PolygonSoup unpack(std::string_view bytes)
-{
-    const char kind = bytes.front();
-    bytes.remove_prefix(1);
-    if (kind != kMeshFollows)
-    {
-        throw std::runtime_error(std::string(bytes));
-    }
-    PolygonSoup soup;
-    std::vector<std::int64_t> dropped;
-    unpackArray(bytes, soup.vertices);
-    unpackArray(bytes, soup.corners);
-    unpackArray(bytes, soup.polygonEnds);
-    unpackArray(bytes, dropped);
-    soup.droppedElements = dropped.front();
-    return soup;
-}
-}  // namespace
-
-PolygonSoup readWithAssimp(const std::filesystem::path& path, const std::string& extension)
-{
-    const std::string name = path.string();
-    std::ifstream file(path, std::ios::binary);
-    const std::string content((std::istreambuf_iterator<char>(file)),
-                              std::istreambuf_iterator<char>());
-    if (!file)
-    {
-        throw std::runtime_error(name + ": cannot be read: check its permissions");
-    }
-    requirePlausible(content, extension, name);
-    const std::string answer = runInChild([&] { return readInChild(name); }, content.size(), name);
-    return unpack(answer);
 }
 }  // namespace bullet_ccd

@@ -1,8 +1,8 @@
-#include "bullet_ccd/io/assimp_guard.h"
+#include "bullet_ccd/io/mesh_reader/ply_header.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -71,9 +71,9 @@ std::int64_t plyScalarSize(const std::string& type)
 class PlyHeader
 {
 public:
-    PlyHeader(const std::string& content, const std::string& name) : m_name(name)
+    explicit PlyHeader(const std::filesystem::path& path) : m_name(path.string())
     {
-        std::istringstream stream(content);
+        std::ifstream stream(path, std::ios::binary);
         std::string line;
         for (int number = 1; std::getline(stream, line); ++number)
         {
@@ -81,7 +81,8 @@ public:
             if (m_isComplete)
             {
                 const std::streamoff end = stream.tellg();
-                m_dataBytes = end < 0 ? 0 : static_cast<std::int64_t>(content.size()) - end;
+                const auto size = static_cast<std::int64_t>(std::filesystem::file_size(path));
+                m_dataBytes = end < 0 ? 0 : size - end;
                 return;
             }
         }
@@ -165,68 +166,10 @@ private:
     std::vector<Element> m_elements;
 };
 
-/// The counts behind OFF's keyword: every vertex and face takes at least two bytes.
-void requirePlausibleOff(const std::string& content, const std::string& name)
-{
-    std::istringstream stream(content);
-    std::vector<std::string> words;
-    for (std::string line; words.size() < 3 && std::getline(stream, line);)
-    {
-        for (std::string& word : wordsOf(line.substr(0, line.find('#'))))
-        {
-            const bool isKeyword = word.size() >= 3 && word.substr(word.size() - 3) == "OFF";
-            if (!isKeyword)
-            {
-                words.push_back(std::move(word));
-            }
-        }
-    }
-    for (std::size_t k = 0; k < 2; ++k)
-    {
-        const std::optional<std::int64_t> count =
-            k < words.size() ? parseCount(words[k]) : std::nullopt;
-        if (!count || 2 * *count > static_cast<std::int64_t>(content.size()))
-        {
-            fail(name,
-                 "OFF header promises '" + (k < words.size() ? words[k] : "") + "' " +
-                     (k == 0 ? "vertices" : "faces") + " in a file of " +
-                     std::to_string(content.size()) + " bytes");
-        }
-    }
-}
-
 }  // namespace
 
-void requireShallowXml(const std::string& content, const std::string& name)
+void requirePlausiblePly(const std::filesystem::path& path)
 {
-    constexpr int kMaxDepth = 200;
-    int depth = 0;
-    for (std::size_t i = 0; i + 1 < content.size(); ++i)
-    {
-        const char c = content[i];
-        const char next = content[i + 1];
-        const bool opens = c == '<' && next != '/' && next != '!' && next != '?';
-        const bool closes = (c == '<' && next == '/') || (c == '/' && next == '>');
-        depth = std::max(0, depth + static_cast<int>(opens) - static_cast<int>(closes));
-        if (depth > kMaxDepth)
-        {
-            throw std::runtime_error(name + ": XML with more than " + std::to_string(kMaxDepth) +
-                                     " nested elements: close the elements");
-        }
-    }
-}
-
-void requirePlausible(const std::string& content,
-                      const std::string& extension,
-                      const std::string& name)
-{
-    if (extension == ".ply")
-    {
-        PlyHeader(content, name).requireEnoughData();
-    }
-    else if (extension == ".off")
-    {
-        requirePlausibleOff(content, name);
-    }
+    PlyHeader(path).requireEnoughData();
 }
 }  // namespace bullet_ccd
