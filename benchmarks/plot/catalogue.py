@@ -1,36 +1,24 @@
 """The catalogue of contact times: cases x methods, what they add up to, what has to stay the same,
-and where this library degrades. A letter for each verdict, colours that the colour-blind can tell."""
+and where this library degrades. Verdicts have letters and colours that are told apart without."""
 from plot import page
 from plot.page import tag
-from plot.pictures import Figure, SOFT, cell_samples, draw_cells, foot, head
+from plot.pictures import SOFT, Figure, cell_samples, draw_cells, foot, head, save
 from plot.words import duration, origin_of, power, unique
 
-# Verdict: letter, colour of the cell, colour of the letter.
+# Verdict: letter, colour of the cell, colour of the letter, meaning.
 LOOKS = {
-    "pass": ("✓", "#cfe8da", "#1b5e3b"), "inaccurate": ("E", "#f3dd6d", "#3d3400"),
-    "late": ("L", "#f0a63c", "#3a2100"), "missed": ("M", "#c8451b", "#ffffff"),
-    "false contact": ("F", "#a04c93", "#ffffff"), "gave up": ("G", "#4c86c6", "#ffffff"),
-    "crashed": ("C", "#101418", "#ffffff"), "timed out": ("T", "#5f6770", "#ffffff"),
-    "not applicable": ("–", "none", "#8a939e"),
-}
-MEANINGS = {
-    "pass": "right", "inaccurate": "earlier than the tolerance explains",
-    "late": "after the contact: bodies overlap", "missed": "no contact found",
-    "false contact": "a contact that is not there", "gave up": "says that it has no answer",
-    "crashed": "ended its process", "timed out": "no answer within the limit",
-    "not applicable": "cannot be asked: not convex, or turns",
+    "pass": ("✓", "#cfe8da", "#1b5e3b", "right"),
+    "inaccurate": ("E", "#f3dd6d", "#3d3400", "earlier than the tolerance explains"),
+    "late": ("L", "#f0a63c", "#3a2100", "after the contact: bodies overlap"),
+    "missed": ("M", "#c8451b", "#ffffff", "no contact found"),
+    "false contact": ("F", "#a04c93", "#ffffff", "a contact that is not there"),
+    "gave up": ("G", "#4c86c6", "#ffffff", "says that it has no answer"),
+    "crashed": ("C", "#101418", "#ffffff", "ended its process"),
+    "timed out": ("T", "#5f6770", "#ffffff", "no answer within the limit"),
+    "not applicable": ("–", "none", "#8a939e", "cannot be asked: not convex, or turns"),
 }
 ASKED = [verdict for verdict in LOOKS if verdict != "not applicable"]
 KINDS = {"rigid": "Two rigid bodies", "articulated": "A chain of joints among obstacles"}
-RELATIONS = {
-    "moved": "the whole scene in three other frames",
-    "swapped": "A is B",
-    "rescaled": "lengths and tolerance in units of 1e-3 and 1e3",
-    "permuted": "triangles in another order, from another corner",
-    "subdivided": "every triangle as four",
-    "reversed": "backwards: from the end, or from just before the contact, to the start",
-    "split": "two queries, at several times, one just before the contact",
-}
 
 
 def methods_of(measured, kind):
@@ -41,15 +29,15 @@ def cases_of(measured, kind):
     return [c for c in measured["cases"] if c["kind"] == kind]
 
 
-def answers_of(measured, kind, method):
+def answers_of(measured, method):
     """Of a method, in the order of the cases."""
-    return [next(a for a in case["answers"] if a["method"] == method)
-            for case in cases_of(measured, kind)]
+    return [a for case in cases_of(measured, method["kind"]) for a in case["answers"]
+            if a["method"] == method["name"]]
 
 
-def sums_of(measured, kind, method):
+def sums_of(measured, method):
     """How often each verdict was given."""
-    verdicts = [a["verdict"] for a in answers_of(measured, kind, method)]
+    verdicts = [a["verdict"] for a in answers_of(measured, method)]
     return {verdict: verdicts.count(verdict) for verdict in LOOKS}
 
 
@@ -100,16 +88,15 @@ def draw(measured):
     head(figure, f"{len(measured['cases'])} contact times with exact answers",
          "every case through every method; ids as in benchmarks/reference/catalogue/README.md; " +
          origin_of(measured))
-    foot(figure, cell_samples(LOOKS, {v: f"{v}: {m}" for v, m in MEANINGS.items()}), 3)
+    foot(figure, cell_samples(LOOKS, {v: f"{v}: {look[3]}" for v, look in LOOKS.items()}), 3)
     return figure
 
 
 def draw_sums(axes, measured):
     """A bar a method: how many of its cases are what."""
-    methods = {y + 0.6 * k: m for k, kind in enumerate(KINDS) for y, m in enumerate(measured["methods"])
-               if m["kind"] == kind}
+    methods = {y + 0.6 * list(KINDS).index(m["kind"]): m for y, m in enumerate(measured["methods"])}
     for y, method in methods.items():
-        sums, left = sums_of(measured, method["kind"], method["name"]), 0
+        sums, left = sums_of(measured, method), 0
         for verdict in ASKED:
             axes.barh(y, sums[verdict], left=left, height=0.8, color=LOOKS[verdict][1])
             left += sums[verdict]
@@ -122,7 +109,7 @@ def draw_sums(axes, measured):
 
 
 def sign(verdict):
-    letter, colour, ink = LOOKS[verdict]
+    letter, colour, ink, _ = LOOKS[verdict]
     return tag("span", letter, class_="cell", style=f"background:{colour};color:{ink}")
 
 
@@ -181,16 +168,14 @@ def matrix_of(measured, kind):
 
 def sums_table(measured):
     rows = []
-    for kind in KINDS:
-        for method in methods_of(measured, kind):
-            sums = sums_of(measured, kind, method["name"])
-            bar = [tag("i", style=f"flex:{sums[v]};background:{LOOKS[v][1]}",
-                       title=f"{sums[v]} {v}") for v in ASKED if sums[v]]
-            seconds = sum(a["seconds"] for a in answers_of(measured, kind, method["name"])
-                          if a["verdict"] in ASKED)
-            rows.append([tag("th", label(method)), tag("td", method["setting"], class_="soft"),
-                         tag("div", *bar, class_="bar"), sum(sums[v] for v in ASKED),
-                         *[sums[v] or "–" for v in ASKED], (duration(1e6 * seconds), seconds)])
+    for method in measured["methods"]:
+        sums = sums_of(measured, method)
+        bar = [tag("i", style=f"flex:{sums[v]};background:{LOOKS[v][1]}", title=f"{sums[v]} {v}")
+               for v in ASKED if sums[v]]
+        seconds = sum(a["seconds"] for a in answers_of(measured, method) if a["verdict"] in ASKED)
+        rows.append([tag("th", label(method)), tag("td", method["setting"], class_="soft"),
+                     tag("div", *bar, class_="bar"), sum(sums[v] for v in ASKED),
+                     *[sums[v] or "–" for v in ASKED], (duration(1e6 * seconds), seconds)])
     return page.table(["method", "setting", "share", "asked", *ASKED, "time"], rows, "sums", "wide")
 
 
@@ -209,12 +194,12 @@ def relations_of(measured):
     rows = [[tag("th", label(m)), tag("td", "rigid" if m["kind"] == "rigid" else "chains")] +
             [relation_cell(m["relations"].get(name)) for name in names]
             for m in measured["methods"]]
-    meaning = "; ".join(f"{name}: {RELATIONS.get(name, '')}" for name in names)
     return page.join([
         tag("h3", "What has to stay the same", id="relations"),
-        tag("p", f"Every case that a method gets right, asked again: {meaning}. Counted is what "
-                 "stays right; point at a number for what is lost. A method that gets little right "
-                 "is asked little."),
+        tag("p", "Every case that a method gets right, asked again: in three other frames, the "
+                 "bodies swapped, in units of 1e-3 and 1e3, the triangles in another order and "
+                 "each as four, backwards, and in two queries. Counted is what stays right; point "
+                 "at a number for what is lost. A method that gets little right is asked little."),
         page.table(["method", "", *names], rows, around="wide")])
 
 
@@ -230,63 +215,46 @@ def found_here(measured):
                      f"{min(pairs):,} to {max(pairs):,}" if pairs else "–"])
     return page.join([
         tag("h3", f"Found here: {len(rows)} cases of our own", id="found"),
-        tag("p", "What once broke in this project, and what sampling and other codes get wrong that "
-                 "the catalogue does not have; where each comes from is said in ",
+        tag("p", "What once broke in this project, and what sampling and other codes get wrong "
+                 "that the catalogue does not have; where each comes from is said in ",
             tag("code", "benchmarks/reference/catalogue/cases_found*.cpp"), "."),
         page.table(["id", "set-up, and what is hard", "ours", "others right",
                     "pairs that ours looked at"], rows, around="wide")])
 
 
 def degrades(measured):
-    """What is slow, coarse or lost with this library, from the data."""
+    """What is slow, coarse or lost with this library."""
     answers, failed = own_answers(measured), failures_of_ours(measured)
-    slow = sorted(answers, key=lambda pair: -pair[1]["pairs"])[:10]
-    items = [("Wrong", f" in {len(failed)} of {len(answers)} answers" +
-              (": " + ", ".join(f"{i} ({m}: {v})" for i, m, v in failed) if failed else "") + ".")]
-    if slow:
-        median = sorted(a["pairs"] for _, a in answers)[len(answers) // 2]
-        limit = measured["defaultIterations"]
-        beyond = ", ".join(f"{c['id']} ({a['method']}, {a['pairs']:,})" for c, a in answers
-                           if a["pairs"] > limit)
-        items.append((
-            "Slow", f" where much is near for long: the median answer looks at {median:,} pairs, the "
-            f"dearest at {slow[0][1]['pairs']:,}. " +
-            (f"Beyond the default limit of {limit:,} pairs, which the case raises: {beyond}. "
-             if beyond else "") +
-            "A face that turns over an edge at a small gap (N21) costs steps in proportion to the "
-            "gap: no direction at rest in space separates the two for longer."))
-    ours = [(m, name, count) for m in measured["methods"] if m["owner"] == "ours"
+    slow = sorted(answers, key=lambda pair: -pair[1]["pairs"])
+    limit = measured["defaultIterations"]
+    beyond = [f"{c['id']} ({a['method']}, {a['pairs']:,})" for c, a in slow if a["pairs"] > limit]
+    ours = [(m["name"], name, count) for m in measured["methods"] if m["owner"] == "ours"
             for name, count in m["relations"].items()]
-    lost = [(one["verdict"], f"{one['id']} {name}, {m['name']}: {one['verdict']}")
-            for m, name, count in ours for one in count["lost"]]
-    is_said = all(verdict in ("gave up", "timed out") for verdict, _ in lost)
-    items.append(("Lost under a relation", ": " + (
-        f"{len(lost)} variants{', none of them wrong without saying so' if is_said else ''}: " +
-        "; ".join(words for _, words in lost[:14]) + (" …" if len(lost) > 14 else "")
-        if lost else "none") + "."))
-    shifts = [(count["largestShift"], m["name"], name) for m, name, count in ours
-              if name not in ("reversed", "split")]
-    if shifts:
-        shift, *where = max(shifts)
-        items.append(("Times move", f" within the tolerance: at most by {shift:.2g} of the window "
-                      f"that the tolerance allows ({', '.join(where)}). Only the order of triangles "
-                      "leaves the last digits as they are."))
+    lost = [f"{one['id']} {name}, {method}: {one['verdict']}"
+            for method, name, count in ours for one in count["lost"]]
+    # A query in two parts or backwards has another time by nature.
+    shift, *where = max([(count["largestShift"], method, name) for method, name, count in ours
+                         if name not in ("reversed", "split")], default=(0.0,))
     coarse = [c["id"] for c in measured["cases"] if c["tolerance"] / 4096 < c["rounding"]]
-    items += [
-        ("No room left", ": a reported time leaves a 4096th of the tolerance as gap. In "
-         f"{', '.join(coarse) or 'no case'} that is less than the rounding of the scene, and a "
-         "query that goes on from there may start overlapping; ToiOptions::aim = 1/2 leaves room."),
-        ("Touching exactly", " (E02, E03, E11) is “overlapping” at time 0 however the bodies move "
-         "on; within the tolerance (their forms b) leaving, sliding and spinning are free. Which of "
-         "the two a distance of 0 is, rounding decides once a frame has moved: these cases have no "
-         "such relations."),
-        ("Deformable bodies", " are not supported: group H is not run.")]
+    def listed(names):
+        return ": " + "; ".join(names) if names else ""
+    items = {
+        "Wrong": f" in {len(failed)} of {len(answers)} answers" +
+                 listed([f"{i} ({m}: {v})" for i, m, v in failed]),
+        "Slow": f" where much is near for long: the median answer looks at "
+                f"{slow[len(slow) // 2][1]['pairs'] if slow else 0:,} pairs, {len(beyond)} at more "
+                f"than the default limit of {limit:,}, which the case raises" + listed(beyond),
+        "Lost under a relation": f" are {len(lost)} variants" + listed(lost),
+        "Times move": f" within the tolerance: at most by {shift:.2g} of the window that the "
+                      f"tolerance allows ({', '.join(where)})",
+        "No room left": " where the gap at a reported time, a 4096th of the tolerance, is less "
+                        f"than the rounding of the scene: in {len(coarse)} cases" + listed(coarse)}
     rows = [[tag("th", c["id"]), a["method"], (f"{a['pairs']:,}", a["pairs"]),
              (duration(1e6 * a["seconds"]), a["seconds"]), tag("td", c["title"], class_="set-up")]
-            for c, a in slow]
+            for c, a in slow[:10]]
     return page.join([
         tag("h3", "Where this library degrades", id="degrades"),
-        tag("ul", *[tag("li", tag("b", what), words) for what, words in items]),
+        tag("ul", *[tag("li", tag("b", what), words, ".") for what, words in items.items()]),
         page.table(["id", "strategy", "pairs", "time", "the ten dearest answers"], rows,
                    around="wide")])
 
@@ -299,36 +267,36 @@ def elsewhere_of(measured):
                page.table(["id", "what", "where"], rows, around="wide"))
 
 
-def section_of(measured):
+def section_of(measured, folder, _=()):
+    """HTML of the section; writes the picture into the folder, too."""
+    save(draw(measured), folder, "catalogue")
+    print_sums(measured)
     absent = [name for name in ("FCL", "Bullet")
               if not any(m["owner"] == name.lower() for m in measured["methods"])]
     return page.section(
         measured,
-        tag("p", f"{len(measured['cases'])} scenes whose first contact time is a closed form, or of "
-                 "which it is proved that there is none. An answer is right if it is not late, not "
-                 "earlier than the tolerance takes at the closing speed of the case (methods that "
-                 "are asked for a time: 1e-4 of the motion if that is more), and if no contact is "
-                 "invented. Sampling is late by nature: its letter says that bodies overlap when it "
-                 "reports. Steps of sampling are prime numbers, as many of the exact times are round "
-                 "ones. Every answer is from a child process, with "
-                 f"{measured['limit']:g} s of processor time to give it. Point at a cell for the "
-                 "answer, click on a row for all of them."),
+        tag("p", f"{len(measured['cases'])} scenes whose first contact time is a closed form, or "
+                 "of which it is proved that there is none. An answer is right if it is not late, "
+                 "not earlier than the tolerance takes at its closing speed (methods that are "
+                 "asked for a time: 1e-4 of the motion if that is more), and if no contact is "
+                 "invented. Sampling is late by nature, as bodies overlap when it reports; its "
+                 "steps are prime numbers, as many of the exact times are round ones. Every answer "
+                 f"is from a child process, with {measured['limit']:g} s of processor time to give "
+                 "it. Point at a cell for the answer, click on a row for all of them."),
         *[tag("p", f"Built without {' and '.join(absent)}: its columns are missing.",
               class_="warning")] * bool(absent),
         sums_table(measured),
-        tag("div", *[tag("span", sign(v), " ", tag("b", v), f" {meaning}")
-                     for v, meaning in MEANINGS.items()], class_="legend"),
+        tag("div", *[tag("span", sign(v), " ", tag("b", v), " ", look[3])
+                     for v, look in LOOKS.items()], class_="legend"),
         filters_of(measured),
         *[matrix_of(measured, kind) for kind in KINDS if cases_of(measured, kind)],
         relations_of(measured), found_here(measured), degrades(measured), elsewhere_of(measured))
 
 
 def print_sums(measured):
-    for kind, words in KINDS.items():
-        print(f"\n{words}:")
-        for method in methods_of(measured, kind):
-            sums = sums_of(measured, kind, method["name"])
-            lost = sum(len(count["lost"]) for count in method["relations"].values())
-            asked = sum(count["asked"] for count in method["relations"].values())
-            print(f"  {label(method):<22} {', '.join(f'{n} {v}' for v, n in sums.items() if n)}; "
-                  f"relations kept {asked - lost} of {asked}")
+    for method in measured["methods"]:
+        counts = ", ".join(f"{n} {v}" for v, n in sums_of(measured, method).items() if n)
+        relations = method["relations"].values()
+        lost, asked = sum(len(r["lost"]) for r in relations), sum(r["asked"] for r in relations)
+        print(f"  {method['kind']}: {label(method)}: {counts}; relations kept {asked - lost} of "
+              f"{asked}")

@@ -1,7 +1,7 @@
-"""Time against accuracy: a panel a scene, a colour and a mark a method, and which setting to take."""
-import json
+"""Time against accuracy: a panel per scene, a mark per method, and which setting to take."""
 import math
-import sys
+
+import numpy
 
 from plot import page
 from plot.page import tag
@@ -11,7 +11,6 @@ from plot.points import (BEST_ERROR, choices, error_of, flaws_of, front, is_righ
                          strictest)
 from plot.words import duration, origin_of, power, unique
 
-FAMILIES = ["rigid", "articulated", "closing", "step"]
 COLUMNS = 3
 MARKS = "os^DvPp<>"
 SIGNS = dict(zip(MARKS, "●■▲◆▼✚⬟◀▶"))
@@ -69,19 +68,15 @@ def facts_of(point, measured):
         ("mean time", "meanMicroseconds"), ("median time", "medianMicroseconds"))}
     facts |= {name: (power(point[key], 1) if point["found"] else "–", point[key])
               for name, key in (("median error", "medianError"), ("largest error", "maxError"))}
-    facts |= {name: (str(point[key]), point[key]) for name, key in (
-        ("queries", "queries"), ("with contact", "hits"), ("found", "found"))}
-    return facts | {name: (str(point[key]), point[key]) for key, name in flaws_of(measured)}
-
-
-def describe(point, measured):
-    return "\n".join([f"{point['method']}, {point['setting']}", point["title"]] + [
-        f"{name}\t{words}" for name, (words, _) in facts_of(point, measured).items()])
+    return facts | {name: (str(point[key]), point[key]) for key, name in [
+        ("queries", "queries"), ("hits", "with contact"), ("found", "found"), *flaws_of(measured)]}
 
 
 def tips_of(measured):
-    return {f"{measured['family']}-{n}": describe(p, measured)
-            for n, p in enumerate(measured["points"])}
+    return {f"{measured['family']}-{n}": "\n".join(
+        [f"{p['method']}, {p['setting']}", p["title"]] +
+        [f"{name}\t{words}" for name, (words, _) in facts_of(p, measured).items()])
+        for n, p in enumerate(measured["points"])}
 
 
 def draw_flaws(axes, measured, own, looks, ranges):
@@ -136,19 +131,18 @@ def label_marks(figure, axes, right, own, measured):
     ranges, looks = Ranges(measured), looks_of(measured)
     scale = 72.0 / figure.dpi
     places = {n: scale * axes.transData.transform(ranges.place_of(p)) for n, p in own}
-    edge = scale * axes.bbox.extents
-    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in places.values()]
+    low, high = scale * axes.bbox.get_points()
+    taken = [(place - 4.0, place + 4.0) for place in places.values()]
     for number, point in sorted(own, key=lambda pair: pair[1] not in right):
-        (x, y), half = places[number], 2.25 * len(point["setting"])
+        size = numpy.array([2.25 * len(point["setting"]), 4.0])
         # Beside comes last: lines leave there.
-        for dx, dy in ((0, 9), (0, -9), (half + 4, 8), (-half - 4, -8), (half + 5, 0),
-                       (-half - 5, 0)):
-            box = (x + dx - half, y + dy - 4, x + dx + half, y + dy + 4)
-            if (box[0] > edge[0] and box[1] > edge[1] and box[2] < edge[2] and box[3] < edge[3] and
-                    not any(box[0] < t[2] and t[0] < box[2] and box[1] < t[3] and t[1] < box[3]
-                            for t in taken)):
-                taken.append(box)
-                axes.annotate(point["setting"], ranges.place_of(point), (dx, dy), size=7.5,
+        for offset in ((0, 9), (0, -9), (size[0] + 4, 8), (-size[0] - 4, -8), (size[0] + 5, 0),
+                       (-size[0] - 5, 0)):
+            left, right_end = places[number] + offset - size, places[number] + offset + size
+            if all(left > low) and all(right_end < high) and not any(
+                    all(left < end) and all(right_end > begin) for begin, end in taken):
+                taken.append((left, right_end))
+                axes.annotate(point["setting"], ranges.place_of(point), offset, size=7.5,
                               textcoords="offset points", ha="center", va="center", in_layout=False,
                               color=looks[point["method"]][0],
                               bbox={"facecolor": PAPER, "alpha": 0.6, "linewidth": 0, "pad": 0.2},
@@ -156,17 +150,23 @@ def label_marks(figure, axes, right, own, measured):
                 break
 
 
-def draw_panel(measured, scene):
-    """A figure of one scene."""
-    figure = Figure(figsize=(4.3, 3.9), layout="constrained")
-    drawn = draw_scene(figure, measured, scene)
+def draw_panels(measured, scenes):
+    columns = min(len(scenes), COLUMNS)
+    rows = math.ceil(len(scenes) / columns)
+    figure = Figure(figsize=(4.2 * columns, 3.8 * rows), layout="constrained")
+    parts = figure.subfigures(rows, columns, squeeze=False).flat
+    drawn = [draw_scene(part, measured, scene) for part, scene in zip(parts, scenes)]
     figure.draw_without_rendering()
-    label_marks(figure, *drawn, measured)
+    for panel in drawn:
+        label_marks(figure, *panel, measured)
     return figure
 
 
-def draw_legend(figure, measured):
-    """The methods, and beside them what marks and lines mean."""
+def draw(measured):
+    """A figure of all scenes."""
+    figure = draw_panels(measured, scenes_of(measured))
+    head(figure, f"{measured['title']}: {measured['time']} against error",
+         "lower left is better; mean time over the queries, one core; " + origin_of(measured))
     mark = {"linestyle": "", "marker": "o", "color": INK}
     foot(figure, [sample(method, linestyle="", marker=shape, markersize=7, color=colour)
                   for method, (colour, shape) in looks_of(measured).items()], COLUMNS)
@@ -175,21 +175,6 @@ def draw_legend(figure, measured):
         sample("hollow: × above says what is wrong", markerfacecolor=PAPER, **mark),
         sample("Pareto front of what is right throughout", color=INK, linewidth=1.5),
         sample("Pareto front of everything", color=INK, linestyle="--", linewidth=0.9)], 1, 0.68)
-
-
-def draw(measured):
-    """A figure of all scenes."""
-    scenes = scenes_of(measured)
-    rows = math.ceil(len(scenes) / COLUMNS)
-    figure = Figure(figsize=(4.1 * COLUMNS, 3.8 * rows), layout="constrained")
-    parts = figure.subfigures(rows, COLUMNS, squeeze=False).flat
-    drawn = [draw_scene(part, measured, scene) for part, scene in zip(parts, scenes)]
-    figure.draw_without_rendering()
-    for panel in drawn:
-        label_marks(figure, *panel, measured)
-    head(figure, f"{measured['title']}: {measured['time']} against error",
-         "lower left is better; mean time over the queries, one core; " + origin_of(measured))
-    draw_legend(figure, measured)
     return figure
 
 
@@ -232,12 +217,17 @@ def points_table(measured):
                       rows, "points")
 
 
-def section_of(measured):
-    scenes, tips = scenes_of(measured), tips_of(measured)
+def section_of(measured, folder, scenes):
+    """HTML of the section; writes the picture, of these scenes if any, into the folder, too."""
+    few = [p for p in measured["points"] if p["scene"] in scenes] or measured["points"]
+    few = measured | {"points": few}
+    save(draw(few), folder, measured["family"], tips_of(few))
+    print_choices(measured)
+    names, tips = scenes_of(measured), tips_of(measured)
     methods = {method: page.join([sign_of(look), method])
                for method, look in looks_of(measured).items()}
-    pictures = [tag("div", page.Html(svg(draw_panel(measured, scene), scene, tips)),
-                    data_scene=scene) for scene in scenes]
+    panels = [tag("div", page.Html(svg(draw_panels(measured, [name]), name, tips)),
+                  data_scene=name) for name in names]
     flaws = ", ".join(words for _, words in flaws_of(measured))
     return page.section(
         measured,
@@ -246,56 +236,21 @@ def section_of(measured):
                  "more. The solid line is the Pareto front of what is right throughout, the dashed "
                  "one of everything. Point at a mark for its data."),
         page.chips("Methods", "method", methods),
-        page.chips("Scenes", "scene", dict(zip(scenes, scenes))),
+        page.chips("Scenes", "scene", dict(zip(names, names))),
         page.chips("Settings", "answers", {"right": "every answer right", "wrong": "some wrong"}),
-        tag("div", *pictures, class_="panels"),
+        tag("div", *panels, class_="panels"),
         tag("h3", "Which setting do I take for my accuracy?"),
-        tag("p", "The fastest setting whose ", tag("em", "largest"), " error over all queries is no "
-                 "more than that, with not one answer wrong. Rows that would only repeat the next "
-                 "are left out."),
+        tag("p", "The fastest setting whose ", tag("em", "largest"), " error over all queries is "
+                 "no more than that, with not one answer wrong. Rows that would only repeat the "
+                 "next are left out."),
         choices_table(measured), tag("h3", "All points"),
         tag("div", page.find("find in the table", "points"), class_="filters"),
         points_table(measured))
 
 
-def make_page(families):
-    return page.make_page("Time against accuracy", {m["family"]: section_of(m) for m in families})
-
-
 def print_choices(measured):
-    print(f"\n{measured['title']}: the fastest setting that is right in every scene")
+    print(f"{measured['title']}: the fastest setting that is right in every scene")
     for ((threshold, best),) in strictest(list(zip(choices(measured)))):
         words = "none measured" if best is None else (
             f"{best['method']}, {best['setting']} ({duration(best['meanMicroseconds'])})")
         print(f"  largest error <= {power(threshold):<6} {words}")
-
-
-def only(measured, scenes):
-    """The measurement of these scenes, or of all where it has none of them."""
-    points = [p for p in measured["points"] if p["scene"] in scenes]
-    return measured | {"points": points} if points else measured
-
-
-def draw_folder(folder, scenes):
-    """Pictures of every measurement in the folder, of these scenes if any, and the page of all."""
-    families = []
-    for file in filter(lambda f: f.exists(), (folder / f"{family}.json" for family in FAMILIES)):
-        try:
-            measured = json.loads(file.read_text())
-            print(f"== drawing {file.stem}", flush=True)
-            part = only(measured, scenes)
-            save(draw(part), folder, file.stem, tips_of(part))
-        except (OSError, KeyError, ValueError) as error:
-            sys.exit(f"chart: {file}: {error!r}: measure again without --draw")
-        families.append(measured)
-        print_choices(measured)
-    if not families:
-        sys.exit(f"chart: {folder}: no measurements: name a family, or none for all")
-    known = {scene for measured in families for scene in scenes_of(measured)}
-    if unknown := [name for name in scenes if name not in known]:
-        sys.exit(f"chart: {folder}: no scene {', '.join(unknown)}: take of "
-                 f"{', '.join(sorted(known))}")
-    (folder / "index.html").write_text(make_page(families))
-    print(f"\nwrote {folder / 'index.html'} and the pictures of "
-          f"{', '.join(m['family'] for m in families)}")
-    return []

@@ -1,5 +1,4 @@
-"""How grasps change with errors of the pose and with meshes: charts, tables and what they show. The
-text is computed from the data, where ours is worse, too."""
+"""How grasps change with errors of the pose and with meshes: charts and tables."""
 import math
 from collections import defaultdict
 
@@ -8,13 +7,13 @@ from plot.page import tag
 from plot.pictures import HUES, SOFT, draw_lines, foot, panels, sample, save
 from plot.words import number, percent, power, quantile, unique
 
-OURS, STEPPING = "ours", "stepping, GraspIt! steps"
-COLOURS = {OURS: HUES["ours"][0], "ours, tolerance 0.1 µm": HUES["ours"][1],
-           STEPPING: HUES["sampled"][0], "stepping, steps / 10": HUES["sampled"][1]}
+COLOURS = {"ours": HUES["ours"][0], "ours, tolerance 0.1 µm": HUES["ours"][1],
+           "stepping, GraspIt! steps": HUES["sampled"][0],
+          "stepping, steps / 10": HUES["sampled"][1]}
 SIZES = (1000, 4000, 16000)
 # Quantity: what it is, lowest value that is drawn.
 NOISE = {"posture": ("change of the posture [rad]", 1e-7),
-         "ratio": ("posture / error, same links [rad a metre]", 1.0),
+         "ratio": ("posture / error, same links [rad per metre]", 1.0),
          "shift": ("shift of contact points [m]", 1e-8), "epsilon": ("change of epsilon", 1e-7)}
 NOISE_SHARES = {"sameLinks": "the same links in contact",
                 "success": "still a force closure, no penetration"}
@@ -25,7 +24,7 @@ MESH_SHARES = {"sameLinks": "the links of the finest mesh in contact",
 
 
 def noise_groups(measured):
-    """{(method, error): rows} of grasps that are force closures where there is no error. A row counts
+    """{(method, error): rows} of grasps that are force closures without an error. A row counts
     draws and has lists of values; the ratio is |dq| / error where the same links are in contact."""
     groups = defaultdict(list)
     for row in measured["noise"]:
@@ -111,79 +110,21 @@ def hand_table(measured):
     return page.table(["hand"] + [f"success, {m}" for m in measured["methods"]], rows)
 
 
-def proportion_of(groups, noises, method):
-    found = [spread(values_of(groups[method, n], "ratio")) for n in noises if groups[method, n]]
-    medians, upper, largest = zip(*found) if found else ((), (), ())
-    return (f"{', '.join(map(number, medians))} rad a metre in the median, "
-            f"{', '.join(map(number, upper))} at 95 %, {number(max(largest, default=None))} at most")
-
-
-def sentences_of_noise(measured):
-    """What the chart shows, the bad with the good."""
-    groups, noises = noise_groups(measured), measured["noises"]
-    return (f"While the same links stay in contact, the posture moves, for errors of {', '.join(map(number, noises))}, by "
-            f"{proportion_of(groups, noises, OURS)} with ours; by {proportion_of(groups, noises, STEPPING)} "
-            f"with stepping. Geometry asks for about 1 / length of a phalanx, 10 to 40 rad a metre "
-            f"(more where a link grazes): a method that follows it has the same ratio at every "
-            f"size. 0 means that the gap in which a bisection may end hides the error, large "
-            f"ratios that it ended elsewhere.")
-
-
-def sentences_of_loss(measured):
-    """Where ours degrades or is no better."""
-    groups, large, parts = noise_groups(measured), max(measured["noises"]), []
-    for method in (OURS, STEPPING):
-        own = [r for r in measured["noise"] if r["method"] == method and r["noise"] == large and
-               r["planned"] == "force closure"]
-        parts.append(f"{method} {sum(r['before']['success'] for r in own)} of {len(own)}")
-    words = "Planned force closures that are reproduced without an error: " + ", ".join(parts) + "."
-    shares = {m: share_of(groups[m, large], "success") for m in measured["methods"]}
-    kept = ", ".join(f"{m} {100 * s:.0f} %" for m, s in shares.items() if s is not None)
-    words += (f" Where ours degrades: at {number(large)} m and rad grasps are lost, whoever closes "
-              f"them (kept: {kept}); an exact closing follows the error into other contacts, too.")
-    if None not in (shares.get(OURS), shares.get(STEPPING)) and shares[OURS] < shares[STEPPING]:
-        words += (" Ours keeps fewer than stepping, whose contacts may be twice as far from the "
-                  "object (0.2 mm) and so are more.")
-    hands = [(share_of([r for r in groups[OURS, large] if r["hand"] == h], "success"), h)
-             for h in unique(r["hand"] for r in measured["noise"])]
-    few = sorted((s, h) for s, h in hands if s is not None and s < 0.5)
-    if few:
-        words += (" Fewest are kept with " + ", ".join(f"{h} ({100 * s:.0f} %)" for s, h in few) +
-                  ". (Of a gripper with one motor the jaw that touches first stops both, and a "
-                  "closing at a given pose does not centre the jaws as the planner does.)")
-    medians = [quantile(values_of(groups[m, large], "epsilon"), 0.5)
-               for m in (OURS, STEPPING)]
-    if None not in medians:
-        words += (f" Epsilon changes by {number(medians[0])} in the median with ours, "
-                  f"{number(medians[1])} with stepping.")
-    return words
-
-
-def sentences_of_others(measured):
-    """Grasps that are no force closures."""
-    found = []
+def loss_table(measured):
+    """What closings give that are to repeat a force closure, and that are none without an error."""
+    rows = []
     for method in measured["methods"]:
-        rows = [r for r in measured["noise"]
-                if r["method"] == method and not r["before"]["success"]]
-        found.append("{}: {} of {}".format(method, *sums_of(rows, "success")))
-    return (" Closings that are no force closures without an error become one with it: " +
-            ", ".join(found) + " draws of all sizes.")
+        own = [r for r in measured["noise"] if r["method"] == method]
+        planned = [r for r in own if r["planned"] == "force closure" and
+                   r["noise"] == max(measured["noises"])]
+        others = [r for r in own if not r["before"]["success"]]
+        rows.append([method, f"{sum(r['before']['success'] for r in planned)} of {len(planned)}",
+                     "{} of {}".format(*sums_of(others, "success"))])
+    return page.table(["method", "planned force closures that it repeats without an error",
+                       "draws in which an error makes a force closure of none"], rows)
 
 
-def sentences_of_meshes(measured):
-    groups, parts = mesh_groups(measured), []
-    for method in (OURS, STEPPING):
-        rows = [groups[method, size] for size in SIZES[:2]]
-        medians = [number(quantile(values_of(own, "posture"), 0.5)) for own in rows]
-        kept = [percent(*sums_of(own, "success")) for own in rows]
-        parts.append(f"{method}: the posture on 1K triangles is {medians[0]} rad from that on 16K "
-                     f"in the median, on 4K {medians[1]} rad; {kept[0]} and {kept[1]} of the force "
-                     f"closures are kept.")
-    return " ".join(parts + ["Faceting itself moves the surface by up to radius × (π / segments)² "
-                             "/ 2: what both methods share is the mesh's."])
-
-
-def section_of(measured, folder):
+def section_of(measured, folder, _=()):
     """HTML of the section; writes its pictures into the folder, too."""
     pairs, methods = measured["pairs"], measured["methods"]
     noise, meshes = noise_groups(measured), mesh_groups(measured)
@@ -197,21 +138,24 @@ def section_of(measured, folder):
                  f"{len(unique(p['object'] for p in pairs))} objects, "
                  f"{sum(p['grasps'] for p in pairs)} grasps of the planner "
                  f"({sum(p['closures'] for p in pairs)} of them force closures), each repeated "
-                 f"{measured['draws']} times with every size of error: a shift and a turn of exactly "
-                 f"that size in directions drawn from seed {measured['seed']}, the same for all "
-                 "methods. Every method makes its own approach and closing and is compared with "
-                 "itself without the error. Success is epsilon ≥ 0.005 and no penetration by the "
+                 f"{measured['draws']} times with every size of error: a shift and a turn of that "
+                 f"size in directions drawn from seed {measured['seed']}, the same for all. "
+                 "Every method makes its own approach and closing and is compared with itself "
+                 "without the error. Success is epsilon ≥ 0.005 and no penetration by the "
                  "independent check."),
         tag("h3", "Errors of the pose"),
         picture("noise", noise, methods, "error of the pose [m and rad]", errors, NOISE,
                 NOISE_SHARES),
-        tag("p", sentences_of_noise(measured)),
-        tag("p", sentences_of_loss(measured), sentences_of_others(measured)),
+        tag("p", "While the same links stay in contact, geometry asks for about 1 / length of a "
+                 "phalanx, 10 to 40 rad per metre, more where a link grazes: a method that follows "
+                 "it has the same ratio at every size. 0 means that the gap in which a bisection "
+                 "may end hides the error, large ratios that it ended elsewhere."),
         table_of(noise, "error", errors, {"posture": "posture [rad]", "ratio": "posture / error",
                                           "epsilon": "epsilon"}),
         tag("p", "At the largest error, hand by hand:"), hand_table(measured),
+        loss_table(measured),
         tag("h3", "Meshes of 1K, 4K and 16K triangles"),
         picture("meshes", meshes, methods, "triangles of the object", sizes, MESHES, MESH_SHARES),
-        tag("p", sentences_of_meshes(measured)),
+        tag("p", "Faceting moves the surface by up to radius × (π / segments)² / 2."),
         table_of(meshes, "triangles", sizes, {"contacts": "contacts", "posture": "posture [rad]",
                                               "epsilon": "epsilon"}))

@@ -3,17 +3,18 @@
 window.addEventListener("error", event => { document.body.dataset.error = event.message; });
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+const on = (event, selector, within, act) => all(selector, within).forEach(
+    element => element.addEventListener(event, seen => act(element, seen)));
 const isOff = element => element.classList.contains("off");
+const isPressed = chip => chip.ariaPressed === "true";
 const tip = document.getElementById("tip");
 
-function showTip(words, event) {
-    tip.textContent = words;
+function showTip(element, event) {
+    tip.textContent = element.dataset.tip;
     tip.classList.remove("off");
     const box = tip.getBoundingClientRect();
-    const left = Math.min(event.clientX + 16, innerWidth - box.width - 8);
-    const top = Math.min(event.clientY + 16, innerHeight - box.height - 8);
-    tip.style.left = `${Math.max(left, 8)}px`;
-    tip.style.top = `${Math.max(top, 8)}px`;
+    tip.style.left = `${Math.max(Math.min(event.clientX + 16, innerWidth - box.width - 8), 8)}px`;
+    tip.style.top = `${Math.max(Math.min(event.clientY + 16, innerHeight - box.height - 8), 8)}px`;
 }
 
 /** By number where both are numbers, else by text. */
@@ -21,15 +22,39 @@ function compare(a, b) {
     return a !== "" && b !== "" && !isNaN(a) && !isNaN(b) ? a - b : a.localeCompare(b);
 }
 
-function sortBy(table, column) {
-    const heads = [...table.tHead.rows[0].cells];
-    const down = heads[column].ariaSort === "ascending";
-    heads.forEach(head => { head.ariaSort = "none"; });
-    heads[column].ariaSort = down ? "descending" : "ascending";
-    const keyOf = row => row.cells[column].dataset.value ?? row.cells[column].textContent.trim();
+function sortBy(head) {
+    const table = head.closest("table");
+    const sign = head.ariaSort === "ascending" ? -1 : 1;
+    all("thead th", table).forEach(other => { other.ariaSort = "none"; });
+    head.ariaSort = sign < 0 ? "descending" : "ascending";
+    const keyOf = ({ cells: { [head.cellIndex]: cell } }) => cell.dataset.value ?? cell.textContent;
     all(".detail", table).forEach(row => row.remove());
-    table.tBodies[0].append(...[...table.tBodies[0].rows].sort(
-        (a, b) => (down ? -1 : 1) * compare(keyOf(a), keyOf(b))));
+    const rows = [...table.tBodies[0].rows].sort((a, b) => sign * compare(keyOf(a), keyOf(b)));
+    table.tBodies[0].append(...rows);
+}
+
+/** Below a row of the matrix: all that its cells say. */
+function toggleDetail(row) {
+    if (row.nextElementSibling?.classList.contains("detail")) {
+        row.nextElementSibling.remove();
+        return;
+    }
+    const detail = document.createElement("tr");
+    detail.className = "detail";
+    const cell = detail.insertCell();
+    cell.colSpan = row.cells.length;
+    cell.textContent = all("[data-tip]", row).map(
+        answer => answer.dataset.tip.replaceAll("\n", ", ").replaceAll("\t", " ")).join("\n");
+    row.after(detail);
+}
+
+/** How many of the rows that are shown a method gets right. */
+function addUp(sum) {
+    const verdicts = all("tbody tr:not(.off) .answer", sum.closest("table"))
+        .filter(({ dataset }) => dataset.method === sum.dataset.method)
+        .map(({ dataset }) => dataset.verdict).filter(verdict => verdict !== "not applicable");
+    const right = verdicts.filter(verdict => verdict === "pass").length;
+    sum.textContent = verdicts.length > 0 ? `${right}/${verdicts.length}` : "–";
 }
 
 /** Filters of a section: chips hide what has their data, words and answers hide rows of tables. */
@@ -39,45 +64,34 @@ class Section {
         this.chips = all(".chip", section);
         this.rows = all(".points tbody tr, .matrix tbody tr", section);
         this.rowOf = new Map(this.rows.map(row => [row.dataset.point, row]));
-        for (const chip of this.chips) {
-            chip.addEventListener("click", () => {
-                chip.ariaPressed = String(chip.ariaPressed !== "true");
-                this.update();
-            });
-        }
-        for (const button of all("[data-all]", section)) {
-            button.addEventListener("click", () => {
-                const chips = this.chips.filter(chip => chip.dataset.kind === button.dataset.all);
-                const on = !chips.every(chip => chip.ariaPressed === "true");
-                chips.forEach(chip => { chip.ariaPressed = String(on); });
-                this.update();
-            });
-        }
-        for (const input of all("select, .find", section)) {
-            input.addEventListener("input", () => this.update());
-        }
-        for (const row of this.rows) {
-            row.addEventListener("mouseenter", () => this.highlight(row));
-            row.addEventListener("mouseleave", () => this.highlight(null));
-            row.addEventListener("click", () => this.toggleDetail(row));
-        }
-        for (const mark of all(".panels g[id]", section)) {
-            const row = this.rowOf.get(mark.id);
-            mark.addEventListener("mouseenter", () => this.highlight(row ?? null));
-            mark.addEventListener("mouseleave", () => this.highlight(null));
-        }
+        on("click", ".chip", section, chip => this.press([chip], !isPressed(chip)));
+        on("click", "[data-all]", section, ({ dataset }) => {
+            const chips = this.chips.filter(chip => chip.dataset.kind === dataset.all);
+            this.press(chips, !chips.every(isPressed));
+        });
+        on("input", "select, .find", section, () => this.update());
+        on("click", ".matrix tbody tr", section, toggleDetail);
+        const points = ".points tbody tr, .panels g[id]";
+        on("mouseenter", points, section,
+           ({ id, dataset }) => this.highlight(this.rowOf.get(dataset.point ?? id)));
+        on("mouseleave", points, section, () => this.highlight());
+        this.update();
+    }
+
+    press(chips, isOn) {
+        chips.forEach(chip => { chip.ariaPressed = String(isOn); });
         this.update();
     }
 
     update() {
         const chosen = {};
-        for (const { dataset, ariaPressed } of this.chips) {
-            (chosen[dataset.kind] ??= new Set()).add(ariaPressed === "true" && dataset.value);
+        for (const chip of this.chips) {
+            (chosen[chip.dataset.kind] ??= new Set()).add(isPressed(chip) && chip.dataset.value);
         }
-        const fits = element => Object.entries(chosen).every(
-            ([kind, values]) => !(kind in element.dataset) || values.has(element.dataset[kind]));
-        const valueOf = selector => this.section.querySelector(selector)?.value ?? "";
-        const [words, method, verdict] = [".find", ".of-method", ".of-verdict"].map(valueOf);
+        const fits = ({ dataset }) => Object.entries(chosen).every(
+            ([kind, values]) => !(kind in dataset) || values.has(dataset[kind]));
+        const [words, method, verdict] = [".find", ".of-method", ".of-verdict"].map(
+            selector => this.section.querySelector(selector)?.value ?? "");
         const isAnswered = row => !(method || verdict) || all(".answer", row).some(
             ({ dataset }) => (!method || dataset.method === method) &&
                 (!verdict || dataset.verdict === verdict));
@@ -87,11 +101,10 @@ class Section {
             row.classList.toggle("off", !(fits(row) && isFound && isAnswered(row)));
         }
         all(".panels > *", this.section).forEach(panel => this.updatePanel(panel, fits));
-        all(".matrix", this.section).forEach(table => this.addUp(table));
-        const count = this.section.querySelector(".count");
-        if (count) {
-            count.textContent = `${this.rows.filter(row => !isOff(row)).length} of ` +
-                `${this.rows.length} ${count.dataset.what}`;
+        all(".sum", this.section).forEach(addUp);
+        for (const count of all(".count", this.section)) {
+            const shown = this.rows.filter(row => !isOff(row)).length;
+            count.textContent = `${shown} of ${this.rows.length} ${count.dataset.what}`;
         }
     }
 
@@ -110,7 +123,7 @@ class Section {
     /** The front of what is shown: on the picture left is exacter and lower is faster. */
     drawFront(panel, name, isAllowed) {
         const places = all("g[id]", panel).map(mark => [mark, this.rowOf.get(mark.id)])
-            .filter(([mark, row]) => row && !isOff(row) && "found" in row.dataset && isAllowed(row))
+            .filter(([, row]) => row && !isOff(row) && "found" in row.dataset && isAllowed(row))
             .map(([mark]) => mark.querySelector("use"))
             .map(use => [Number(use.getAttribute("x")), Number(use.getAttribute("y"))])
             .sort(([x, y], [otherX, otherY]) => otherY - y || x - otherX);
@@ -127,41 +140,12 @@ class Section {
 
     /** The same setting in all scenes. */
     highlight(wanted) {
-        const isPoint = wanted?.dataset.point !== undefined;
-        this.section.classList.toggle("dim", isPoint);
+        this.section.classList.toggle("dim", Boolean(wanted));
         for (const row of this.rows) {
-            const isSame = isPoint && row.dataset.method === wanted.dataset.method &&
-                row.dataset.setting === wanted.dataset.setting;
+            const isSame = row.dataset.method === wanted?.dataset.method &&
+                row.dataset.setting === wanted?.dataset.setting;
             row.classList.toggle("same", isSame);
             document.getElementById(row.dataset.point)?.classList.toggle("same", isSame);
-        }
-    }
-
-    addUp(table) {
-        for (const sum of all(".sum", table)) {
-            const asked = all("tbody tr:not(.off) .answer", table)
-                .filter(({ dataset }) => dataset.method === sum.dataset.method)
-                .map(({ dataset }) => dataset.verdict)
-                .filter(verdict => verdict !== "not applicable");
-            const right = asked.filter(verdict => verdict === "pass").length;
-            sum.textContent = asked.length > 0 ? `${right}/${asked.length}` : "–";
-        }
-    }
-
-    /** Below a row of the matrix: all that its cells say. */
-    toggleDetail(row) {
-        if (row.nextElementSibling?.classList.contains("detail")) {
-            row.nextElementSibling.remove();
-            return;
-        }
-        const detail = document.createElement("tr");
-        detail.className = "detail";
-        const cell = detail.insertCell();
-        cell.colSpan = row.cells.length;
-        cell.textContent = all("[data-tip]", row).map(
-            answer => answer.dataset.tip.split("\n").join(", ").replaceAll("\t", " ")).join("\n");
-        if (cell.textContent) {
-            row.after(detail);
         }
     }
 }
@@ -170,13 +154,7 @@ for (const title of all("svg title")) {
     title.parentElement.dataset.tip = title.textContent;
     title.remove();
 }
-for (const element of all("[data-tip]")) {
-    element.addEventListener("mouseenter", event => showTip(element.dataset.tip, event));
-    element.addEventListener("mouseleave", () => tip.classList.add("off"));
-}
-for (const head of all("thead th")) {
-    head.addEventListener("click", () => sortBy(head.closest("table"), head.cellIndex));
-}
-for (const section of all("section")) {
-    new Section(section);
-}
+on("mouseenter", "[data-tip]", document, showTip);
+on("mouseleave", "[data-tip]", document, () => tip.classList.add("off"));
+on("click", "thead th", document, sortBy);
+all("section").forEach(section => new Section(section));

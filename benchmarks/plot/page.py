@@ -68,11 +68,12 @@ def missing(family, why):
                tag("p", f"Not on this page: {why}.", class_="soft"), id=family)
 
 
-def make_page(title, sections, further=()):
-    """Text of the page of sections {id: HTML}; further are ids within them."""
+def make_page(title, sections):
+    """Text of the page of sections {id: HTML}; their headings with an id are in its head, too."""
     style, script = (Path(__file__).with_name(f"page.{kind}").read_text() for kind in ("css", "js"))
-    links = [tag("a", name, href=f"#{name}") for name in sections] + \
-            [tag("a", name, href=f"#{name}", class_="sub") for name in further]
+    links = [tag("a", name, href=f"#{name}") for name in sections] + [
+        tag("a", name, href=f"#{name}", class_="sub")
+        for html in sections.values() for name in re.findall('<h3 id="([^"]*)"', html)]
     return "<!DOCTYPE html>\n" + tag(
         "html",
         tag("head", Html('<meta charset="utf-8"><meta name="viewport" content="width=device-width, '

@@ -37,7 +37,7 @@ matplotlib.rcParams.update({
 
 
 def svg(figure, name, tips=None):
-    """Text of an SVG; its groups keep the names that were given to them, with the tips for those."""
+    """Text of an SVG; its groups keep the names that they were given, with the tips for those."""
     def open_group(match):
         # Matplotlib's own names are the same in every picture of a page.
         group = f'<g id="{match[1]}">' if "-" in match[1] else "<g>"
@@ -97,7 +97,7 @@ def decades(values):
 
 
 def draw_lines(axes, title, ticks, lines, lowest=None, is_share=False, span=()):
-    """Lines (points (x, y), looks) over ticks {x: words}, y a share or logarithmic, over the decades
+    """Lines (points (x, y), looks) over ticks {x: words}, y a share or logarithmic over the decades
     of the span or of the lines. Where y is None there is a cross at the top, a height a colour; all
     below the lowest value is drawn there."""
     axes.set_title(title)
@@ -127,7 +127,7 @@ def draw_lines(axes, title, ticks, lines, lowest=None, is_share=False, span=()):
 def draw_cells(axes, cells, looks):
     """A cell with a letter for each (column, row, verdict, name or None); rows go down."""
     for column, row, verdict, name in cells:
-        letter, fill, ink = looks[verdict]
+        letter, fill, ink, *_ = looks[verdict]
         axes.add_patch(Rectangle((column - 0.46, row - 0.43), 0.92, 0.86, facecolor=fill, gid=name))
         axes.text(column, row, letter, size=7, color=ink, ha="center", va="center_baseline")
     columns, rows = [c for c, *_ in cells], [r for _, r, *_ in cells]

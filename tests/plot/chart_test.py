@@ -2,8 +2,12 @@
 """The chart and its page in a browser without a window: every point is drawn, the page filters,
 sorts, shows what is behind a mark, and raises no error; and the settings that it advises are right.
 """
+import json
+import tempfile
+from pathlib import Path
+
 from checks import end, expect, expect_alone, expect_picture, see
-from plot import chart
+from plot import chart, folder
 from plot.pictures import svg
 from plot.points import choices, front, is_right
 
@@ -18,7 +22,7 @@ def point(scene, method, setting, micros, errors, **flaws):
 
 
 def fixture():
-    """Two scenes; sampling is fastest and late, a method is only in one scene, one found nothing."""
+    """Two scenes; sampling is fastest and late, one method is in one scene, one found nothing."""
     points = []
     for scene, factor in (("first", 1.0), ("second", 3.0)):
         points += [point(scene, "ours", "1e-2", 10 * factor, (2e-3, 8e-3)),
@@ -58,8 +62,16 @@ def check_picture(measured):
             expect((f'id="rigid-{number}-{flaw}"' in picture) == (point[flaw] > 0),
                    f"a cross says whether point {number} is {flaw}")
     expect("&lt;ours&gt;" in picture and "Two &amp; more" in picture, "the SVG escapes names")
-    few = svg(chart.draw(chart.only(measured, ["second"])), "rigid")
-    expect("second &lt;" in few and "first &lt;" not in few, "only the scenes that are asked for")
+
+
+def pages_of(*families, scenes=()):
+    """(the page of measurements, the picture of the first)."""
+    with tempfile.TemporaryDirectory() as name:
+        for measured in families:
+            (Path(name) / f"{measured['family']}.json").write_text(json.dumps(measured))
+        expect(folder.draw("chart", Path(name), scenes) == [], "no failures in charts")
+        return ((Path(name) / "index.html").read_text(),
+                (Path(name) / f"{families[0]['family']}.svg").read_text())
 
 
 ACTIONS = """
@@ -79,11 +91,15 @@ seen.tip = tipOf(document.getElementById("rigid-0"));
 seen.same = shown(".panels .same");
 document.getElementById("rigid-0").dispatchEvent(new MouseEvent("mouseleave"));
 seen.hidden = document.getElementById("tip").classList.contains("off");
-const front = () => document.querySelector('[id="rigid-front-first"] path').getAttribute("d");
-const before = front();
+const xOf = number => document.querySelector(`[id="rigid-${number}"] use`).getAttribute("x");
+const corners = name => document.querySelector(`[id="rigid-${name}"] path`).getAttribute("d")
+    .match(/[MH][-.0-9]+/g).map(corner => corner.slice(1)).join(" ");
+seen.areFronts = corners("front-first") === [8, 1].map(xOf).join(" ") &&
+    corners("front-second") === [4, 5].map(xOf).join(" ") &&
+    corners("anyfront-second") === [6, 4, 5].map(xOf).join(" ");
 chip("method", "Bullet cast").click();
 seen.afterMethod = shown(marks);
-seen.frontMoved = front() !== before;
+seen.isFrontMoved = corners("front-first") === [0, 1].map(xOf).join(" ");
 chip("scene", "second").click();
 seen.afterScene = shown(marks);
 chip("answers", "wrong").click();
@@ -94,16 +110,20 @@ seen.count = document.querySelector(".count").textContent;
 
 
 def check_page(measured):
+    page, picture = pages_of(measured, {**measured, "family": "step"}, scenes=["second"])
+    expect_alone(page)
+    expect("second &lt;" in picture and "first &lt;" not in picture, "scenes that are asked for")
+    expect("Not on this page: not measured: benchmarks/run chart closing" in page,
+           "a missing family is said")
     # Actions are on a page of one family, that numbers need not tell two sections apart.
-    expect_alone(chart.make_page([measured, {**measured, "family": "step"}]))
-    page = chart.make_page([measured])
-    seen = see(page, ACTIONS)
+    seen = see(pages_of(measured)[0], ACTIONS)
     if seen:
         tip = seen.pop("tip")
         expect("ours, 1e-2" in tip and "10 µs" in tip and "8.0e-3" in tip, f"beside a mark: {tip}")
         expect(seen == {"points": 10, "rows": 10, "choices": 2, "fastest": "Bullet cast",
                         "slowest": "FCL sampling", "same": 2, "hidden": True, "afterMethod": 8,
-                        "frontMoved": True, "afterScene": 4, "onlyRight": 2, "crosses": 0,
+                        "areFronts": True,
+                        "isFrontMoved": True, "afterScene": 4, "onlyRight": 2, "crosses": 0,
                         "count": "2 of 10 points", "error": ""}, f"what the page shows: {seen}")
 
 

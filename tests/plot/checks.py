@@ -1,5 +1,5 @@
-"""What the tests of benchmarks/plot share: the package on the path, a browser without a window, and a
-list of what failed. Exit code 77 (skipped) where matplotlib is missing."""
+"""What the tests of benchmarks/plot share: the package on the path, a browser without a window, and
+a list of what failed. Exit code 77 (skipped) where matplotlib is missing."""
 import json
 import re
 import shutil

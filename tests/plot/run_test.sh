@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# benchmarks/run and its old names say in a sentence what is wrong or missing, with an exit code that
-# is not 0, and never a traceback.
+# benchmarks/run and its old names say in a sentence what is wrong or missing, with an exit code
+# that is not 0, and never a traceback.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 folder=$(mktemp -d)
@@ -27,5 +27,5 @@ if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
     echo '{' >"$folder/charts/rigid.json"
     expect 'measure again without --draw' benchmarks/run chart --draw -o "$folder/charts"
 fi
-benchmarks/run --help | grep -q 'bullet-table' || failed=1
+[[ $(benchmarks/run --help) == *bullet-table* ]] || failed=1
 exit $failed

@@ -1,0 +1,40 @@
+"""The pages that a folder of measurements becomes."""
+import json
+import sys
+
+from plot import catalogue, chart, grasps, page, simulation
+
+# Title, and what draws a family.
+PAGES = {"chart": ("Time against accuracy", dict.fromkeys(
+             ("rigid", "articulated", "closing", "step"), chart.section_of)),
+         "stability": ("Stability where methods fail", {
+             "catalogue": catalogue.section_of, "grasps": grasps.section_of,
+             "simulation": simulation.section_of})}
+
+
+def draw(verb, folder, scenes=()):
+    """Pictures, of these scenes if any, and the page of what is in the folder; gives the cases that
+    this library fails."""
+    title, families = PAGES[verb]
+    sections, measured, known = {}, {}, set()
+    for family, section_of in families.items():
+        file = folder / f"{family}.json"
+        if not file.exists():
+            sections[family] = page.missing(family, f"not measured: benchmarks/run {verb} {family}")
+            continue
+        print(f"== drawing {family}", flush=True)
+        try:
+            measured[family] = json.loads(file.read_text())
+            known |= {p["scene"] for p in measured[family].get("points", [])}
+            sections[family] = section_of(measured[family], folder, scenes)
+        except (OSError, LookupError, ValueError) as error:
+            sys.exit(f"benchmarks/run: {file}: {error!r}: measure again without --draw")
+    if not measured:
+        sys.exit(f"benchmarks/run: {folder}: no measurements: name a family, or none for all")
+    if unknown := [name for name in scenes if name not in known]:
+        sys.exit(f"benchmarks/run: {folder}: no scene {', '.join(unknown)}: take of "
+                 f"{', '.join(sorted(known))}")
+    (folder / "index.html").write_text(page.make_page(title, sections))
+    print(f"\nwrote {folder / 'index.html'} and the pictures of {', '.join(measured)}")
+    return [f"{i} ({method}: {verdict})" for i, method, verdict in
+            catalogue.failures_of_ours(measured.get("catalogue", {"cases": []}))]
