@@ -12,28 +12,36 @@ PAGES = {"chart": ("Time against accuracy", dict.fromkeys(
              "simulation": simulation.section_of})}
 
 
+def read(file):
+    try:
+        return json.loads(file.read_text())
+    except (OSError, ValueError) as error:
+        sys.exit(f"benchmarks/run: {file}: {error}: measure again without --draw")
+
+
 def draw(verb, folder, scenes=()):
     """Pictures, of these scenes if any, and the page of what is in the folder; gives the cases that
     this library fails."""
     title, families = PAGES[verb]
-    sections, measured, known = {}, {}, set()
-    for family, section_of in families.items():
-        file = folder / f"{family}.json"
-        if not file.exists():
-            sections[family] = page.missing(family, f"not measured: benchmarks/run {verb} {family}")
-            continue
-        print(f"== drawing {family}", flush=True)
-        try:
-            measured[family] = json.loads(file.read_text())
-            known |= {p["scene"] for p in measured[family].get("points", [])}
-            sections[family] = section_of(measured[family], folder, scenes)
-        except (OSError, LookupError, ValueError) as error:
-            sys.exit(f"benchmarks/run: {file}: {error!r}: measure again without --draw")
+    files = {family: folder / f"{family}.json" for family in families}
+    measured = {family: read(file) for family, file in files.items() if file.exists()}
+    known = {p["scene"] for values in measured.values() for p in values.get("points", [])}
     if not measured:
         sys.exit(f"benchmarks/run: {folder}: no measurements: name a family, or none for all")
     if unknown := [name for name in scenes if name not in known]:
         sys.exit(f"benchmarks/run: {folder}: no scene {', '.join(unknown)}: take of "
                  f"{', '.join(sorted(known))}")
+    sections = {}
+    for family, section_of in families.items():
+        if family not in measured:
+            sections[family] = page.missing(family, f"not measured: benchmarks/run {verb} {family}")
+            continue
+        print(f"== drawing {family}", flush=True)
+        try:
+            sections[family] = section_of(measured[family], folder, scenes)
+        except LookupError as error:
+            sys.exit(f"benchmarks/run: {files[family]}: {error!r} is missing: measure again without "
+                     "--draw")
     (folder / "index.html").write_text(page.make_page(title, sections))
     print(f"\nwrote {folder / 'index.html'} and the pictures of {', '.join(measured)}")
     return [f"{i} ({method}: {verdict})" for i, method, verdict in

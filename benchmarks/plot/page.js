@@ -157,4 +157,8 @@ for (const title of all("svg title")) {
 on("mouseenter", "[data-tip]", document, showTip);
 on("mouseleave", "[data-tip]", document, () => tip.classList.add("off"));
 on("click", "thead th", document, sortBy);
+for (const head of all("thead th")) {
+    const below = head.closest("table").tBodies[0].rows[0]?.cells[head.cellIndex];
+    head.classList.toggle("number", Boolean(below?.classList.contains("number")));
+}
 all("section").forEach(section => new Section(section));

@@ -20,10 +20,14 @@ expect 'rigid|articulated|bullet' benchmarks/run soak
 expect 'accuracy|agreement' benchmarks/run grasps --build "$folder"
 mkdir "$folder/bin" && touch "$folder/bin/grasp"
 BULLET_CCD_TEST_DATA=$folder expect 'is the data complete?' tools/table --build "$folder"
+mkdir "$folder/none" && echo 'raise ImportError' >"$folder/none/matplotlib.py"
+PYTHONPATH=$folder/none expect 'apt-get install python3-matplotlib' benchmarks/run chart --draw
 if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
     expect 'no such family' tools/chart weigh
     expect 'no measurements' benchmarks/run chart --draw -o "$folder/charts"
     expect 'no measurements' benchmarks/run stability --draw -o "$folder/stability"
+    echo '{}' >"$folder/charts/rigid.json"
+    expect 'is missing: measure again' benchmarks/run chart --draw -o "$folder/charts"
     echo '{' >"$folder/charts/rigid.json"
     expect 'measure again without --draw' benchmarks/run chart --draw -o "$folder/charts"
 fi
