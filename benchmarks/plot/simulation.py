@@ -69,7 +69,7 @@ def draw_outcomes(measured):
                 cells.append((columns[run["rate"], run["iterations"]], row, run["verdict"],
                               f"outcome-{len(cells)}"))
         row += 1.4
-    figure = Figure(figsize=(3.9 + 0.27 * max(columns.values()), 0.8 + 0.185 * row),
+    figure = Figure(figsize=(5.2 + 0.27 * max(columns.values()), 0.8 + 0.185 * row),
                     layout="constrained")
     axes = figure.subplots()
     draw_cells(axes, cells, LOOKS)
@@ -146,14 +146,18 @@ def comparison_table(measured):
         triples = beside_stock(measured, suffix)
         if suffix and not triples:
             continue
-        rows.append(comparison_row(f"what became of it, from 0 (held) on{words}", triples,
+        rows.append(comparison_row(f"Outcome, from 0 (held) to 6 (crashed){words}", triples,
                                    lambda _, run: list(LOOKS).index(run["verdict"]), 1.0, 0.0))
+        held = [t for t in triples if all(r["verdict"] in ("held", "slipped") for r in t[1:])]
         rows += [comparison_row(
-            f"{title}, by more than half{words}", triples,
+            f"{title}{words}", held,
             lambda w, r, key=key, valid=valid: r.get(key) if valid(w, r) else None, 1.5, floor)
             for key, (_, title, _, valid, _, floor) in CHARTS.items()]
-    return page.table(["our world beside stock", "settings", "better", "worse", "median factor",
-                       "the worst"], rows, around="wide")
+    return page.join([
+        tag("p", "Setting by setting. Quantities are compared where both hold what they hold; ours "
+                 "counts as better or worse if they differ by more than half."),
+        page.table(["our world beside stock Bullet", "settings", "better", "worse", "median factor",
+                    "the worst"], rows, around="wide")])
 
 
 def worlds_table(measured):
