@@ -1,84 +1,19 @@
-/// Value types of the grasp pipeline.
+/// The grasp planner: from a hand and an object to ranked grasps. Link grasp::grasp.
+///
+/// The simulated closing is in grasp/sim/hand_simulation.h, which needs Bullet: link grasp::sim.
 #pragma once
 
-#include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/mesh/triangle_mesh.h"
-
-#include <Eigen/Geometry>
-
-#include <cstdint>
-#include <string>
-#include <vector>
-
-namespace bullet_ccd::grasp
-{
-/// The thing to grasp, at rest in W: its mesh frame is W.
-struct GraspObject
-{
-    std::string name;
-    SsvTree tree;
-    Eigen::Vector3d centerOfMass = Eigen::Vector3d::Zero();  ///< [m]
-    double radius = 0.0;  ///< largest distance of a vertex from the centre of mass [m]
-    bool watertight = false;
-};
-
-[[nodiscard]] GraspObject makeGraspObject(std::string name, TriangleMesh mesh);
-
-/// A link's point contact on the object.
-struct GraspContact
-{
-    std::int32_t link = kNone;                         ///< of the hand
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< on the object, W [m]
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, into the object, W
-    double gap = 0.0;                                  ///< distance of the two surfaces [m]
-};
-
-/// Why a candidate is no grasp. None: it is one.
-enum class RejectReason : std::uint8_t
-{
-    None,
-    OverlapAtStart,  ///< the open hand intersects the object where the approach begins
-    SelfOverlap,     ///< two links that must not touch intersect in the preshape
-    NoApproachHit,   ///< the approach ends without any contact
-    TooFewContacts,  ///< fewer than two contacts after closing
-    NoForceClosure,  ///< epsilon below the threshold
-    Penetration,     ///< the independent check found an intersection: never expected
-    IterationLimit,  ///< a time-of-impact query gave up
-    Obstacle,        ///< something beside the object is touched on the way or while closing
-};
-[[nodiscard]] const char* toString(RejectReason reason);
-
-struct GraspQuality
-{
-    double epsilon =
-        0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
-    double volume = 0.0;        ///< of that space (6-D); 0 where it was not asked for
-    bool forceClosure = false;  ///< epsilon >= the threshold asked for
-};
-
-/// A link that was stopped during closing.
-struct StopEvent
-{
-    std::int32_t link = kNone;
-    double time = 0.0;     ///< simulated time since closing began [s]
-    bool byObject = true;  ///< false: stopped by another link
-};
-
-/// Outcome of one candidate.
-struct Grasp
-{
-    std::int64_t candidate = 0;  ///< its number in the sampling sequence
-    RejectReason reject = RejectReason::None;
-    std::string preshape;
-    Eigen::Isometry3d X_WStart =
-        Eigen::Isometry3d::Identity();                     ///< root link where approach begins
-    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();  ///< unit
-    double approachDistance = 0.0;                         ///< travelled until contact [m]
-    std::int64_t obstaclesInReach = 0;  ///< beside the object, what swept boxes could not rule out
-    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< root link of the final grasp
-    std::vector<double> positions;                           ///< one entry a link
-    std::vector<GraspContact> contacts;
-    std::vector<StopEvent> stops;
-    GraspQuality quality;
-};
-}  // namespace bullet_ccd::grasp
+#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach_options.h"
+#include "grasp/check/penetration_check.h"
+#include "grasp/closing/closing.h"
+#include "grasp/closing/kinematic_closing.h"
+#include "grasp/force/grasp_forces.h"
+#include "grasp/force/hand_jacobian.h"
+#include "grasp/formats/grasp_file.h"
+#include "grasp/grasp_types.h"
+#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
+#include "grasp/planner/close_at_pose.h"
+#include "grasp/planner/grasp_planner.h"
+#include "grasp/quality/wrench_space.h"

@@ -9,21 +9,25 @@ import re
 import sys
 
 ORDER = [
+    "bullet_ccd",  # export.h: what every public header includes
     "bullet_ccd/math",
     "bullet_ccd/mesh",
     "bullet_ccd/hierarchy",
     "bullet_ccd/distance",
     "bullet_ccd/motion",
-    "bullet_ccd/toi.h",  # the headers of toi/: what the rooms below it implement
+    "bullet_ccd/toi/*.h",  # the headers of toi/: what the rooms below it implement
     "bullet_ccd/toi/kernels",
     "bullet_ccd/toi/search",
     "bullet_ccd/toi/articulated",
     "bullet_ccd/toi",
     "bullet_ccd/contact",
+    "bullet_ccd/bullet_ccd.h",  # umbrellas, each above the rooms that it includes
     "bullet_ccd/io",
+    "bullet_ccd/io.h",
     "bullet_ccd/bullet",
+    "bullet_ccd/bullet.h",
     "grasp/hand",
-    "grasp",  # grasp.h: the value types of the pipeline
+    "grasp",  # grasp_types.h: the value types of the pipeline
     "grasp/approach",
     "grasp/closing",
     "grasp/force",
@@ -31,6 +35,7 @@ ORDER = [
     "grasp/check",
     "grasp/planner",
     "grasp/formats",
+    "grasp/grasp.h",
     "grasp/report",
     "grasp/sim",
     "grasp/examples",
@@ -60,6 +65,7 @@ ORDER = [
 ROOTS = tuple(sorted({room.split("/")[0] for room in ORDER}))
 BULLET_ROOMS = {
     "bullet_ccd/bullet",
+    "bullet_ccd/bullet.h",
     "bullet_ccd/examples",
     "grasp/sim",
     "benchmarks/reference/audit",
@@ -84,10 +90,12 @@ FOREIGN = [
 
 
 def room_of(path):
-    """The room that a file belongs to: its folder, or the nearest one above it that is a room."""
+    """The room of a file: itself, its folder, or the nearest folder above it that is a room."""
     folder = path.parent
-    if f"{folder}{path.suffix}" in ORDER:
-        return f"{folder}{path.suffix}"
+    if str(path) in ORDER:
+        return str(path)
+    if f"{folder}/*{path.suffix}" in ORDER:
+        return f"{folder}/*{path.suffix}"
     while str(folder) not in ORDER and folder.parent != folder:
         folder = folder.parent
     return str(folder)

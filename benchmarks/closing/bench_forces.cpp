@@ -29,12 +29,15 @@ ForceProblem problemOf(int contacts, std::mt19937& random)
                                     .normal = (0.2 * randomVector(random) - out).normalized()});
     }
     problem.load << 0.0, 0.0, -5.0, 0.0, 0.0, 0.0;
-    problem.jacobian.resize(6 * contacts, 12);
-    for (double& entry : problem.jacobian.reshaped())
+    problem.jacobian.resize(12 * problem.contacts.size());
+    for (Twist& twist : problem.jacobian)
     {
-        entry = 0.03 * randomVector(random).x();
+        for (double& entry : twist)
+        {
+            entry = 0.03 * randomVector(random).x();
+        }
     }
-    problem.torqueLimits = Eigen::VectorXd::Constant(12, 2.0);
+    problem.torqueLimits.assign(12, 2.0);
     return problem;
 }
 

@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/contact/contact_outline.h"
 #include "bullet_ccd/contact/contact_search.h"
+#include "bullet_ccd/export.h"
 
 #include <Eigen/Geometry>
 
@@ -50,13 +51,13 @@ struct PatchWorkspace
 /// where it is not flat up to eight more that lie below those (see contact_outline.h); a deepest
 /// one (within 2 % of the threshold) is always among them. Deterministic; does not depend on the
 /// order of work.raw but for equal contacts.
-void reducePatches(const PatchOptions& options, PatchWorkspace& work);
+BULLET_CCD_API void reducePatches(const PatchOptions& options, PatchWorkspace& work);
 
 /// Contacts of two surfaces, see appendContacts(), reduced; in W. Fills work.raw itself.
-void findPatches(const ContactSurface& surfaceA,
-                 const Eigen::Isometry3d& X_WA,
-                 const ContactSurface& surfaceB,
-                 const Eigen::Isometry3d& X_WB,
-                 const PatchOptions& options,
-                 PatchWorkspace& work);
+BULLET_CCD_API void findPatches(const ContactSurface& surfaceA,
+                                const Eigen::Isometry3d& X_WA,
+                                const ContactSurface& surfaceB,
+                                const Eigen::Isometry3d& X_WB,
+                                const PatchOptions& options,
+                                PatchWorkspace& work);
 }  // namespace bullet_ccd

@@ -9,6 +9,7 @@
 #include "bullet_ccd/contact/contact_surface.h"
 #include "bullet_ccd/contact/find_contacts.h"
 #include "bullet_ccd/contact/near_slots.h"
+#include "bullet_ccd/export.h"
 
 #include <Eigen/Geometry>
 
@@ -33,11 +34,11 @@ struct ContactSearchWorkspace
 /// edges past each other, if that is at most `threshold`; else 0 where an edge pierces a face. The
 /// normal is the direction in which B gives way soonest.
 /// Deterministic. Allocates nothing once `work` and `contacts` are large enough.
-void appendContacts(const ContactSurface& surfaceA,
-                    const Eigen::Isometry3d& X_WA,
-                    const ContactSurface& surfaceB,
-                    const Eigen::Isometry3d& X_WB,
-                    double threshold,
-                    ContactSearchWorkspace& work,
-                    std::vector<Contact>& contacts);
+BULLET_CCD_API void appendContacts(const ContactSurface& surfaceA,
+                                   const Eigen::Isometry3d& X_WA,
+                                   const ContactSurface& surfaceB,
+                                   const Eigen::Isometry3d& X_WB,
+                                   double threshold,
+                                   ContactSearchWorkspace& work,
+                                   std::vector<Contact>& contacts);
 }  // namespace bullet_ccd

@@ -8,6 +8,7 @@
 /// need neither be closed nor consistently wound.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Core>
@@ -20,7 +21,7 @@
 namespace bullet_ccd
 {
 /// Vertices at exactly the same position are one.
-class ContactSurface
+class BULLET_CCD_API ContactSurface
 {
 public:
     /// One triangle; bit k of a mask is corner k or the edge from corner k to the next.

@@ -1,6 +1,7 @@
 /// Contacts between two bodies at fixed poses, as point contacts with a normal.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
@@ -32,9 +33,9 @@ struct ContactOptions
 /// Deterministic order. Empty if the meshes are farther apart; pairs that intersect are reported
 /// with gap 0 and the normal of B's triangle.
 /// @param X_WA, X_WB poses; the result is in W
-[[nodiscard]] std::vector<Contact> findContacts(const SsvTree& treeA,
-                                                const Eigen::Isometry3d& X_WA,
-                                                const SsvTree& treeB,
-                                                const Eigen::Isometry3d& X_WB,
-                                                const ContactOptions& options);
+[[nodiscard]] BULLET_CCD_API std::vector<Contact> findContacts(const SsvTree& treeA,
+                                                               const Eigen::Isometry3d& X_WA,
+                                                               const SsvTree& treeB,
+                                                               const Eigen::Isometry3d& X_WB,
+                                                               const ContactOptions& options);
 }  // namespace bullet_ccd

@@ -13,6 +13,7 @@
 /// intersect, the edges that pierce faces are contacts of an edge and a face with gap 0.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <Eigen/Core>
@@ -67,8 +68,8 @@ struct FeatureContact
 /// @param threshold largest gap [m], >= 0; rounding of the distances is allowed for
 /// Throws std::invalid_argument for a time or pose that is not finite or a threshold that is
 /// negative or not finite.
-[[nodiscard]] std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
-                                                     const RigidBody& bodyB,
-                                                     double time,
-                                                     double threshold);
+[[nodiscard]] BULLET_CCD_API std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
+                                                                    const RigidBody& bodyB,
+                                                                    double time,
+                                                                    double threshold);
 }  // namespace bullet_ccd

@@ -1,6 +1,7 @@
 /// Distance queries of two meshes at fixed poses.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
@@ -37,17 +38,17 @@ struct NodeMarks
 
 /// Distance of two meshes if it is below `upperBound`, else `upperBound` with triangles kNone.
 /// @param X_BA pose of A's frame in B's
-[[nodiscard]] TrianglePair treeDistance(const SsvTree& treeA,
-                                        const SsvTree& treeB,
-                                        const Eigen::Isometry3d& X_BA,
-                                        double upperBound,
-                                        const NodeMarks& exempt = {});
+[[nodiscard]] BULLET_CCD_API TrianglePair treeDistance(const SsvTree& treeA,
+                                                       const SsvTree& treeB,
+                                                       const Eigen::Isometry3d& X_BA,
+                                                       double upperBound,
+                                                       const NodeMarks& exempt = {});
 
 /// All pairs of triangles at a distance <= `threshold`, ordered by (triangleA, triangleB), appended
 /// to `pairs` (frame of B).
-void trianglePairsWithin(const SsvTree& treeA,
-                         const SsvTree& treeB,
-                         const Eigen::Isometry3d& X_BA,
-                         double threshold,
-                         std::vector<TrianglePair>& pairs);
+BULLET_CCD_API void trianglePairsWithin(const SsvTree& treeA,
+                                        const SsvTree& treeB,
+                                        const Eigen::Isometry3d& X_BA,
+                                        double threshold,
+                                        std::vector<TrianglePair>& pairs);
 }  // namespace bullet_ccd

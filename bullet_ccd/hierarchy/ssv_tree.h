@@ -10,6 +10,7 @@
 /// half only. ssv_tree_file keeps the result on disk.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_node.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
@@ -43,7 +44,7 @@ struct SsvOptions
 };
 
 /// Hierarchy over a mesh of which it keeps its own copy. Immutable but for refit().
-class SsvTree
+class BULLET_CCD_API SsvTree
 {
 public:
     /// Node 0 is the root. Never empty. Children come after their parent.
@@ -98,5 +99,6 @@ private:
 /// The result does not depend on their number.
 /// Throws std::invalid_argument if the mesh is empty, has indices out of range or coordinates that
 /// are not finite (see checkMesh).
-[[nodiscard]] SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options = {});
+[[nodiscard]] BULLET_CCD_API SsvTree buildSsvTree(TriangleMesh mesh,
+                                                  const SsvOptions& options = {});
 }  // namespace bullet_ccd

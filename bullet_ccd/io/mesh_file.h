@@ -13,6 +13,7 @@
 /// nothing is turned. Node transforms are applied.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <filesystem>
@@ -39,10 +40,10 @@ inline constexpr double kSuspiciousExtent = 10.0;
 /// Reads all triangles of all meshes of a file; polygons are triangulated, lines and points dropped
 /// with a note. Then checkMesh() and repairMesh().
 /// Throws std::runtime_error: "<path>: <what, where, value>: <remedy>".
-[[nodiscard]] MeshFile loadMeshFile(const std::filesystem::path& path,
-                                    const MeshFileOptions& options = {});
+[[nodiscard]] BULLET_CCD_API MeshFile loadMeshFile(const std::filesystem::path& path,
+                                                   const MeshFileOptions& options = {});
 
 /// Writes OBJ (text, shortest digits that give the same doubles back: loadMeshFile() of the file is
 /// exact up to repairs). Throws std::runtime_error.
-void writeObj(const TriangleMesh& mesh, const std::filesystem::path& path);
+BULLET_CCD_API void writeObj(const TriangleMesh& mesh, const std::filesystem::path& path);
 }  // namespace bullet_ccd

@@ -1,6 +1,7 @@
 /// URDF files to kinematic trees with collision meshes, by urdfdom.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 
@@ -30,5 +31,5 @@ inline constexpr double kPrimitiveChordError = 5e-5;
 /// also negative; box, sphere, cylinder). Mesh paths: file://, absolute, relative to the URDF, or
 /// package:// looked up in the URDF's folder, its parents, and ROS_PACKAGE_PATH.
 /// Throws std::runtime_error: "<file>: <element and name>: <what, value>: <remedy>".
-[[nodiscard]] RobotModel loadUrdf(const std::filesystem::path& path);
+[[nodiscard]] BULLET_CCD_API RobotModel loadUrdf(const std::filesystem::path& path);
 }  // namespace bullet_ccd

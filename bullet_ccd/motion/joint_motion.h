@@ -2,6 +2,7 @@
 /// and the root moves rigidly; t in [0, 1].
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
@@ -19,7 +20,8 @@ struct BallMotion
 };
 
 /// The turn by the shortest arc from one rotation to another; half turns as in motionBetween().
-[[nodiscard]] BallMotion ballBetween(const Eigen::Matrix3d& start, const Eigen::Matrix3d& end);
+[[nodiscard]] BULLET_CCD_API BallMotion ballBetween(const Eigen::Matrix3d& start,
+                                                    const Eigen::Matrix3d& end);
 
 struct JointMotion
 {
@@ -37,34 +39,36 @@ struct JointMotion
 };
 
 /// The part of the motion from `begin` to `end` as a motion over [0, 1].
-[[nodiscard]] JointMotion partOf(const JointMotion& motion, double begin, double end);
+[[nodiscard]] BULLET_CCD_API JointMotion partOf(const JointMotion& motion,
+                                                double begin,
+                                                double end);
 
 /// The link at time t as seen from `base`: the frame of the query is that link's frame, or W if
 /// `base` is kNone.
 /// @pre base is kNone or an ancestor of `link` (or itself)
-[[nodiscard]] MotionState linkStateAt(const KinematicTree& tree,
-                                      const JointMotion& motion,
-                                      std::int32_t base,
-                                      std::int32_t link,
-                                      double t);
+[[nodiscard]] BULLET_CCD_API MotionState linkStateAt(const KinematicTree& tree,
+                                                     const JointMotion& motion,
+                                                     std::int32_t base,
+                                                     std::int32_t link,
+                                                     double t);
 
 /// Bound of the acceleration of points of the link relative to `base` over the whole step.
 /// Sum over all pairs of joints between them, |q'_j| |q'_k| reach: the second derivative of a point
 /// of a chain (bullet_ccd/README.md, "Motion bounds").
-[[nodiscard]] AccelerationBound linkAccelerationBound(const KinematicTree& tree,
-                                                      const JointMotion& motion,
-                                                      std::int32_t base,
-                                                      std::int32_t link);
+[[nodiscard]] BULLET_CCD_API AccelerationBound linkAccelerationBound(const KinematicTree& tree,
+                                                                     const JointMotion& motion,
+                                                                     std::int32_t base,
+                                                                     std::int32_t link);
 
 /// Deepest link that is an ancestor of (or is) both.
-[[nodiscard]] std::int32_t commonAncestor(const KinematicTree& tree,
-                                          std::int32_t linkA,
-                                          std::int32_t linkB);
+[[nodiscard]] BULLET_CCD_API std::int32_t commonAncestor(const KinematicTree& tree,
+                                                         std::int32_t linkA,
+                                                         std::int32_t linkB);
 
 /// True if a joint with a non-zero rate lies between `base` (exclusive) and `link` (inclusive), or
 /// `base` is kNone and the root moves.
-[[nodiscard]] bool moves(const KinematicTree& tree,
-                         const JointMotion& motion,
-                         std::int32_t base,
-                         std::int32_t link);
+[[nodiscard]] BULLET_CCD_API bool moves(const KinematicTree& tree,
+                                        const JointMotion& motion,
+                                        std::int32_t base,
+                                        std::int32_t link);
 }  // namespace bullet_ccd

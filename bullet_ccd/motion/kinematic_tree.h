@@ -6,6 +6,7 @@
 /// the root, of fixed and of spherical joints are ignored).
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
@@ -57,7 +58,7 @@ struct Link
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about it, link axes [kg m^2]
 };
 
-struct KinematicTree
+struct BULLET_CCD_API KinematicTree
 {
     std::vector<Link> links;
 
@@ -69,19 +70,18 @@ struct KinematicTree
 };
 
 /// Pose of the link in its parent at joint position `q`; for a spherical joint its pose unturned.
-[[nodiscard]] Eigen::Isometry3d linkInParent(const Link& link, double q);
+[[nodiscard]] BULLET_CCD_API Eigen::Isometry3d linkInParent(const Link& link, double q);
 
 /// Poses of all links in the frame that `X_WR` places the root in.
 /// @param positions one entry a link; mimic joints' entries are used as they are (see applyMimics)
-[[nodiscard]] std::vector<Eigen::Isometry3d> linkPoses(const KinematicTree& tree,
-                                                       const Eigen::Isometry3d& X_WR,
-                                                       std::span<const double> positions);
+[[nodiscard]] BULLET_CCD_API std::vector<Eigen::Isometry3d> linkPoses(
+    const KinematicTree& tree, const Eigen::Isometry3d& X_WR, std::span<const double> positions);
 
 /// Sets the position of every mimic joint from the joint it follows.
-void applyMimics(const KinematicTree& tree, std::span<double> positions);
+BULLET_CCD_API void applyMimics(const KinematicTree& tree, std::span<double> positions);
 
 /// True if `ancestor` is `link` or on its way to the root.
-[[nodiscard]] bool isAncestorOrSelf(const KinematicTree& tree,
-                                    std::int32_t ancestor,
-                                    std::int32_t link);
+[[nodiscard]] BULLET_CCD_API bool isAncestorOrSelf(const KinematicTree& tree,
+                                                   std::int32_t ancestor,
+                                                   std::int32_t link);
 }  // namespace bullet_ccd

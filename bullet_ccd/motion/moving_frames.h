@@ -38,14 +38,6 @@ struct SpeedBound
     double perRadius = 0.0;
 };
 
-/// How the motion of a link over the time ahead is bounded; all bounds are safe.
-enum class MotionBound : std::uint8_t
-{
-    SecondOrder,  ///< velocity now, and the acceleration (accelerationBound)
-    Directional,  ///< speed of every joint along the direction in question (directionalSpeed)
-    Sum,          ///< speeds of all joints, in whatever direction (speedBound)
-};
-
 class MovingFrames
 {
 public:

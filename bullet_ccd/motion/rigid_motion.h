@@ -1,6 +1,8 @@
 /// Motion of one rigid body over a step. Time t runs over [0, 1].
 #pragma once
 
+#include "bullet_ccd/export.h"
+
 #include <Eigen/Geometry>
 
 namespace bullet_ccd
@@ -23,7 +25,7 @@ struct AccelerationBound
 
 /// Twist form; any number of turns. A point of the body, by default its origin, moves on a straight
 /// line, the body turns about it. With the point on its axis this is a screw motion.
-struct RigidMotion
+struct BULLET_CCD_API RigidMotion
 {
     Eigen::Isometry3d X_W0 = Eigen::Isometry3d::Identity();  ///< pose at t = 0
     Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< velocity of the reference [m per step]
@@ -36,7 +38,7 @@ struct RigidMotion
 
 /// Any other motion, supplied by the user. The derivative of the pose must be the velocity that
 /// at() gives, and accelerationBound() must hold: the certificate of a query rests on both.
-class UserMotion
+class BULLET_CCD_API UserMotion
 {
 public:
     virtual ~UserMotion() = default;
@@ -45,19 +47,21 @@ public:
 };
 
 /// A body at rest.
-[[nodiscard]] RigidMotion restAt(const Eigen::Isometry3d& X_W);
+[[nodiscard]] BULLET_CCD_API RigidMotion restAt(const Eigen::Isometry3d& X_W);
 
 /// The part of the motion from `begin` to `end` as a motion over [0, 1].
-[[nodiscard]] RigidMotion partOf(const RigidMotion& motion, double begin, double end);
+[[nodiscard]] BULLET_CCD_API RigidMotion partOf(const RigidMotion& motion,
+                                                double begin,
+                                                double end);
 
 /// Motion from one pose to another along the shortest arc. At a half turn the sense of rotation is
 /// not determined by the poses: the axis with its first non-zero component positive is taken.
-[[nodiscard]] RigidMotion motionBetween(const Eigen::Isometry3d& X_W0,
-                                        const Eigen::Isometry3d& X_W1);
+[[nodiscard]] BULLET_CCD_API RigidMotion motionBetween(const Eigen::Isometry3d& X_W0,
+                                                       const Eigen::Isometry3d& X_W1);
 
 /// Screw motion from one pose to another: rotation about a fixed axis of the world by the shortest
 /// arc, translation along it. Independent of where the body origin is. Without rotation (less than
 /// 1e-9 rad, where the axis is lost in rounding) the same as motionBetween().
-[[nodiscard]] RigidMotion screwBetween(const Eigen::Isometry3d& X_W0,
-                                       const Eigen::Isometry3d& X_W1);
+[[nodiscard]] BULLET_CCD_API RigidMotion screwBetween(const Eigen::Isometry3d& X_W0,
+                                                      const Eigen::Isometry3d& X_W1);
 }  // namespace bullet_ccd

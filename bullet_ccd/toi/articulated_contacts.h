@@ -1,6 +1,7 @@
 /// All contacts of a closing motion: after a contact its joints stop, and the rest goes on.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <vector>
@@ -53,8 +54,9 @@ struct ContactSequence
 /// Guarantee: nothing touches at any time of the resulting motion (as of articulatedToi(), query
 /// by query). Obstacles with user motions are refused (std::invalid_argument): their motion cannot
 /// be cut. Else throws as articulatedToi() does.
-[[nodiscard]] ContactSequence articulatedContacts(const ArticulatedBody& body,
-                                                  std::span<const RigidBody> obstacles,
-                                                  const ContactSequenceOptions& options,
-                                                  ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API ContactSequence
+articulatedContacts(const ArticulatedBody& body,
+                    std::span<const RigidBody> obstacles,
+                    const ContactSequenceOptions& options,
+                    ToiWorkspace& work);
 }  // namespace bullet_ccd

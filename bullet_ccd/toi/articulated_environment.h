@@ -2,7 +2,7 @@
 /// number of queries.
 #pragma once
 
-#include "bullet_ccd/motion/frame_sweep.h"
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <Eigen/Geometry>
@@ -13,16 +13,10 @@
 
 namespace bullet_ccd
 {
-/// The volume of the whole hierarchy, in the mesh's frame.
-[[nodiscard]] OrientedBox rootBox(const SsvTree& tree);
-
-/// Encloses the body at all times of [begin, end], in W.
-[[nodiscard]] Eigen::AlignedBox3d boundsOver(const RigidBody& body, double begin, double end);
-
 /// Objects that rest or move as RigidBody says, over a step from 0 to 1. Hierarchies and motions
 /// supplied by the user are referred to, not copied: they must outlive the environment and not
 /// change while it is in use.
-class Environment
+class BULLET_CCD_API Environment
 {
 public:
     /// One box in the tree: two children, of which the left follows the node, or up to kLeaf

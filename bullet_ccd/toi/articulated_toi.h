@@ -1,6 +1,7 @@
 /// First contact of a moving articulated body with its surroundings and with itself.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/articulated_environment.h"
 #include "bullet_ccd/toi/pair_mask.h"
 #include "bullet_ccd/toi/rigid_toi.h"
@@ -35,7 +36,7 @@ struct ArticulatedBody
 /// All pairs of links with geometry that a joint lies between, but for the `disabled` ones (in any
 /// order, as an SRDF lists them). Links that are joined directly are among them: they need a
 /// LinkMask of the region of their joint (see maskNear) unless they are clear of each other.
-[[nodiscard]] std::vector<std::pair<std::int32_t, std::int32_t>> selfPairsOf(
+[[nodiscard]] BULLET_CCD_API std::vector<std::pair<std::int32_t, std::int32_t>> selfPairsOf(
     const KinematicTree& tree,
     std::span<const SsvTree* const> linkTrees,
     std::span<const std::pair<std::int32_t, std::int32_t>> disabled = {});
@@ -112,14 +113,16 @@ struct ArticulatedToiOptions
 /// Guarantee: as of rigidToi(), for all pairs (ToiStatus). Allocates nothing but the contacts of
 /// the result once `work` is warm. Throws std::invalid_argument as rigidToi() does, and where sizes
 /// of the spans do not match the tree.
-[[nodiscard]] ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
-                                                  const Environment& environment,
-                                                  const ArticulatedToiOptions& options,
-                                                  ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API ArticulatedToiResult
+articulatedToi(const ArticulatedBody& body,
+               const Environment& environment,
+               const ArticulatedToiOptions& options,
+               ToiWorkspace& work);
 
 /// The same, for obstacles of one query: boxes over them are made here.
-[[nodiscard]] ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
-                                                  std::span<const RigidBody> obstacles,
-                                                  const ToiOptions& options,
-                                                  ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API ArticulatedToiResult
+articulatedToi(const ArticulatedBody& body,
+               std::span<const RigidBody> obstacles,
+               const ToiOptions& options,
+               ToiWorkspace& work);
 }  // namespace bullet_ccd

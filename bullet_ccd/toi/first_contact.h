@@ -7,9 +7,9 @@
 /// culling), and a body that is never near costs one test (spatial culling).
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/motion/joint_motion.h"
-#include "bullet_ccd/motion/moving_frames.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/toi.h"
 
@@ -19,6 +19,9 @@
 
 namespace bullet_ccd
 {
+class MovingFrames;
+class PairMask;
+
 /// One link of a moving kinematic tree.
 struct LinkMotion
 {
@@ -39,8 +42,6 @@ struct MovingBody
     Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();
 };
 
-class PairMask;
-
 /// Indices into the bodies of a query.
 struct BodyPair
 {
@@ -50,7 +51,7 @@ struct BodyPair
 };
 
 /// Scratch memory of a query; reusable, one per thread.
-class ToiWorkspace
+class BULLET_CCD_API ToiWorkspace
 {
 public:
     ToiWorkspace();
@@ -82,11 +83,11 @@ struct FirstContactResult : ToiResult
 /// simultaneous contacts is named.
 /// @param bodies every body's tree is non-null
 /// @pre all motions are finite, options.tolerance > 0 (else throws std::invalid_argument)
-[[nodiscard]] FirstContactResult firstContact(std::span<const MovingBody> bodies,
-                                              std::span<const BodyPair> pairs,
-                                              const ToiOptions& options,
-                                              ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API FirstContactResult firstContact(std::span<const MovingBody> bodies,
+                                                             std::span<const BodyPair> pairs,
+                                                             const ToiOptions& options,
+                                                             ToiWorkspace& work);
 
 /// Pose of the hierarchy of `body` in W at time t.
-[[nodiscard]] Eigen::Isometry3d geometryPoseAt(const MovingBody& body, double t);
+[[nodiscard]] BULLET_CCD_API Eigen::Isometry3d geometryPoseAt(const MovingBody& body, double t);
 }  // namespace bullet_ccd

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Geometry>
@@ -14,7 +15,7 @@
 namespace bullet_ccd
 {
 /// A pair of triangles is exempt if both are marked. Unmarked triangles are tested against all.
-class PairMask
+class BULLET_CCD_API PairMask
 {
 public:
     /// @param marksA,marksB one entry a triangle of the meshes, non-zero to mark it
@@ -52,8 +53,8 @@ private:
 /// joined links, poses over the range of the joint mark the region of the joint and leave the rest
 /// of both links to be tested.
 /// @param posesOfAInB X_BA
-[[nodiscard]] PairMask maskNear(const SsvTree& treeA,
-                                const SsvTree& treeB,
-                                std::span<const Eigen::Isometry3d> posesOfAInB,
-                                double reach);
+[[nodiscard]] BULLET_CCD_API PairMask maskNear(const SsvTree& treeA,
+                                               const SsvTree& treeB,
+                                               std::span<const Eigen::Isometry3d> posesOfAInB,
+                                               double reach);
 }  // namespace bullet_ccd

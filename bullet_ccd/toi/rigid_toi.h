@@ -1,6 +1,7 @@
 /// Time of impact of two rigid bodies.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/first_contact.h"
 
 namespace bullet_ccd
@@ -14,7 +15,7 @@ struct RigidBody
 };
 
 /// The body as firstContact() takes it.
-[[nodiscard]] MovingBody movingBody(const RigidBody& body);
+[[nodiscard]] BULLET_CCD_API MovingBody movingBody(const RigidBody& body);
 
 /// First time at which two rigidly moving meshes come within `options.tolerance`.
 ///
@@ -24,10 +25,10 @@ struct RigidBody
 /// @param work scratch, reusable; one per thread
 /// Throws std::invalid_argument for motions that are not finite or a tolerance that is not
 /// positive.
-[[nodiscard]] ToiResult rigidToi(const RigidBody& bodyA,
-                                 const RigidBody& bodyB,
-                                 const ToiOptions& options,
-                                 ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API ToiResult rigidToi(const RigidBody& bodyA,
+                                                const RigidBody& bodyB,
+                                                const ToiOptions& options,
+                                                ToiWorkspace& work);
 
 /// Two bodies of a batch.
 struct RigidBodyPair
@@ -37,6 +38,6 @@ struct RigidBodyPair
 };
 
 /// rigidToi() of every pair, in parallel; the results do not depend on the number of threads.
-[[nodiscard]] std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs,
-                                               const ToiOptions& options);
+[[nodiscard]] BULLET_CCD_API std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs,
+                                                              const ToiOptions& options);
 }  // namespace bullet_ccd

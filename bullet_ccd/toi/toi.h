@@ -1,6 +1,8 @@
-/// What all time-of-impact queries share: options, statuses, results.
+/// What all time-of-impact queries share: options, statuses, results. docs/glossary.md defines
+/// tolerance, gap and minimum separation.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -39,13 +41,25 @@ enum class ToiStrategy : std::uint8_t
           ///< a traversal that goes deeper as contact comes near
 };
 
+/// How the motion of a link over the time ahead is bounded; all bounds are safe.
+enum class MotionBound : std::uint8_t
+{
+    SecondOrder,  ///< by its velocity now and a bound of its acceleration
+    Directional,  ///< by the speed of every joint along the direction in question
+    Sum,          ///< by the speeds of all joints, in whatever direction
+};
+
+/// The tolerance of all queries and of closing a hand, if none is given [m]: 20 micrometres. The
+/// worlds of Bullet take ten times as much, because Bullet may compute in single precision.
+inline constexpr double kDefaultTolerance = 2e-5;
+
 struct ToiOptions
 {
     /// Surfaces count as in contact at the minimum separation plus this distance [m]; > 0. Bodies
     /// that are already closer at t = 0 must close in to three quarters of that distance before
     /// they count as in contact again, so that a query restarted from a contact can leave it or
     /// slide.
-    double tolerance = 1e-5;
+    double tolerance = kDefaultTolerance;
     /// Clearance that must be kept: the query stops before the distance falls to it [m]; >= 0.
     double minimumSeparation = 0.0;
     /// Steps leave this part of the tolerance as gap, in (0, 1/2]. Small: the reported time is as

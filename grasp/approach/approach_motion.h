@@ -1,6 +1,7 @@
 /// The approach: the hand moves without closing until its first contact.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "grasp/hand/hand_model.h"
 
@@ -12,13 +13,14 @@ namespace bullet_ccd::grasp
 /// First contact of any link with the environment while the hand, joints at rest at `positions`,
 /// moves along `shift` (W) from X_WH. A hit leaves about half the tolerance, so that closing can go
 /// on from there. See articulatedToi() for the guarantee and what it throws.
-[[nodiscard]] ArticulatedToiResult approachUntilContact(const HandModel& hand,
-                                                        const Environment& environment,
-                                                        const Eigen::Isometry3d& X_WH,
-                                                        const std::vector<double>& positions,
-                                                        const Eigen::Vector3d& shift,
-                                                        double tolerance,
-                                                        ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API ArticulatedToiResult
+approachUntilContact(const HandModel& hand,
+                     const Environment& environment,
+                     const Eigen::Isometry3d& X_WH,
+                     const std::vector<double>& positions,
+                     const Eigen::Vector3d& shift,
+                     double tolerance,
+                     ToiWorkspace& work);
 
 /// Where the way of a hand along a path ended.
 struct PathApproach
@@ -36,10 +38,11 @@ struct PathApproach
 /// and it turns about it by the shortest arc, both at constant speed (motionBetween()). One query a
 /// leg; the first contact ends the way. A path of one pose is no way at all.
 /// Throws std::invalid_argument for a path without a pose, and as articulatedToi() does.
-[[nodiscard]] PathApproach approachUntilContact(const HandModel& hand,
-                                                const Environment& environment,
-                                                std::span<const Eigen::Isometry3d> path,
-                                                const std::vector<double>& positions,
-                                                double tolerance,
-                                                ToiWorkspace& work);
+[[nodiscard]] BULLET_CCD_API PathApproach
+approachUntilContact(const HandModel& hand,
+                     const Environment& environment,
+                     std::span<const Eigen::Isometry3d> path,
+                     const std::vector<double>& positions,
+                     double tolerance,
+                     ToiWorkspace& work);
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,8 @@
 /// What a user may ask of sampled approaches.
 #pragma once
 
+#include "bullet_ccd/export.h"
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -17,7 +19,7 @@ enum class ApproachSource : std::uint8_t
     Boxes,    ///< faces of the box along its principal axes
 };
 
-[[nodiscard]] const char* toString(ApproachSource source);
+[[nodiscard]] BULLET_CCD_API const char* toString(ApproachSource source);
 
 /// Angles of roll, from `from` to `to` about the direction of approach [rad].
 struct RollLimits
@@ -47,5 +49,5 @@ inline constexpr double kLargestTurn = 0.2;
 inline constexpr double kSteep = 0.3;
 
 /// Throws std::invalid_argument that says which option cannot be and what it must be.
-void checkApproachOptions(const ApproachOptions& options);
+BULLET_CCD_API void checkApproachOptions(const ApproachOptions& options);
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,7 @@
 /// Candidate hand poses around an object.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/approach/approach_options.h"
 #include "grasp/approach/object_shape.h"
 #include "grasp/hand/hand_model.h"
@@ -42,12 +43,12 @@ struct ApproachCandidate
 ///
 /// Throws std::invalid_argument for count <= 0, number < 0, a hand without preshapes, or options
 /// that cannot be.
-[[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
-                                               const GraspObject& object,
-                                               std::uint64_t seed,
-                                               std::int64_t number,
-                                               std::int64_t count,
-                                               const ApproachOptions& options = {});
+[[nodiscard]] BULLET_CCD_API ApproachCandidate sampleApproach(const HandModel& hand,
+                                                              const GraspObject& object,
+                                                              std::uint64_t seed,
+                                                              std::int64_t number,
+                                                              std::int64_t count,
+                                                              const ApproachOptions& options = {});
 
 /// A preshape as its grasp frame sees it.
 struct OpenHand
@@ -63,14 +64,15 @@ struct ApproachShapes
     std::vector<OpenHand> hands;  ///< one a preshape
 };
 
-[[nodiscard]] ApproachShapes approachShapes(const HandModel& hand, const GraspObject& object);
+[[nodiscard]] BULLET_CCD_API ApproachShapes approachShapes(const HandModel& hand,
+                                                           const GraspObject& object);
 
 /// The same for many candidates: `shapes` is approachShapes(hand, object).
-[[nodiscard]] ApproachCandidate sampleApproach(const HandModel& hand,
-                                               const GraspObject& object,
-                                               const ApproachShapes& shapes,
-                                               std::uint64_t seed,
-                                               std::int64_t number,
-                                               std::int64_t count,
-                                               const ApproachOptions& options = {});
+[[nodiscard]] BULLET_CCD_API ApproachCandidate sampleApproach(const HandModel& hand,
+                                                              const GraspObject& object,
+                                                              const ApproachShapes& shapes,
+                                                              std::uint64_t seed,
+                                                              std::int64_t number,
+                                                              std::int64_t count,
+                                                              const ApproachOptions& options = {});
 }  // namespace bullet_ccd::grasp

@@ -2,7 +2,7 @@
 /// where a hand would close on it.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 
 namespace bullet_ccd::grasp
 {

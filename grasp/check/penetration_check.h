@@ -8,7 +8,8 @@
 /// and edges that run exactly through the seam of two triangles are found.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <memory>
@@ -27,7 +28,7 @@ struct PenetrationReport
 
 /// The check of one hand and object, for many postures: what does not depend on the posture is made
 /// once. Refers to both, which must outlive it. Not for several threads at a time.
-class PenetrationCheck
+class BULLET_CCD_API PenetrationCheck
 {
 public:
     PenetrationCheck(const HandModel& hand, const GraspObject& object);
@@ -57,8 +58,9 @@ private:
 };
 
 /// The same for one posture.
-[[nodiscard]] PenetrationReport checkPenetration(const HandModel& hand,
-                                                 const GraspObject& object,
-                                                 const Eigen::Isometry3d& X_WH,
-                                                 const std::vector<double>& positions);
+[[nodiscard]] BULLET_CCD_API PenetrationReport
+checkPenetration(const HandModel& hand,
+                 const GraspObject& object,
+                 const Eigen::Isometry3d& X_WH,
+                 const std::vector<double>& positions);
 }  // namespace bullet_ccd::grasp

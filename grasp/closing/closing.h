@@ -1,8 +1,9 @@
-/// What a closing engine is asked and what it answers.
+/// What a closing engine is asked and what it answers. docs/glossary.md defines tolerance and gap.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/articulated_toi.h"
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <functional>
@@ -17,18 +18,18 @@ enum class ClosingEngine : std::uint8_t
     Kinematic,  ///< kinematicClosing(): time-of-impact queries alone
     Simulated,  ///< simulatedClosing(): staged steps of Bullet's multibody world
 };
-[[nodiscard]] const char* toString(ClosingEngine engine);
+[[nodiscard]] BULLET_CCD_API const char* toString(ClosingEngine engine);
 
 enum class ClosingOrder : std::uint8_t
 {
     Together,  ///< all fingers at once
     OneByOne,  ///< the next begins when all joints of the one before it have stopped
 };
-[[nodiscard]] const char* toString(ClosingOrder order);
+[[nodiscard]] BULLET_CCD_API const char* toString(ClosingOrder order);
 
 struct ClosingOptions
 {
-    double tolerance = 2e-5;         ///< links stop at this distance from the object [m]
+    double tolerance = kDefaultTolerance;  ///< links stop at this distance from the object [m]
     double contactThreshold = 1e-4;  ///< features of stopped links this close are contacts [m]
     ClosingOrder order = ClosingOrder::Together;
     /// OneByOne: names of the fingers that close first, in this order; the others follow in the
@@ -61,16 +62,16 @@ using MakeCloseHand = std::function<CloseHand()>;
 
 /// The largest difference of a joint [rad]; of sliding joints ten times that [m].
 /// @pre positions of one entry a link
-[[nodiscard]] double postureDifference(const HandModel& hand,
-                                       std::span<const double> a,
-                                       std::span<const double> b);
+[[nodiscard]] BULLET_CCD_API double postureDifference(const HandModel& hand,
+                                                      std::span<const double> a,
+                                                      std::span<const double> b);
 
 /// Surfaces closer than this intersect, for all that double precision can tell [m].
 inline constexpr double kTouching = 1e-12;
 
 /// True if a link intersects the object or a link that it is paired with. One position a link.
-[[nodiscard]] bool handOverlaps(const HandModel& hand,
-                                const GraspObject& object,
-                                const Eigen::Isometry3d& X_WH,
-                                const std::vector<double>& positions);
+[[nodiscard]] BULLET_CCD_API bool handOverlaps(const HandModel& hand,
+                                               const GraspObject& object,
+                                               const Eigen::Isometry3d& X_WH,
+                                               const std::vector<double>& positions);
 }  // namespace bullet_ccd::grasp

@@ -1,7 +1,8 @@
 /// The joints of a closing hand: which still run, how fast, and until when.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <span>
@@ -13,7 +14,7 @@ namespace bullet_ccd::grasp
 /// until it is there or a link that it moves is stopped. Positions follow from the time since it
 /// began alone, so they do not depend on the steps in which it is gone through. Joints may have to
 /// wait for their turns.
-class ClosingDrives
+class BULLET_CCD_API ClosingDrives
 {
 public:
     static constexpr double kRevoluteSpeed = 1.0;   ///< [rad/s]

@@ -1,6 +1,7 @@
 /// The parts of a hand that close independently of each other: usually its fingers.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/closing/closing.h"
 #include "grasp/hand/hand_model.h"
 
@@ -34,11 +35,11 @@ struct ClosingGroups
 /// When each link moves if the parts of the hand close one after the other (ClosingOptions::order):
 /// one entry a link, from 0; kNone for one that rests. Empty: all at once.
 /// Throws std::invalid_argument for a finger that the hand does not have.
-[[nodiscard]] std::vector<std::int32_t> closingTurns(const HandModel& hand,
-                                                     const ClosingGroups& groups,
-                                                     const ClosingOptions& options);
+[[nodiscard]] BULLET_CCD_API std::vector<std::int32_t> closingTurns(const HandModel& hand,
+                                                                    const ClosingGroups& groups,
+                                                                    const ClosingOptions& options);
 
 /// Two closing joints belong together if one moves the other or follows it (mimic), or if some
 /// third joint belongs with both.
-[[nodiscard]] ClosingGroups closingGroups(const HandModel& hand);
+[[nodiscard]] BULLET_CCD_API ClosingGroups closingGroups(const HandModel& hand);
 }  // namespace bullet_ccd::grasp

@@ -2,6 +2,7 @@
 /// baseline that continuous queries are measured against, and their differential oracle.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/closing/closing.h"
 
 #include <limits>
@@ -28,8 +29,8 @@ public:
 };
 
 /// On the project's own hierarchies. Keeps references to both.
-[[nodiscard]] std::unique_ptr<LinkProximity> treeProximity(const HandModel& hand,
-                                                           const GraspObject& object);
+[[nodiscard]] BULLET_CCD_API std::unique_ptr<LinkProximity> treeProximity(
+    const HandModel& hand, const GraspObject& object);
 
 /// The defaults are GraspIt!'s: one hundredth of a second at its default joint speeds a step, 10 mm
 /// of approach, contact between 0 and 0.1 mm, links in contact within 0.2 mm, 500 steps at most.
@@ -48,12 +49,12 @@ struct DiscreteOptions
 /// Returns the part of `shift` travelled; infinite if nothing was hit.
 ///
 /// No guarantee: what is thinner than a step may be passed.
-[[nodiscard]] double discreteApproach(LinkProximity& proximity,
-                                      const HandModel& hand,
-                                      const Eigen::Isometry3d& X_WStart,
-                                      const Eigen::Vector3d& shift,
-                                      const std::vector<double>& positions,
-                                      const DiscreteOptions& options);
+[[nodiscard]] BULLET_CCD_API double discreteApproach(LinkProximity& proximity,
+                                                     const HandModel& hand,
+                                                     const Eigen::Isometry3d& X_WStart,
+                                                     const Eigen::Vector3d& shift,
+                                                     const std::vector<double>& positions,
+                                                     const DiscreteOptions& options);
 
 /// Closes as CloseHand says, but in steps: all running joints move by one step; where pairs
 /// overlap, the step is bisected over these pairs alone, until they are apart by less than the
@@ -62,9 +63,9 @@ struct DiscreteOptions
 ///
 /// No guarantee: contact may be jumped over, and links may end where a finer step would not let
 /// them.
-[[nodiscard]] ClosingResult discreteClosing(LinkProximity& proximity,
-                                            const HandModel& hand,
-                                            const Eigen::Isometry3d& X_WH,
-                                            const std::vector<double>& positions,
-                                            const DiscreteOptions& options);
+[[nodiscard]] BULLET_CCD_API ClosingResult discreteClosing(LinkProximity& proximity,
+                                                           const HandModel& hand,
+                                                           const Eigen::Isometry3d& X_WH,
+                                                           const std::vector<double>& positions,
+                                                           const DiscreteOptions& options);
 }  // namespace bullet_ccd::grasp

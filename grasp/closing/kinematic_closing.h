@@ -1,6 +1,7 @@
 /// Closing by time-of-impact queries alone: no simulation.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "grasp/closing/closing.h"
 
@@ -22,5 +23,5 @@ namespace bullet_ccd::grasp
 /// @param obstacles at rest in W beside the object, of which the hierarchies and the list itself
 ///        must outlive the engine; those out of reach of the swept boxes (sweptBoxes()) cost a test
 ///        of boxes each
-[[nodiscard]] CloseHand kinematicClosing(std::span<const RigidBody> obstacles = {});
+[[nodiscard]] BULLET_CCD_API CloseHand kinematicClosing(std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::grasp

@@ -6,31 +6,14 @@
 ///     sqrt(|f_t|^2 + (m_n / e)^2) <= mu f_n
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 
 #include <Eigen/Core>
 
-#include <cstdint>
 #include <span>
 
 namespace bullet_ccd::grasp
 {
-using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment / torque scale)
-
-enum class ContactModel : std::uint8_t
-{
-    Frictionless,
-    HardFinger,
-    SoftFinger,
-};
-
-struct ContactLaw
-{
-    ContactModel model = ContactModel::HardFinger;
-    double friction = 0.5;  ///< Coulomb coefficient mu
-    double torsion = 0.01;  ///< soft finger: e, largest torsional moment over largest friction [m]
-};
-
 /// The simplest law with the same cone: without friction no tangents, without torsion a hard
 /// finger. A cone thus has inner points in all of its coordinates. Throws std::invalid_argument for
 /// negative or non-finite numbers.

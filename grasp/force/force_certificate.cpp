@@ -49,14 +49,13 @@ struct Limits
 Limits limitsOf(const ForceProblem& problem, const ForceCertificate& certificate)
 {
     std::vector<std::pair<double, std::string>> parts;
-    for (Eigen::Index j = 0; j < certificate.jointRates.size(); ++j)
+    for (std::size_t j = 0; j < certificate.jointRates.size(); ++j)
     {
         const double rate = std::abs(certificate.jointRates[j]);
         if (rate > 0.0)
         {
-            const std::string name = problem.jointNames.empty()
-                                         ? std::to_string(j)
-                                         : problem.jointNames[static_cast<std::size_t>(j)];
+            const std::string name =
+                problem.jointNames.empty() ? std::to_string(j) : problem.jointNames[j];
             const double limit = problem.torqueLimits[j];
             parts.emplace_back(rate * limit, "joint " + name + " (" + number("%.4g", limit) + ")");
         }
@@ -66,7 +65,7 @@ Limits limitsOf(const ForceProblem& problem, const ForceCertificate& certificate
     {
         limits.sum += share;
     }
-    const double cap = certificate.normalRates.sum();
+    const double cap = vectorOf(certificate.normalRates).sum();
     limits.sum += cap > 0.0 ? cap * problem.maxNormalForce : 0.0;
     std::stable_sort(
         parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -89,8 +88,9 @@ Limits limitsOf(const ForceProblem& problem, const ForceCertificate& certificate
 
 bool ForceCertificate::coneOnly() const
 {
-    return !(jointRates.size() > 0 && jointRates.cwiseAbs().maxCoeff() > 0.0) &&
-           !(normalRates.size() > 0 && normalRates.maxCoeff() > 0.0);
+    const auto isZero = [](double rate) { return rate == 0.0; };
+    return std::all_of(jointRates.begin(), jointRates.end(), isZero) &&
+           std::all_of(normalRates.begin(), normalRates.end(), isZero);
 }
 
 std::optional<ForceCertificate> verified(const ForceProblem& problem,
@@ -130,13 +130,14 @@ std::optional<ForceCertificate> verified(const ForceProblem& problem,
     ForceCertificate certificate;
     certificate.direction = u;
     certificate.length = scaledProblem.length;
-    certificate.jointRates = Eigen::VectorXd::Zero(problem.torqueLimits.size());
+    certificate.jointRates.resize(problem.torqueLimits.size());
     for (Eigen::Index k = 0; k < v.size(); ++k)
     {
         const Eigen::Index joint = scaledProblem.limitedJoints[static_cast<std::size_t>(k)];
-        certificate.jointRates[joint] = v[k] * scaledProblem.force / scaledProblem.torqueScales[k];
+        certificate.jointRates[static_cast<std::size_t>(joint)] =
+            v[k] * scaledProblem.force / scaledProblem.torqueScales[k];
     }
-    certificate.normalRates = l;
+    certificate.normalRates.assign(l.begin(), l.end());
     certificate.provenUpTo = scaledProblem.force * strength / excess;
     return certificate;
 }

@@ -24,10 +24,11 @@ Eigen::Index contactCount(const ForceProblem& problem)
 Eigen::MatrixXd torqueMap(const ForceProblem& problem, const ContactLaw& law)
 {
     const Eigen::Index d = coordinateCount(law);
-    Eigen::MatrixXd map(problem.jacobian.cols(), d * contactCount(problem));
-    for (Eigen::Index i = 0; problem.jacobian.cols() > 0 && i < contactCount(problem); ++i)
+    const Eigen::Map<const Eigen::MatrixXd> jacobian = jacobianOf(problem);
+    Eigen::MatrixXd map(jacobian.cols(), d * contactCount(problem));
+    for (Eigen::Index i = 0; jacobian.cols() > 0 && i < contactCount(problem); ++i)
     {
-        map.middleCols(d * i, d) = problem.jacobian.middleRows<6>(6 * i).transpose() *
+        map.middleCols(d * i, d) = jacobian.middleRows<6>(6 * i).transpose() *
                                    basisAtPoint(problem.contacts[static_cast<std::size_t>(i)], law);
     }
     return map;
@@ -54,9 +55,9 @@ double forceOf(const ForceProblem& problem, double length)
         return load.norm();
     }
     double force = problem.maxNormalForce;
-    if (problem.torqueLimits.size() > 0)
+    if (!problem.torqueLimits.empty())
     {
-        force = std::min(force, problem.torqueLimits.minCoeff() / length);
+        force = std::min(force, vectorOf(problem.torqueLimits).minCoeff() / length);
     }
     return std::isfinite(force) ? force : 1.0;
 }
@@ -65,7 +66,7 @@ double forceOf(const ForceProblem& problem, double length)
 bool ForceProblem::hasLimits() const
 {
     return std::isfinite(maxNormalForce) ||
-           (torqueLimits.size() > 0 && std::isfinite(torqueLimits.minCoeff()));
+           (!torqueLimits.empty() && std::isfinite(vectorOf(torqueLimits).minCoeff()));
 }
 
 void requireValid(const ForceProblem& problem)
@@ -77,19 +78,15 @@ void requireValid(const ForceProblem& problem)
     require(problem.maxNormalForce > 0.0,
             "largest normal force " + std::to_string(problem.maxNormalForce) +
                 ": give a positive number, or infinity for none");
-    const Eigen::Index joints = problem.torqueLimits.size();
-    require(problem.jacobian.cols() == joints,
-            "torque limits: " + std::to_string(joints) + " for " +
-                std::to_string(problem.jacobian.cols()) + " columns of the Jacobian");
-    require(joints == 0 || problem.jacobian.rows() == 6 * contactCount(problem),
-            "Jacobian: " + std::to_string(problem.jacobian.rows()) +
-                " rows: give 6 for each of the " + std::to_string(contactCount(problem)) +
-                " contacts");
-    require(problem.jacobian.allFinite(), "Jacobian: not finite: check the joint positions");
-    require(problem.jointNames.empty() ||
-                static_cast<Eigen::Index>(problem.jointNames.size()) == joints,
-            "joint names: give one for each column of the Jacobian, or none");
-    for (Eigen::Index j = 0; j < joints; ++j)
+    const std::size_t joints = problem.torqueLimits.size();
+    require(problem.jacobian.size() == joints * problem.contacts.size(),
+            "Jacobian: " + std::to_string(problem.jacobian.size()) +
+                " twists: give one for each of the " + std::to_string(problem.contacts.size()) +
+                " contacts and each of the " + std::to_string(joints) + " torque limits");
+    require(jacobianOf(problem).allFinite(), "Jacobian: not finite: check the joint positions");
+    require(problem.jointNames.empty() || problem.jointNames.size() == joints,
+            "joint names: give one for each torque limit, or none");
+    for (std::size_t j = 0; j < joints; ++j)
     {
         require(problem.torqueLimits[j] > 0.0,
                 "torque limit of joint " + std::to_string(j) + " is " +
@@ -129,15 +126,16 @@ ScaledProblem scaled(const ForceProblem& problem)
         }
     }
     std::vector<Eigen::Index>& limited = result.limitedJoints;
-    for (Eigen::Index j = 0; j < problem.torqueLimits.size(); ++j)
+    const Eigen::Map<const Eigen::VectorXd> allLimits = vectorOf(problem.torqueLimits);
+    for (Eigen::Index j = 0; j < allLimits.size(); ++j)
     {
         // A joint that no contact loads stays within any limit.
-        if (std::isfinite(problem.torqueLimits[j]) && torques.row(j).norm() > 0.0)
+        if (std::isfinite(allLimits[j]) && torques.row(j).norm() > 0.0)
         {
             limited.push_back(j);
         }
     }
-    const Eigen::VectorXd limits = problem.torqueLimits(limited) / result.force;
+    const Eigen::VectorXd limits = allLimits(limited) / result.force;
     result.torqueMap = torques(limited, Eigen::all);
     const Eigen::VectorXd sizes = result.torqueMap.rowwise().norm().cwiseMax(limits);
     result.torqueMap.array().colwise() /= sizes.array();

@@ -1,28 +1,26 @@
-/// The question that grasp_forces.h answers, and its matrices in numbers about 1 in size.
+/// The problem of grasp_forces.h as matrices of numbers about 1 in size.
 #pragma once
 
 #include "grasp/force/contact_models.h"
+#include "grasp/force/grasp_forces.h"
 
-#include <limits>
-#include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp
 {
-struct ForceProblem
+/// The Jacobian as a matrix, 6k x q.
+[[nodiscard]] inline Eigen::Map<const Eigen::MatrixXd> jacobianOf(const ForceProblem& problem)
 {
-    std::vector<GraspContact> contacts;
-    ContactLaw law{};
-    Wrench load = Wrench::Zero();  ///< on the object: force [N], moment about `reference` [N m], W
-    Eigen::Vector3d reference = Eigen::Vector3d::Zero();  ///< W [m]
-    /// As handJacobian() returns it, 6k x q; empty: no joint limits.
-    Eigen::MatrixXd jacobian{};
-    Eigen::VectorXd torqueLimits{};         ///< q; infinity: none [N m or N]
-    std::vector<std::string> jointNames{};  ///< q, for reasons; empty: numbers
-    double maxNormalForce = std::numeric_limits<double>::infinity();  ///< of each contact [N]
+    return {problem.jacobian.empty() ? nullptr : problem.jacobian.front().data(),
+            6 * static_cast<Eigen::Index>(problem.contacts.size()),
+            static_cast<Eigen::Index>(problem.torqueLimits.size())};
+}
 
-    [[nodiscard]] bool hasLimits() const;
-};
+/// Numbers of the interface as a vector.
+[[nodiscard]] inline Eigen::Map<const Eigen::VectorXd> vectorOf(const std::vector<double>& numbers)
+{
+    return {numbers.data(), static_cast<Eigen::Index>(numbers.size())};
+}
 
 /// Throws std::invalid_argument "<what, which one, value>: <remedy>" unless the contacts are valid,
 /// all numbers are finite, limits positive, and sizes agree.

@@ -69,8 +69,9 @@ void measure(const ForceProblem& problem, const Eigen::MatrixXd& local, GraspFor
     }
     answer.residuals.force = sum.head<3>().norm();
     answer.residuals.moment = sum.tail<3>().norm();
-    answer.jointTorques = jointTorques(problem, law, local);
-    answer.residuals.torque = largestExcess(answer.jointTorques.cwiseAbs(), problem.torqueLimits);
+    const Eigen::VectorXd torques = jointTorques(problem, law, local);
+    answer.jointTorques.assign(torques.begin(), torques.end());
+    answer.residuals.torque = largestExcess(torques.cwiseAbs(), vectorOf(problem.torqueLimits));
 }
 
 /// The certificate that says least: without the limits if friction alone is the reason.
@@ -117,7 +118,7 @@ GraspForces withoutContacts(const ForceProblem& problem)
     {
         GraspForces answer;
         answer.status = ForceStatus::Balanced;
-        answer.jointTorques = Eigen::VectorXd::Zero(problem.torqueLimits.size());
+        answer.jointTorques.assign(problem.torqueLimits.size(), 0.0);
         return answer;
     }
     const ScaledProblem scaledProblem = scaled(problem);

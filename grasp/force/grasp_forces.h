@@ -1,28 +1,45 @@
 /// Smallest contact forces that balance a load on a grasped object, within friction and joint
-/// torques.
+/// torques. docs/glossary.md defines friction, effort and margin.
 ///
 /// Two solvers answer the same question: an interior-point method with exact cones, and CLP with
 /// pyramids inscribed in them, whose answers are possible forces as well but never better. What is
 /// returned is measured afresh on the forces themselves, and "infeasible" only with a certificate
-/// that was checked against the contacts (force_certificate.h). The weight of the hand itself plays
+/// that was checked against the contacts (ForceCertificate). The weight of the hand itself plays
 /// no part: joint torques are those that the contacts ask for.
 #pragma once
 
-#include "grasp/force/contact_models.h"
-#include "grasp/force/force_certificate.h"
-#include "grasp/force/force_problem.h"
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp
 {
+/// What holds the object, and what pulls at it.
+struct BULLET_CCD_API ForceProblem
+{
+    std::vector<GraspContact> contacts;
+    ContactLaw law{};
+    Wrench load = Wrench::Zero();  ///< on the object: force [N], moment about `reference` [N m], W
+    Eigen::Vector3d reference = Eigen::Vector3d::Zero();  ///< W [m]
+    /// As handJacobian() returns it for the k contacts and q joints: k q twists; empty: no joint
+    /// limits.
+    std::vector<Twist> jacobian{};
+    std::vector<double> torqueLimits{};     ///< q; infinity: none [N m or N]
+    std::vector<std::string> jointNames{};  ///< q, for reasons; empty: numbers
+    double maxNormalForce = std::numeric_limits<double>::infinity();  ///< of each contact [N]
+
+    [[nodiscard]] bool hasLimits() const;
+};
+
 enum class ForceObjective : std::uint8_t
 {
     Total,  ///< least sum of the normal forces
     Max,    ///< least largest normal force
-    Firm,   ///< largest margin to slip: the largest t with slipMargin >= t at every contact
+    Firm,   ///< largest margin to slip (ContactForce::margin) that every contact can have
 };
 
 enum class ForceSolver : std::uint8_t
@@ -45,7 +62,7 @@ enum class ForceStatus : std::uint8_t
     Unbounded,   ///< Firm without a limit: the more the hand squeezes, the larger the margin
     Undecided,   ///< the solver gave up, or feasibility is a matter of rounding
 };
-[[nodiscard]] const char* toString(ForceStatus status);
+[[nodiscard]] BULLET_CCD_API const char* toString(ForceStatus status);
 
 struct ContactForce
 {
@@ -53,7 +70,7 @@ struct ContactForce
     double normal = 0.0;                              ///< [N]
     double tangential = 0.0;                          ///< size [N]
     double torsion = 0.0;                             ///< moment about the normal [N m]
-    double margin = 0.0;                              ///< slipMargin [N]
+    double margin = 0.0;  ///< friction left: mu f_n - sqrt(|f_t|^2 + (m_n / e)^2) [N]
 };
 
 /// What the forces violate, measured on them.
@@ -66,6 +83,28 @@ struct ForceResiduals
     double normal = 0.0;  ///< largest excess over maxNormalForce, at least 0 [N]
 };
 
+/// A proof that no contact forces balance a load.
+///
+/// Move the object by a virtual twist u and the joints at rates v. Were there forces f in their
+/// cones with G f = -load, torques within +-limit and normal parts below the largest, then
+///     u . (-load) = sum_i f_i . (G_i^T u - J_i v - l_i n_i) + v . tau + sum_i l_i f_n,i
+///                <= sum_i f_n,i h_i + sum_j |v_j| limit_j + sum_i l_i f_max,
+/// where h_i is the support of cone i in the direction in brackets and l_i >= 0. Where all h_i are
+/// 0 or less, a load with u . (-load) above the last two sums cannot be balanced.
+struct BULLET_CCD_API ForceCertificate
+{
+    Wrench direction = Wrench::Zero();  ///< u: linear part; angular part times `length`
+    double length = 1.0;                ///< [m]
+    std::vector<double> jointRates;     ///< v, one entry per joint
+    std::vector<double> normalRates;    ///< l, one entry per contact
+    /// Rounding leaves h_i a little above 0: what is proven is that no forces whose normal parts
+    /// sum to less than this balance the load [N].
+    double provenUpTo = 0.0;
+
+    /// Friction alone is the reason: neither joint limits nor the largest normal force take part.
+    [[nodiscard]] bool coneOnly() const;
+};
+
 struct GraspForces
 {
     ForceStatus status = ForceStatus::Undecided;
@@ -73,7 +112,7 @@ struct GraspForces
     double value = 0.0;                  ///< of the objective [N]
     double bound = 0.0;                  ///< that no forces beat: of the cones (pyramids) used [N]
     std::vector<ContactForce> contacts;  ///< as in the problem; empty unless Balanced
-    Eigen::VectorXd jointTorques;        ///< J^T f, as the columns of the Jacobian [N m or N]
+    std::vector<double> jointTorques;    ///< J^T f, one entry per joint [N m or N]
     ForceResiduals residuals;
     std::optional<ForceCertificate> certificate;  ///< of Infeasible
     int iterations = 0;                           ///< of the cone solver
@@ -82,8 +121,8 @@ struct GraspForces
 /// Guarantee: Balanced forces hold with the residuals stated, and their value is within `bound` of
 /// the best up to their difference; Infeasible comes with a verified certificate. No contacts:
 /// Balanced for a load of 0, else Infeasible. Throws std::invalid_argument that names the bad
-/// number: see requireValid(problem). Source: Boyd and Wegbreit, "Fast computation of optimal
-/// contact forces", 2007 (the programs); cone_program.h and linear_program.h (the solvers).
-[[nodiscard]] GraspForces solveGraspForces(const ForceProblem& problem,
-                                           const ForceOptions& options = {});
+/// number. Source: Boyd and Wegbreit, "Fast computation of optimal
+/// contact forces", 2007.
+[[nodiscard]] BULLET_CCD_API GraspForces solveGraspForces(const ForceProblem& problem,
+                                                          const ForceOptions& options = {});
 }  // namespace bullet_ccd::grasp

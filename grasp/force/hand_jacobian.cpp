@@ -9,10 +9,10 @@ namespace bullet_ccd::grasp
 namespace
 {
 /// Motion of a point of the moved body when the joint above `link` moves at 1 rad/s or 1 m/s.
-Wrench jointTwist(const Link& link, const Eigen::Isometry3d& X_WL, const Eigen::Vector3d& point_W)
+Twist jointTwist(const Link& link, const Eigen::Isometry3d& X_WL, const Eigen::Vector3d& point_W)
 {
     const Eigen::Vector3d axis_W = X_WL.linear() * link.joint.axis;
-    Wrench twist;
+    Twist twist;
     if (link.joint.type == JointType::Prismatic)
     {
         twist << axis_W, Eigen::Vector3d::Zero();
@@ -41,15 +41,14 @@ std::vector<std::int32_t> independentJoints(const KinematicTree& tree)
     return joints;
 }
 
-Eigen::MatrixXd handJacobian(const KinematicTree& tree,
-                             const Eigen::Isometry3d& X_WH,
-                             std::span<const double> positions,
-                             std::span<const GraspContact> contacts)
+std::vector<Twist> handJacobian(const KinematicTree& tree,
+                                const Eigen::Isometry3d& X_WH,
+                                std::span<const double> positions,
+                                std::span<const GraspContact> contacts)
 {
     const std::vector<std::int32_t> joints = independentJoints(tree);
     const std::vector<Eigen::Isometry3d> poses = linkPoses(tree, X_WH, positions);
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(contacts.size()),
-                                                     static_cast<Eigen::Index>(joints.size()));
+    std::vector<Twist> jacobian(joints.size() * contacts.size(), Twist::Zero());
     for (std::size_t i = 0; i < contacts.size(); ++i)
     {
         std::int32_t at = contacts[i].link;
@@ -66,7 +65,8 @@ Eigen::MatrixXd handJacobian(const KinematicTree& tree,
             const bool follows = link.joint.mimicOf != kNone;
             const auto driver =
                 std::lower_bound(joints.begin(), joints.end(), follows ? link.joint.mimicOf : at);
-            jacobian.col(driver - joints.begin()).segment<6>(6 * static_cast<Eigen::Index>(i)) +=
+            const auto column = static_cast<std::size_t>(driver - joints.begin());
+            jacobian[column * contacts.size() + i] +=
                 (follows ? link.joint.mimicMultiplier : 1.0) *
                 jointTwist(link, poses[static_cast<std::size_t>(at)], contacts[i].point);
         }
@@ -74,10 +74,10 @@ Eigen::MatrixXd handJacobian(const KinematicTree& tree,
     return jacobian;
 }
 
-Eigen::VectorXd effortLimits(const KinematicTree& tree)
+std::vector<double> effortLimits(const KinematicTree& tree)
 {
     const std::vector<std::int32_t> joints = independentJoints(tree);
-    Eigen::VectorXd limits(static_cast<Eigen::Index>(joints.size()));
+    std::vector<double> limits(joints.size());
     std::transform(joints.begin(),
                    joints.end(),
                    limits.begin(),

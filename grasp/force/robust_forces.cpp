@@ -44,11 +44,12 @@ void addLargest(const GraspForces& forces, RobustForces& answer)
     {
         answer.largestNormals[i] = std::max(answer.largestNormals[i], forces.contacts[i].normal);
     }
-    if (answer.largestTorques.size() != forces.jointTorques.size())
+    answer.largestTorques.resize(forces.jointTorques.size(), 0.0);
+    for (std::size_t j = 0; j < forces.jointTorques.size(); ++j)
     {
-        answer.largestTorques = Eigen::VectorXd::Zero(forces.jointTorques.size());
+        answer.largestTorques[j] =
+            std::max(answer.largestTorques[j], std::abs(forces.jointTorques[j]));
     }
-    answer.largestTorques = answer.largestTorques.cwiseMax(forces.jointTorques.cwiseAbs());
 }
 
 /// Solves all corners; the worst one, or the first that has no answer.

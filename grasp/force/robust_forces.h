@@ -2,6 +2,7 @@
 /// direction.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/force/grasp_forces.h"
 
 namespace bullet_ccd::grasp
@@ -25,7 +26,7 @@ struct RobustForces
     GraspForces worst;       ///< forces of the corner that `guaranteed` comes from
     Wrench worstDisturbance = Wrench::Zero();  ///< force [N]; moment [N m]
     std::vector<double> largestNormals;        ///< over the corners, one a contact [N]
-    Eigen::VectorXd largestTorques;            ///< over the corners, sizes [N m or N]
+    std::vector<double> largestTorques;        ///< over the corners, sizes [N m or N]
 };
 
 /// The ball of disturbances lies within kDisturbanceRatio times the polytope of 76 unit directions
@@ -36,7 +37,7 @@ struct RobustForces
 inline constexpr double kDisturbanceRatio = 1.4840;
 
 /// Throws as solveGraspForces(); also std::invalid_argument unless size and scale are positive.
-[[nodiscard]] RobustForces solveForAnyWrench(const ForceProblem& problem,
-                                             const Disturbance& disturbance,
-                                             const ForceOptions& options = {});
+[[nodiscard]] BULLET_CCD_API RobustForces solveForAnyWrench(const ForceProblem& problem,
+                                                            const Disturbance& disturbance,
+                                                            const ForceOptions& options = {});
 }  // namespace bullet_ccd::grasp

@@ -6,6 +6,7 @@
 /// the keys.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/planner/grasp_planner.h"
 
 #include <filesystem>
@@ -30,11 +31,11 @@ struct GraspRun
 };
 
 /// Writes the grasps in the order given; the first has rank 1.
-void writeGrasps(std::ostream& out,
-                 const GraspRun& run,
-                 const HandModel& hand,
-                 const GraspObject& object,
-                 std::span<const Grasp> grasps);
+BULLET_CCD_API void writeGrasps(std::ostream& out,
+                                const GraspRun& run,
+                                const HandModel& hand,
+                                const GraspObject& object,
+                                std::span<const Grasp> grasps);
 
 /// What a file says about its hand and object: enough to load them and to notice that they changed.
 struct GraspFileSource
@@ -47,17 +48,17 @@ struct GraspFileSource
 
 /// Reads the first record of a file for its source.
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
-[[nodiscard]] GraspFileSource readGraspSource(const std::filesystem::path& path);
+[[nodiscard]] BULLET_CCD_API GraspFileSource readGraspSource(const std::filesystem::path& path);
 
 /// Reads all grasps of a file; `hand` must be the hand that it was written for.
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also for lines of another hand or
 /// object than the first line's.
-[[nodiscard]] std::vector<Grasp> readGrasps(const std::filesystem::path& path,
-                                            const HandModel& hand);
+[[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(const std::filesystem::path& path,
+                                                           const HandModel& hand);
 
 /// Reads the preshapes that the grasps of a file started from, each once, in order of appearance;
 /// one entry a link of `hand`. Records of versions that kept only the names give none.
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
-[[nodiscard]] std::vector<Preshape> readPreshapes(const std::filesystem::path& path,
-                                                  const HandModel& hand);
+[[nodiscard]] BULLET_CCD_API std::vector<Preshape> readPreshapes(const std::filesystem::path& path,
+                                                                 const HandModel& hand);
 }  // namespace bullet_ccd::grasp

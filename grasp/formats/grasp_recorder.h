@@ -1,6 +1,7 @@
 /// Single records of a grasp file (grasp_file.h), for plans that are under way.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/formats/grasp_file.h"
 
 #include <string>
@@ -11,10 +12,10 @@ namespace bullet_ccd::grasp
 inline constexpr const char* kRotationKey = "rotation_rows";
 
 /// That stands in "versions" of every record: that of this library.
-[[nodiscard]] const char* recorderVersion();
+[[nodiscard]] BULLET_CCD_API const char* recorderVersion();
 
 /// Makes the records of a run one by one.
-class GraspRecorder
+class BULLET_CCD_API GraspRecorder
 {
 public:
     /// Keeps references: all three must outlive it.

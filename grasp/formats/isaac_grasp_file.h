@@ -1,6 +1,7 @@
 /// Grasps in Isaac Sim's and Isaac ROS' YAML format "isaac_grasp", version 1.0.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/formats/grasp_file.h"
 
 namespace bullet_ccd::grasp
@@ -15,13 +16,13 @@ namespace bullet_ccd::grasp
 /// head names the frames and files for people; the format's readers do not rely on it.
 /// Throws std::invalid_argument if a force closure has no joint positions or a preshape that the
 /// hand does not have.
-void writeIsaacGrasps(std::ostream& out,
-                      const GraspRun& run,
-                      const HandModel& hand,
-                      const GraspObject& object,
-                      std::span<const Grasp> grasps);
+BULLET_CCD_API void writeIsaacGrasps(std::ostream& out,
+                                     const GraspRun& run,
+                                     const HandModel& hand,
+                                     const GraspObject& object,
+                                     std::span<const Grasp> grasps);
 
 /// A confidence in [0, 1) that orders grasps as epsilon does: epsilon / (epsilon + 0.1), so 0 for
 /// epsilon 0 and one half for 0.1. No probability of success.
-[[nodiscard]] double isaacConfidence(double epsilon);
+[[nodiscard]] BULLET_CCD_API double isaacConfidence(double epsilon);
 }  // namespace bullet_ccd::grasp

@@ -19,6 +19,7 @@
 /// Links that overlap in every preshape are never tested against each other, and noted.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/hand/hand_model.h"
 
 #include <filesystem>
@@ -32,7 +33,8 @@ namespace bullet_ccd::grasp
 /// found in the share folder that does not fit the robot is put aside with a note; one that was
 /// named or lies beside the URDF must fit. If there is none, everything is inferred. Throws
 /// std::runtime_error: "<file>: <element>: <what, value>: <remedy>".
-[[nodiscard]] HandModel loadHand(const std::filesystem::path& urdf,
-                                 const std::optional<std::filesystem::path>& srdf = std::nullopt,
-                                 const std::filesystem::path& shareFolder = {});
+[[nodiscard]] BULLET_CCD_API HandModel
+loadHand(const std::filesystem::path& urdf,
+         const std::optional<std::filesystem::path>& srdf = std::nullopt,
+         const std::filesystem::path& shareFolder = {});
 }  // namespace bullet_ccd::grasp

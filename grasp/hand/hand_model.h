@@ -1,6 +1,7 @@
 /// A hand: a robot whose joints are sorted into fingers that close.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/io/urdf_file.h"
 
@@ -55,13 +56,14 @@ struct HandModel
     std::vector<std::string> notes;  ///< what was inferred, one line each
 };
 
-[[nodiscard]] const std::string& linkName(const HandModel& hand, std::int32_t link);
+[[nodiscard]] BULLET_CCD_API const std::string& linkName(const HandModel& hand, std::int32_t link);
 
 /// The preshape of that name; null if the hand has none. Points into `hand`.
-[[nodiscard]] const Preshape* findPreshape(const HandModel& hand, const std::string& name);
+[[nodiscard]] BULLET_CCD_API const Preshape* findPreshape(const HandModel& hand,
+                                                          const std::string& name);
 
 /// Target of a closing joint: its limit in the closing direction (a joint without limits: a full
 /// turn from `from`). One entry a link; joints that do not close keep `from`; mimics applied.
-[[nodiscard]] std::vector<double> closedPositions(const HandModel& hand,
-                                                  const std::vector<double>& from);
+[[nodiscard]] BULLET_CCD_API std::vector<double> closedPositions(const HandModel& hand,
+                                                                 const std::vector<double>& from);
 }  // namespace bullet_ccd::grasp

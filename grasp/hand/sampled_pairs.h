@@ -2,6 +2,7 @@
 /// as disable_collisions.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 
@@ -23,7 +24,7 @@ enum class PairFinding : std::uint8_t
     Sometimes,  ///< has to be tested
 };
 
-[[nodiscard]] const char* nameOf(PairFinding finding);
+[[nodiscard]] BULLET_CCD_API const char* nameOf(PairFinding finding);
 
 struct SampledPair
 {
@@ -50,12 +51,13 @@ struct PairSampling
 /// overlap it. The answer depends on nothing but the arguments. Throws std::invalid_argument if the
 /// options are out of range or the sizes do not match.
 /// @param linkTrees one entry a link, null for a link without geometry
-[[nodiscard]] std::vector<SampledPair> samplePairs(const KinematicTree& tree,
-                                                   std::span<const SsvTree* const> linkTrees,
-                                                   const PairSampling& sampling);
+[[nodiscard]] BULLET_CCD_API std::vector<SampledPair> samplePairs(
+    const KinematicTree& tree,
+    std::span<const SsvTree* const> linkTrees,
+    const PairSampling& sampling);
 
 /// An SRDF whose robot element holds a disable_collisions for every pair and nothing else.
-[[nodiscard]] std::string disabledPairsSrdf(const std::string& robot,
-                                            const KinematicTree& tree,
-                                            std::span<const SampledPair> pairs);
+[[nodiscard]] BULLET_CCD_API std::string disabledPairsSrdf(const std::string& robot,
+                                                           const KinematicTree& tree,
+                                                           std::span<const SampledPair> pairs);
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,8 @@
 /// SRDF as a file says it: names and numbers, checked for form only (see hand_file.h for meaning).
 #pragma once
 
+#include "bullet_ccd/export.h"
+
 #include <Eigen/Geometry>
 
 #include <filesystem>
@@ -46,5 +48,5 @@ struct Srdf
 
 /// Reads a file; elements that hands do not need are skipped.
 /// Throws std::runtime_error: "<file>: line <n>: <element>: <what, value>: <remedy>".
-[[nodiscard]] Srdf readSrdf(const std::filesystem::path& path);
+[[nodiscard]] BULLET_CCD_API Srdf readSrdf(const std::filesystem::path& path);
 }  // namespace bullet_ccd::grasp

@@ -1,7 +1,8 @@
 /// Sample, approach, close, score, rank.
 #pragma once
 
-#include "grasp/approach/approach_sampler.h"
+#include "bullet_ccd/export.h"
+#include "grasp/approach/approach_options.h"
 #include "grasp/closing/closing.h"
 #include "grasp/quality/wrench_space.h"
 
@@ -21,7 +22,7 @@ struct PlannerOptions
     /// That the caller hands to planGrasps(); kept here for the record.
     ClosingEngine engine = ClosingEngine::Kinematic;
     int volumes = 3;  ///< so many of the best grasps get the volume of their wrench space
-    double friction = 0.5;
+    double friction = ContactLaw{}.friction;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;
     double minContactSpacing = 1e-3;  ///< contacts of one link closer than this are one [m]
@@ -51,9 +52,9 @@ struct PlanExtras
 /// is continued with what it gave (`known`) ends as one that was never stopped.
 /// Throws std::invalid_argument for options that make no sense, and for known candidates that are
 /// there twice or are none of options.candidates.
-[[nodiscard]] std::vector<Grasp> planGrasps(const HandModel& hand,
-                                            const GraspObject& object,
-                                            const PlannerOptions& options,
-                                            const MakeCloseHand& makeCloseHand,
-                                            const PlanExtras& extras = {});
+[[nodiscard]] BULLET_CCD_API std::vector<Grasp> planGrasps(const HandModel& hand,
+                                                           const GraspObject& object,
+                                                           const PlannerOptions& options,
+                                                           const MakeCloseHand& makeCloseHand,
+                                                           const PlanExtras& extras = {});
 }  // namespace bullet_ccd::grasp

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/approach/approach_sampler.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/planner/grasp_planner.h"

@@ -1,6 +1,7 @@
 /// What is left of a grasp if the object is not quite where it was thought to be.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/planner/grasp_planner.h"
 
 namespace bullet_ccd::grasp
@@ -15,7 +16,7 @@ struct PoseNoise
 };
 
 /// Outcome of the repeated closings.
-struct PoseRobustness
+struct BULLET_CCD_API PoseRobustness
 {
     int trials = 0;
     int forceClosures = 0;
@@ -30,10 +31,10 @@ struct PoseRobustness
 /// The same seed gives the same errors.
 /// Throws std::invalid_argument if the hand has no preshape of the grasp's name, or for negative
 /// numbers.
-[[nodiscard]] PoseRobustness poseRobustness(const HandModel& hand,
-                                            const GraspObject& object,
-                                            const Grasp& grasp,
-                                            const PoseNoise& noise,
-                                            const PlannerOptions& options,
-                                            const CloseHand& close);
+[[nodiscard]] BULLET_CCD_API PoseRobustness poseRobustness(const HandModel& hand,
+                                                           const GraspObject& object,
+                                                           const Grasp& grasp,
+                                                           const PoseNoise& noise,
+                                                           const PlannerOptions& options,
+                                                           const CloseHand& close);
 }  // namespace bullet_ccd::grasp

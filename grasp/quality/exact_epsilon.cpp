@@ -43,7 +43,7 @@ Wrench wrenchSupport(std::span<const ContactBasis> bases,
 EpsilonBounds largestBallAboutOrigin(
     const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& support,
     const Eigen::MatrixXd& start,
-    double tolerance,
+    double resolution,
     int maxPoints)
 {
     InnerHull hull(start);
@@ -59,7 +59,7 @@ EpsilonBounds largestBallAboutOrigin(
         bounds.lower = hull.facet(nearest).offset;
         const InnerHull::Vector point = support(normal);
         bounds.upper = std::min(bounds.upper, normal.dot(point));
-        if (bounds.upper <= 0.0 || bounds.upper - bounds.lower <= tolerance)
+        if (bounds.upper <= 0.0 || bounds.upper - bounds.lower <= resolution)
         {
             break;
         }
@@ -78,7 +78,7 @@ EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
     require(options.torqueScale > 0.0 && std::isfinite(options.torqueScale),
             "exact epsilon: torque scale " + std::to_string(options.torqueScale) +
                 ": give a positive length");
-    require(options.tolerance > 0.0, "exact epsilon: the tolerance must be positive");
+    require(options.resolution > 0.0, "exact epsilon: the resolution must be positive");
     require(reference.allFinite(), "exact epsilon: the reference is not finite");
     const ContactLaw law = simplified(options.law);
     const Eigen::MatrixXd edges = coneEdges(law, kStartEdges);
@@ -93,7 +93,7 @@ EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
     return largestBallAboutOrigin([&](const Eigen::VectorXd& u)
                                   { return wrenchSupport(bases, law, options.norm, u); },
                                   start,
-                                  options.tolerance,
+                                  options.resolution,
                                   options.maxPoints);
 }
 }  // namespace bullet_ccd::grasp

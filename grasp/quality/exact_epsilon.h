@@ -6,6 +6,7 @@
 /// no pyramids are needed for; only its search is finite.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/force/contact_models.h"
 
 #include <functional>
@@ -24,7 +25,7 @@ struct ExactEpsilonOptions
     ContactLaw law{};
     WrenchNorm norm = WrenchNorm::L1;
     double torqueScale = 1.0;  ///< lambda [m]: moments are divided by it
-    double tolerance = 1e-6;   ///< of the difference between the bounds
+    double resolution = 1e-6;  ///< how far apart the bounds may be in the end
     int maxPoints = 4000;      ///< of the polytope inside the wrench space
 };
 
@@ -38,24 +39,24 @@ struct EpsilonBounds
 };
 
 /// Guarantee: lower <= epsilon <= upper, up to rounding (1e-12); they differ by at most the
-/// tolerance unless maxPoints came first. Flat wrench spaces, such as that of two hard contacts,
+/// resolution unless maxPoints came first. Flat wrench spaces, such as that of two hard contacts,
 /// have 0. Throws std::invalid_argument for contacts, laws or a torque scale that make no sense.
-[[nodiscard]] EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
-                                         const Eigen::Vector3d& reference,
-                                         const ExactEpsilonOptions& options);
+[[nodiscard]] BULLET_CCD_API EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
+                                                        const Eigen::Vector3d& reference,
+                                                        const ExactEpsilonOptions& options);
 
 /// The same for any convex set, in 2 to 6 dimensions.
 /// @param support  for a unit direction u the point x of the set with the largest u . x
 /// @param start    points of the set, one a column; the search starts from a simplex of them
-[[nodiscard]] EpsilonBounds largestBallAboutOrigin(
-    const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& support,
-    const Eigen::MatrixXd& start,
-    double tolerance,
-    int maxPoints);
+[[nodiscard]] BULLET_CCD_API EpsilonBounds
+largestBallAboutOrigin(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& support,
+                       const Eigen::MatrixXd& start,
+                       double resolution,
+                       int maxPoints);
 
 /// The wrench farthest along `direction` in the space that the bases span, one basis a contact.
-[[nodiscard]] Wrench wrenchSupport(std::span<const ContactBasis> bases,
-                                   const ContactLaw& law,
-                                   WrenchNorm norm,
-                                   const Wrench& direction);
+[[nodiscard]] BULLET_CCD_API Wrench wrenchSupport(std::span<const ContactBasis> bases,
+                                                  const ContactLaw& law,
+                                                  WrenchNorm norm,
+                                                  const Wrench& direction);
 }  // namespace bullet_ccd::grasp

@@ -1,5 +1,6 @@
 #include "grasp/quality/force_closure.h"
 
+#include "grasp/force/contact_models.h"
 #include "grasp/force/linear_program.h"
 
 #include <Eigen/SVD>

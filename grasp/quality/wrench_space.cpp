@@ -1,6 +1,7 @@
 #include "grasp/quality/wrench_space.h"
 
 #include "bullet_ccd/math/check.h"
+#include "grasp/force/contact_models.h"
 #include "grasp/quality/exact_epsilon.h"
 #include "grasp/quality/hull_about_origin.h"
 

@@ -1,8 +1,8 @@
 /// Grasp wrench space of contacts with pyramids for cones, and its two classical qualities.
 #pragma once
 
-#include "grasp/force/contact_models.h"
-#include "grasp/grasp.h"
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
 
 #include <Eigen/Core>
 
@@ -13,9 +13,9 @@ namespace bullet_ccd::grasp
 {
 struct WrenchSpaceOptions
 {
-    double friction = 0.5;   ///< Coulomb coefficient mu
-    int coneEdges = 8;       ///< edges of the inscribed friction pyramid
-    double torqueScale = 1;  ///< lambda [m]: moments are divided by it
+    double friction = ContactLaw{}.friction;  ///< Coulomb coefficient mu
+    int coneEdges = 8;                        ///< edges of the inscribed friction pyramid
+    double torqueScale = 1;                   ///< lambda [m]: moments are divided by it
     double forceClosureThreshold = 0.005;
     ContactModel model = ContactModel::HardFinger;
     double torsion = ContactLaw{}.torsion;  ///< soft finger: e [m]
@@ -23,17 +23,18 @@ struct WrenchSpaceOptions
 
 /// Edges of the friction pyramids (coneEdges() of contact_models.h), as wrenches about `reference`.
 /// Unit normal force each; contact by contact, as many as the model has edges.
-[[nodiscard]] std::vector<Wrench> contactWrenches(std::span<const GraspContact> contacts,
-                                                  const Eigen::Vector3d& reference,
-                                                  const WrenchSpaceOptions& options);
+[[nodiscard]] BULLET_CCD_API std::vector<Wrench> contactWrenches(
+    std::span<const GraspContact> contacts,
+    const Eigen::Vector3d& reference,
+    const WrenchSpaceOptions& options);
 
 /// Epsilon and volume of the convex hull of the wrenches (L1: normal forces sum to at most 1), by
 /// qhull. A hull that does not contain the origin, or is flat, has epsilon 0 (a flat one volume 0
 /// as well): an answer, not a failure. Deterministic.
-[[nodiscard]] GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches,
-                                              double forceClosureThreshold);
+[[nodiscard]] BULLET_CCD_API GraspQuality wrenchSpaceQuality(std::span<const Wrench> wrenches,
+                                                             double forceClosureThreshold);
 
 /// Epsilon alone, to 1e-9 of what wrenchSpaceQuality() finds, many times as fast: of the hull only
 /// those facets are made that could be the nearest.
-[[nodiscard]] double wrenchSpaceEpsilon(std::span<const Wrench> wrenches);
+[[nodiscard]] BULLET_CCD_API double wrenchSpaceEpsilon(std::span<const Wrench> wrenches);
 }  // namespace bullet_ccd::grasp

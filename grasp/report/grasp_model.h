@@ -1,7 +1,8 @@
 /// A grasp in three dimensions, for any viewer.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <filesystem>
@@ -21,9 +22,9 @@ namespace bullet_ccd::grasp
 /// @pre the grasp was closed: it has joint positions
 /// Throws std::runtime_error if the file cannot be written, std::invalid_argument if `friction` is
 /// not positive or there are no joint positions.
-void writeGraspModel(const HandModel& hand,
-                     const GraspObject& object,
-                     const Grasp& grasp,
-                     double friction,
-                     const std::filesystem::path& file);
+BULLET_CCD_API void writeGraspModel(const HandModel& hand,
+                                    const GraspObject& object,
+                                    const Grasp& grasp,
+                                    double friction,
+                                    const std::filesystem::path& file);
 }  // namespace bullet_ccd::grasp

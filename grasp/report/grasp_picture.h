@@ -1,6 +1,7 @@
 /// Pictures and the page that shows them.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/formats/grasp_file.h"
 
 #include <filesystem>
@@ -21,11 +22,11 @@ struct PictureOptions
 /// links, faint where a surface hides them. The views are chosen so that few contacts are hidden; a
 /// bar gives the scale. Throws std::runtime_error if the file cannot be written,
 /// std::invalid_argument for a size below 64 pixels.
-void drawGrasp(const HandModel& hand,
-               const GraspObject& object,
-               const Grasp& grasp,
-               const PictureOptions& options,
-               const std::filesystem::path& file);
+BULLET_CCD_API void drawGrasp(const HandModel& hand,
+                              const GraspObject& object,
+                              const Grasp& grasp,
+                              const PictureOptions& options,
+                              const std::filesystem::path& file);
 
 /// One HTML page: what was found, the pictures of the best, a table of all grasps that sorts by any
 /// column, and the settings of the run. Needs nothing but itself and the pictures, to which it
@@ -33,10 +34,10 @@ void drawGrasp(const HandModel& hand,
 /// @param grasps    best first
 /// @param pictures  of the first grasps, in their order
 /// Throws std::runtime_error if the file cannot be written.
-void writeReport(const GraspRun& run,
-                 const HandModel& hand,
-                 const GraspObject& object,
-                 std::span<const Grasp> grasps,
-                 std::span<const std::filesystem::path> pictures,
-                 const std::filesystem::path& file);
+BULLET_CCD_API void writeReport(const GraspRun& run,
+                                const HandModel& hand,
+                                const GraspObject& object,
+                                std::span<const Grasp> grasps,
+                                std::span<const std::filesystem::path> pictures,
+                                const std::filesystem::path& file);
 }  // namespace bullet_ccd::grasp

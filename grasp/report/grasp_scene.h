@@ -1,7 +1,7 @@
 /// A grasp as shapes in W, and the two directions from which it is seen best.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/report/raster.h"
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/export.h"
 #include "grasp/hand/hand_model.h"
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -28,5 +29,5 @@ struct HandMultiBody
 };
 
 /// Builds it with all joints at 0. The hierarchies are shared with `hand`, which must outlive it.
-[[nodiscard]] HandMultiBody makeHandMultiBody(const HandModel& hand);
+[[nodiscard]] BULLET_CCD_API HandMultiBody makeHandMultiBody(const HandModel& hand);
 }  // namespace bullet_ccd::grasp

@@ -1,7 +1,8 @@
 /// The hand as a btMultiBody in a CCD world (double precision).
 #pragma once
 
-#include "grasp/planner/grasp_planner.h"
+#include "bullet_ccd/export.h"
+#include "grasp/closing/closing.h"
 
 #include <memory>
 
@@ -25,7 +26,7 @@ namespace bullet_ccd::grasp
 /// An object of this class keeps the world of one hand and object and can close many times: a
 /// result depends on the arguments of close() alone, to the bit. One per thread; objects in
 /// different threads share nothing that is written.
-class HandSimulation
+class BULLET_CCD_API HandSimulation
 {
 public:
     /// Keeps references: both must outlive it, and their hierarchies must not move.
@@ -52,5 +53,5 @@ private:
 /// Closing engines for the planner: each makes a HandSimulation for the hand and object that it is
 /// called with and keeps it until it is called with others. Hand and object must stay alive and
 /// unchanged between calls with the same addresses.
-[[nodiscard]] MakeCloseHand simulatedClosing();
+[[nodiscard]] BULLET_CCD_API MakeCloseHand simulatedClosing();
 }  // namespace bullet_ccd::grasp

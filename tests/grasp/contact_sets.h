@@ -1,7 +1,7 @@
 /// Contact sets that tests of quality and of forces share.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 
 #include <random>
 #include <vector>

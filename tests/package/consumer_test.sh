@@ -1,15 +1,22 @@
 #!/usr/bin/env bash
-# Installs the build into a scratch prefix; a project outside the tree finds, builds against and runs
-# it, and the installed program finds its robots and objects by name.
+# Installs the build into a scratch prefix; the installed headers include no private ones; a project
+# outside the tree finds, builds against and runs it, also compiled with -march=native; the installed
+# program finds its robots and objects by name.
 set -euo pipefail
 source=$1 build=$2
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
+include=$scratch/prefix/include/bullet-ccd
+grep -rhoE '#include ["<](bullet_ccd|grasp)/[^">]+' "$include" | sed -E 's/.*["<]//' | sort -u |
+    while read -r header; do
+        [ -f "$include/$header" ] || { echo "a public header includes $header, a private one"; exit 1; }
+    done
 cmake -S "$source/tests/package/consumer" -B "$scratch/consumer" -G Ninja \
     -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER_LAUNCHER= >/dev/null
 cmake --build "$scratch/consumer"
 "$scratch/consumer/consumer"
+"$scratch/consumer/consumer_native"
 share=$scratch/prefix/share/bullet_ccd
 "$scratch/consumer/hello_grasp" "$share/robots/parallel_gripper/parallel_gripper.urdf" \
     "$share/objects/can.obj"

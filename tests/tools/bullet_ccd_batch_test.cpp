@@ -1,5 +1,6 @@
 // Answers files of queries as a user does.
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/toi/toi.h"
 #include "tests/support/test_data.h"
 #include "tests/tools/bullet_ccd_program.h"
 #include "tests/tools/query_text.h"
@@ -26,7 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Row = std::map<std::string, std::string>;
 
-constexpr double kTolerance = 1e-4;  // of the program if nothing else is asked for
+constexpr double kTolerance = kDefaultTolerance;  // of the program if nothing else is asked for
 
 /// Rows of a CSV file by the names of their columns.
 std::vector<Row> rowsOf(const fs::path& path)

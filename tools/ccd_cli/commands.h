@@ -21,9 +21,6 @@ void addToiCommand(CLI::App& app);
 void addBatchCommand(CLI::App& app);
 void addArticulatedCommand(CLI::App& app);
 
-/// Tolerance of all verbs [mesh units].
-inline constexpr double kDefaultTolerance = 1e-4;
-
 /// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);
 

@@ -9,6 +9,7 @@ namespace
 constexpr const char* kFooter =
     "Lengths, tolerances too, are in the unit of the meshes; angles are rad; the motion runs over\n"
     "the interval t = 0 to 1. Meshes: OBJ, STL, PLY, OFF, DAE, glTF, GLB.\n"
+    "docs/glossary.md defines tolerance, gap and minimum separation.\n"
     "\n"
     "Exit codes: 0 answered, 2 usage, 3 bad input.\n"
     "\n"

@@ -47,17 +47,17 @@ std::string strategyName(ToiStrategy strategy)
 
 void addToiOptions(CLI::App& command, ToiOptions& options)
 {
-    options.tolerance = kDefaultTolerance;
     command
         .add_option("--tolerance",
                     options.tolerance,
-                    "absolute distance that counts as contact, mesh units")
+                    "largest gap of a contact, an absolute distance, mesh units")
         ->type_name("D")
         ->check(distance(false))
         ->capture_default_str();
     command
-        .add_option(
-            "--minimum-separation", options.minimumSeparation, "clearance to keep, mesh units")
+        .add_option("--minimum-separation",
+                    options.minimumSeparation,
+                    "distance that the surfaces must keep, mesh units")
         ->type_name("D")
         ->check(distance(true))
         ->capture_default_str();

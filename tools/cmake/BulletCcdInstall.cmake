@@ -1,6 +1,8 @@
-# Installation: libraries, headers, the package configuration and its components.
+# Installation: libraries, public headers, the package configuration and its components.
 #
-# Every component has its own export set, so that who asks for `core` needs no Bullet.
+# Every component has its own export set, so that who asks for `core` needs no Bullet. What was built
+# is installed: a component whose library was not built (tools/demo builds only what it needs) is left
+# out with a note, and find_package() says that it is missing.
 include(CMakePackageConfigHelpers)
 
 set(_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/bullet_ccd")
@@ -21,21 +23,30 @@ set(_export_name_grasp grasp)
 set(_namespace_grasp_sim grasp::)
 set(_export_name_grasp_sim sim)
 
+add_custom_target(libraries COMMENT "All libraries that can be installed")
 foreach(_component IN LISTS _components)
     set(_target ${_target_${_component}})
     if(NOT TARGET ${_target})
         continue()
     endif()
+    add_dependencies(libraries ${_target})
     set_target_properties(${_target} PROPERTIES EXPORT_NAME ${_export_name_${_component}})
     install(TARGETS ${_target} EXPORT bullet_ccd_${_component}
+            ARCHIVE OPTIONAL LIBRARY OPTIONAL
             FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd")
+    set(_targets_file "bullet_ccd_${_component}Targets.cmake")
     install(EXPORT bullet_ccd_${_component} NAMESPACE ${_namespace_${_component}}
-            FILE bullet_ccd_${_component}Targets.cmake DESTINATION "${_config_dir}")
+            FILE ${_targets_file} DESTINATION "${_config_dir}")
+    install(CODE "
+        if(NOT EXISTS \"$<TARGET_FILE:${_target}>\")
+            message(STATUS \"Not built, so not installed: component ${_component}\")
+            file(REMOVE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${_config_dir}/${_targets_file}\")
+        endif()")
 endforeach()
 
 if(TARGET bullet_ccd_mesh_reader)
     install(TARGETS bullet_ccd_mesh_reader
-            DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/bullet_ccd")
+            RUNTIME DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/bullet_ccd" OPTIONAL)
 endif()
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.in"
@@ -44,6 +55,7 @@ configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.
                               PATH_VARS CMAKE_INSTALL_LIBEXECDIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_SOURCE_DIR}/docs/glossary.md" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
               "${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
               "${CMAKE_CURRENT_LIST_DIR}/FindBulletPrecision.cmake"

@@ -51,7 +51,7 @@ function(bullet_ccd_share_test_headers target)
         set(_source "${PROJECT_BINARY_DIR}/test_headers.cpp")
         file(CONFIGURE OUTPUT "${_source}" CONTENT "")
         add_library(bullet_ccd_test_headers OBJECT "${_source}")
-        target_link_libraries(bullet_ccd_test_headers PRIVATE Eigen3::Eigen GTest::gmock)
+        target_link_libraries(bullet_ccd_test_headers PRIVATE bullet_ccd::core GTest::gmock)
         bullet_ccd_target_options(bullet_ccd_test_headers)
         target_compile_options(bullet_ccd_test_headers PRIVATE -O1)
         bullet_ccd_precompile(bullet_ccd_test_headers <gmock/gmock.h> <gtest/gtest.h>)
@@ -60,17 +60,28 @@ function(bullet_ccd_share_test_headers target)
     bullet_ccd_precompiled_options(${target})
 endfunction()
 
-# A library with its alias; sources and headers are listed explicitly.
-# bullet_ccd_library(name ALIAS ns::name SOURCES ... HEADERS ... LINK ...)
+# A library with its alias. HEADERS are the public ones: they are installed, and each must compile by
+# itself. All other headers are private. STATIC: whatever BUILD_SHARED_LIBS says, for what is not
+# installed.
+# bullet_ccd_library(name [STATIC] ALIAS ns::name SOURCES ... HEADERS ... LINK ... LINK_PRIVATE ...)
 function(bullet_ccd_library name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "ALIAS" "SOURCES;HEADERS;LINK;LINK_PRIVATE")
-    add_library(${name} ${arg_SOURCES})
+    cmake_parse_arguments(PARSE_ARGV 1 arg "STATIC" "ALIAS" "SOURCES;HEADERS;LINK;LINK_PRIVATE")
+    set(_kind)
+    if(arg_STATIC)
+        set(_kind STATIC)
+    endif()
+    add_library(${name} ${_kind} ${arg_SOURCES})
     add_library(${arg_ALIAS} ALIAS ${name})
     target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
                                   FILES ${arg_HEADERS})
     target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE ${arg_LINK_PRIVATE})
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
-                                             VERIFY_INTERFACE_HEADER_SETS ON)
+                                             VERIFY_INTERFACE_HEADER_SETS ON
+                                             CXX_VISIBILITY_PRESET hidden
+                                             VISIBILITY_INLINES_HIDDEN ON
+                                             DEFINE_SYMBOL ""
+                                             VERSION ${PROJECT_VERSION}
+                                             SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     bullet_ccd_target_options(${name})
 endfunction()
 

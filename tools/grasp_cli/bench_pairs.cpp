@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/bench_pairs.h"
 
 #include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"

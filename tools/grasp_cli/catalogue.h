@@ -1,7 +1,7 @@
 /// Hands and objects by path or by the name under which the project ships them.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <filesystem>

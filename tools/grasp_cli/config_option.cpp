@@ -87,7 +87,7 @@ private:
         std::vector<std::string> known;
         for (CLI::Option* option : m_options)
         {
-            if (option->get_single_name() == key)
+            if (option->get_single_name() == key || option->check_lname(key))
             {
                 return *option;
             }

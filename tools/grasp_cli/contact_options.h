@@ -1,7 +1,7 @@
 /// Options of what contacts can pass on, shared by `grasp force` and `grasp quality`.
 #pragma once
 
-#include "grasp/force/contact_models.h"
+#include "grasp/grasp_types.h"
 #include "grasp/planner/grasp_planner.h"
 
 #include <CLI/CLI.hpp>

@@ -65,13 +65,11 @@ void applyEfforts(const std::vector<std::string>& texts,
         const Effort effort = parseEffort(text);
         if (effort.joint.empty())
         {
-            problem.torqueLimits.setConstant(effort.limit);
+            problem.torqueLimits.assign(problem.torqueLimits.size(), effort.limit);
         }
         else
         {
-            problem
-                .torqueLimits[static_cast<Eigen::Index>(findJoint(effort.joint, robot, problem))] =
-                effort.limit;
+            problem.torqueLimits[findJoint(effort.joint, robot, problem)] = effort.limit;
         }
     }
 }

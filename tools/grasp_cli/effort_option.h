@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/io/urdf_file.h"
-#include "grasp/force/force_problem.h"
+#include "grasp/force/grasp_forces.h"
 
 #include <string>
 #include <vector>

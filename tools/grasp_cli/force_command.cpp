@@ -102,11 +102,11 @@ ForceRecord solveRecord(const ForceArguments& arguments,
 std::string unlimitedNote(const grasp::ForceProblem& problem)
 {
     std::vector<std::string> names;
-    for (Eigen::Index j = 0; j < problem.torqueLimits.size(); ++j)
+    for (std::size_t j = 0; j < problem.torqueLimits.size(); ++j)
     {
         if (std::isinf(problem.torqueLimits[j]))
         {
-            names.push_back(problem.jointNames[static_cast<std::size_t>(j)]);
+            names.push_back(problem.jointNames[j]);
         }
     }
     return names.empty() ? std::string()

@@ -85,12 +85,12 @@ std::string contactText(const ForceRecord& record, const grasp::HandModel& hand)
 std::string jointText(const ForceRecord& record)
 {
     TextTable table{.header = {"joint", "torque [N m or N]", "limit", "used [%]"}, .rows = {}};
-    for (Eigen::Index j = 0; j < record.forces.jointTorques.size(); ++j)
+    for (std::size_t j = 0; j < record.forces.jointTorques.size(); ++j)
     {
         const double torque = record.forces.jointTorques[j];
         const double limit = record.problem.torqueLimits[j];
         table.rows.push_back(
-            {record.problem.jointNames[static_cast<std::size_t>(j)],
+            {record.problem.jointNames[j],
              decimals(torque, 4),
              std::isfinite(limit) ? fmt::format("{:g}", limit) : "-",
              std::isfinite(limit) ? decimals(100.0 * std::abs(torque) / limit, 1) : "-"});
@@ -135,9 +135,9 @@ Json contactsJson(const ForceRecord& record, const grasp::HandModel& hand)
 Json jointsJson(const ForceRecord& record)
 {
     Json json = Json::array();
-    for (Eigen::Index j = 0; j < record.forces.jointTorques.size(); ++j)
+    for (std::size_t j = 0; j < record.forces.jointTorques.size(); ++j)
     {
-        json.push_back({{"joint", record.problem.jointNames[static_cast<std::size_t>(j)]},
+        json.push_back({{"joint", record.problem.jointNames[j]},
                         {"torque", record.forces.jointTorques[j]},
                         {"limit", finiteOrNull(record.problem.torqueLimits[j])}});
         if (record.disturbance && j < record.robust.largestTorques.size())
@@ -163,7 +163,7 @@ std::string forceText(const ForceRecord& record, const grasp::HandModel& hand)
     if (record.status() == ForceStatus::Balanced)
     {
         text += contactText(record, hand);
-        if (record.forces.jointTorques.size() > 0)
+        if (!record.forces.jointTorques.empty())
         {
             text += jointText(record);
         }

@@ -11,6 +11,7 @@ constexpr const char* kFooter =
     "Lengths are metres, angles radians. --hand and --object take a path or the name of a robot "
     "or\n"
     "object that ships; what ships is found beside the program or in $BULLET_CCD_SHARE.\n"
+    "docs/glossary.md defines tolerance, gap, margin, friction, mass and effort.\n"
     "\n"
     "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; table: a criterion failed; force: "
     "no\n"

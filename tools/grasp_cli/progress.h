@@ -1,7 +1,7 @@
 /// Progress of a plan on stderr.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 
 #include <chrono>
 #include <cstdint>

@@ -23,7 +23,7 @@ struct QualityArguments
     grasp::WrenchNorm norm = grasp::WrenchNorm::L1;
     std::optional<int> coneEdges;       ///< else those of the plan
     std::optional<double> torqueScale;  ///< [m]; else the object's radius
-    double tolerance = 1e-6;
+    double resolution = grasp::ExactEpsilonOptions{}.resolution;
     std::vector<double> poseNoise;  ///< [m] and [rad]; empty: none
     int trials = 50;
 };
@@ -78,7 +78,7 @@ QualityRow qualityOf(const QualityArguments& arguments,
                                          {.law = law,
                                           .norm = arguments.norm,
                                           .torqueScale = torqueScale,
-                                          .tolerance = arguments.tolerance}),
+                                          .resolution = arguments.resolution}),
             .robustness = robustnessOf(arguments, records, grasp)};
 }
 
@@ -149,7 +149,7 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         "to 1\n"
         "(qhull); \"cones\" are bounds of epsilon for exact cones in the chosen norm, which differ "
         "by\n"
-        "--tolerance. Wrenches are about the centre of mass. Exit code 1 if none is a force "
+        "--resolution. Wrenches are about the centre of mass. Exit code 1 if none is a force "
         "closure.");
     const auto arguments = std::make_shared<QualityArguments>();
     addRecordOptions(*command, arguments->records);
@@ -177,8 +177,12 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         ->type_name("M")
         ->check(within(1e-9, 1e9))
         ->group("Method");
-    command->add_option("--tolerance", arguments->tolerance, "of the bounds of epsilon")
-        ->type_name("T")
+    // --tolerance is its name of before.
+    command
+        ->add_option("--resolution,--tolerance",
+                     arguments->resolution,
+                     "how far apart the bounds of epsilon may be")
+        ->type_name("R")
         ->check(within(1e-10, 1.0))
         ->capture_default_str()
         ->group("Method");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/motion/frame_sweep.h"
+#include "bullet_ccd/toi/articulated/body_boxes.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <vector>

@@ -2,6 +2,7 @@
 /// and in double precision for triangles.
 #pragma once
 
+#include "bullet_ccd/motion/moving_frames.h"
 #include "bullet_ccd/toi/first_contact.h"
 #include "bullet_ccd/toi/kernels/node_batch.h"
 #include "bullet_ccd/toi/pair_mask.h"

@@ -1,6 +1,5 @@
 #include "grasp/force/force_certificate.h"
 
-#include "grasp/force/grasp_forces.h"
 #include "tests/grasp/contact_sets.h"
 #include "tests/grasp/force/pinch.h"
 

@@ -1,5 +1,6 @@
 // The programs again, written from the formulas and solved by GLPK: linear ones as they are, conic
 // ones between inscribed and circumscribed pyramids.
+#include "grasp/force/force_problem.h"
 #include "grasp/force/grasp_forces.h"
 #include "tests/grasp/contact_sets.h"
 
@@ -65,7 +66,7 @@ private:
 std::optional<double> glpkForces(const ForceProblem& problem, bool largest, int edges)
 {
     GlpkProblem glpk;
-    const Eigen::Index joints = problem.torqueLimits.size();
+    const auto joints = static_cast<Eigen::Index>(problem.torqueLimits.size());
     const auto contacts = static_cast<Eigen::Index>(problem.contacts.size());
     for (int k = 0; k < 6; ++k)
     {
@@ -73,7 +74,8 @@ std::optional<double> glpkForces(const ForceProblem& problem, bool largest, int 
     }
     for (Eigen::Index j = 0; j < joints; ++j)
     {
-        glpk.addRow(-problem.torqueLimits[j], problem.torqueLimits[j]);
+        const double limit = problem.torqueLimits[static_cast<std::size_t>(j)];
+        glpk.addRow(-limit, limit);
     }
     for (Eigen::Index i = 0; largest && i < contacts; ++i)
     {
@@ -93,7 +95,8 @@ std::optional<double> glpkForces(const ForceProblem& problem, bool largest, int 
             Eigen::VectorXd column = Eigen::VectorXd::Zero(rows);
             column.head<3>() = force;
             column.segment<3>(3) = contact.point.cross(force);
-            column.segment(6, joints) = problem.jacobian.middleRows<3>(6 * i).transpose() * force;
+            column.segment(6, joints) =
+                jacobianOf(problem).middleRows<3>(6 * i).transpose() * force;
             if (largest)
             {
                 column[6 + joints + i] = 1.0;
@@ -115,12 +118,15 @@ ForceProblem randomProblem(std::mt19937& random, int contacts)
 {
     ForceProblem problem{.contacts = tests::randomGrasp(random, contacts)};
     problem.load << tests::randomVector(random), 0.3 * tests::randomVector(random);
-    problem.jacobian.resize(6 * contacts, 3);
-    for (double& entry : problem.jacobian.reshaped())
+    problem.jacobian.resize(3 * problem.contacts.size());
+    for (Twist& twist : problem.jacobian)
     {
-        entry = 0.1 * tests::randomVector(random).x();
+        for (double& entry : twist)
+        {
+            entry = 0.1 * tests::randomVector(random).x();
+        }
     }
-    problem.torqueLimits = Eigen::Vector3d::Constant(0.5);
+    problem.torqueLimits.assign(3, 0.5);
     return problem;
 }
 

@@ -180,14 +180,13 @@ TEST(GraspForces, HingedFingersPushByTorqueOverLength)
 {
     ForceProblem problem = aroundCylinder(2, 0.04, {.friction = 0.5});
     problem.load = kGravity;
-    problem.jacobian = Eigen::MatrixXd::Zero(12, 2);
+    problem.jacobian.assign(4, Twist::Zero());
     constexpr double kLength = 0.1;
-    for (Eigen::Index i = 0; i < 2; ++i)
+    for (std::size_t i = 0; i < 2; ++i)
     {
-        problem.jacobian.col(i).segment<3>(6 * i) =
-            kLength * problem.contacts[static_cast<std::size_t>(i)].normal;
+        problem.jacobian[2 * i + i].head<3>() = kLength * problem.contacts[i].normal;
     }
-    problem.torqueLimits = Eigen::Vector2d(2.0, kInfinity);
+    problem.torqueLimits = {2.0, kInfinity};
     for (const ForceOptions& options : kBothSolvers)
     {
         const GraspForces least = solveGraspForces(problem, options);
@@ -309,12 +308,15 @@ ForceProblem randomProblem(std::mt19937& random, int contacts)
 {
     ForceProblem problem{.contacts = randomGrasp(random, contacts)};
     problem.load << randomVector(random), 0.3 * randomVector(random);
-    problem.jacobian = Eigen::MatrixXd::Zero(6 * contacts, contacts);
-    for (Eigen::Index k = 0; k < problem.jacobian.size(); ++k)
+    problem.jacobian.resize(problem.contacts.size() * problem.contacts.size());
+    for (Twist& twist : problem.jacobian)
     {
-        problem.jacobian.reshaped()[k] = 0.1 * randomVector(random).x();
+        for (double& entry : twist)
+        {
+            entry = 0.1 * randomVector(random).x();
+        }
     }
-    problem.torqueLimits = Eigen::VectorXd::Constant(contacts, 0.8);
+    problem.torqueLimits.assign(problem.contacts.size(), 0.8);
     return problem;
 }
 
@@ -334,10 +336,9 @@ TEST(GraspForces, FrameReferenceAndOrderDoNotMatter)
         ForceProblem moved = problem;
         moved.reference = problem.reference + shift;
         moved.load.tail<3>() -= shift.cross(problem.load.head<3>());
-        for (Eigen::Index row = 0; row < moved.jacobian.rows(); row += 3)
+        for (Twist& twist : moved.jacobian)
         {
-            moved.jacobian.middleRows<3>(row) =
-                turn.toRotationMatrix() * problem.jacobian.middleRows<3>(row);
+            twist << turn * twist.head<3>(), turn * twist.tail<3>();
         }
         for (GraspContact& contact : moved.contacts)
         {
@@ -347,10 +348,9 @@ TEST(GraspForces, FrameReferenceAndOrderDoNotMatter)
         moved.reference = turn * moved.reference;
         moved.load << turn * moved.load.head<3>(), turn * moved.load.tail<3>();
         std::reverse(moved.contacts.begin(), moved.contacts.end());
-        const Eigen::MatrixXd rows = moved.jacobian;
-        for (Eigen::Index i = 0; i < 5; ++i)
+        for (auto joint = moved.jacobian.begin(); joint != moved.jacobian.end(); joint += 5)
         {
-            moved.jacobian.middleRows<6>(6 * i) = rows.middleRows<6>(6 * (4 - i));
+            std::reverse(joint, joint + 5);
         }
         const GraspForces after = solveGraspForces(moved);
         ASSERT_EQ(before.status, after.status);
@@ -373,8 +373,14 @@ TEST(GraspForces, ForcesScaleWithTheLoadAndNotWithTheSizeOfTheObject)
         ForceProblem problem = randomProblem(random, 6);
         const GraspForces before = solveGraspForces(problem);
         problem.load *= 1e4;
-        problem.torqueLimits *= 1e4 * 1e-3;
-        problem.jacobian *= 1e-3;
+        for (double& limit : problem.torqueLimits)
+        {
+            limit *= 1e4 * 1e-3;
+        }
+        for (Twist& twist : problem.jacobian)
+        {
+            twist *= 1e-3;
+        }
         problem.load.tail<3>() *= 1e-3;
         for (GraspContact& contact : problem.contacts)
         {
@@ -458,10 +464,10 @@ TEST(GraspForces, BadInputIsNamed)
     bad.torqueLimits[1] = 0.0;
     EXPECT_THAT(messageOf(bad), HasSubstr("joint 1"));
     bad = good;
-    bad.jacobian.conservativeResize(11, Eigen::NoChange);
+    bad.jacobian.pop_back();
     EXPECT_THAT(messageOf(bad), HasSubstr("Jacobian"));
     bad = good;
-    bad.jacobian(3, 0) = std::nan("");
+    bad.jacobian[0][3] = std::nan("");
     EXPECT_THAT(messageOf(bad), HasSubstr("Jacobian"));
     bad = good;
     bad.maxNormalForce = std::nan("");

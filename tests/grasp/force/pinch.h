@@ -28,14 +28,13 @@ inline grasp::ForceProblem aroundCylinder(int fingers, double radius, const gras
 /// [N].
 inline void pushByPrismaticJoints(grasp::ForceProblem& problem, double limit)
 {
-    const auto count = static_cast<Eigen::Index>(problem.contacts.size());
-    problem.jacobian = Eigen::MatrixXd::Zero(6 * count, count);
-    for (Eigen::Index i = 0; i < count; ++i)
+    const std::size_t count = problem.contacts.size();
+    problem.jacobian.assign(count * count, grasp::Twist::Zero());
+    for (std::size_t i = 0; i < count; ++i)
     {
-        problem.jacobian.col(i).segment<3>(6 * i) =
-            problem.contacts[static_cast<std::size_t>(i)].normal;
+        problem.jacobian[count * i + i].head<3>() = problem.contacts[i].normal;
         problem.jointNames.push_back("push_" + std::to_string(i));
     }
-    problem.torqueLimits = Eigen::VectorXd::Constant(count, limit);
+    problem.torqueLimits.assign(count, limit);
 }
 }  // namespace bullet_ccd::tests

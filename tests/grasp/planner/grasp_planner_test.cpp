@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/approach/approach_sampler.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/planner/plan_candidate.h"

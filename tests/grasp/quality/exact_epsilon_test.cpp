@@ -64,11 +64,11 @@ EpsilonBounds epsilonIn(const std::vector<int>& coordinates,
     return largestBallAboutOrigin(support, start, 1e-6, 20000);
 }
 
-void expectValue(const EpsilonBounds& bounds, double exact, double tolerance)
+void expectValue(const EpsilonBounds& bounds, double exact, double resolution)
 {
     EXPECT_LE(bounds.lower, exact + 1e-9);
     EXPECT_GE(bounds.upper, exact - 1e-9);
-    EXPECT_LE(bounds.upper - bounds.lower, tolerance);
+    EXPECT_LE(bounds.upper - bounds.lower, resolution);
 }
 
 TEST(LargestBallAboutOrigin, IsThatOfTheHullOfRandomPoints)
@@ -179,7 +179,7 @@ TEST(ExactEpsilon, AntipodalSoftContactsResistAllWrenches)
             wrenchSpaceQuality(contactWrenches(contacts, kOrigin, options), 0.0);
         EXPECT_NEAR(pyramids.epsilon, expected, 5e-5);
         const EpsilonBounds cones =
-            exactEpsilon(contacts, kOrigin, {.law = soft(torsion), .tolerance = kTolerance});
+            exactEpsilon(contacts, kOrigin, {.law = soft(torsion), .resolution = kTolerance});
         EXPECT_GE(cones.upper, pyramids.epsilon - 1e-9);
         EXPECT_LE(cones.upper - cones.lower, kTolerance);
     }
@@ -197,11 +197,11 @@ TEST(ExactEpsilon, PyramidsAreBracketedByCones)
         const double pyramids =
             wrenchSpaceQuality(contactWrenches(contacts, kOrigin, {.coneEdges = kEdges}), 0.0)
                 .epsilon;
-        const EpsilonBounds outer = exactEpsilon(contacts, kOrigin, {.tolerance = 1e-5});
+        const EpsilonBounds outer = exactEpsilon(contacts, kOrigin, {.resolution = 1e-5});
         const EpsilonBounds inner = exactEpsilon(
             contacts,
             kOrigin,
-            {.law = hard(0.5 * std::cos(std::numbers::pi / kEdges)), .tolerance = 1e-5});
+            {.law = hard(0.5 * std::cos(std::numbers::pi / kEdges)), .resolution = 1e-5});
         EXPECT_LE(pyramids, outer.upper + 1e-9);
         EXPECT_GE(pyramids, inner.lower - 1e-9);
         EXPECT_LE(outer.upper - outer.lower, 1e-5);
@@ -249,7 +249,7 @@ TEST(ExactEpsilon, FrameOrderAndRepetitionDoNotMatter)
     for (int trial = 0; trial < 4; ++trial)
     {
         std::vector<GraspContact> contacts = randomGrasp(random, 6);
-        const EpsilonBounds before = exactEpsilon(contacts, kOrigin, {.tolerance = 1e-5});
+        const EpsilonBounds before = exactEpsilon(contacts, kOrigin, {.resolution = 1e-5});
         const Eigen::Matrix3d turn =
             Eigen::AngleAxisd(1.0 + trial, randomVector(random).normalized()).toRotationMatrix();
         for (GraspContact& contact : contacts)
@@ -259,7 +259,7 @@ TEST(ExactEpsilon, FrameOrderAndRepetitionDoNotMatter)
         }
         std::reverse(contacts.begin(), contacts.end());
         contacts.insert(contacts.end(), contacts.begin(), contacts.begin() + 3);
-        const EpsilonBounds after = exactEpsilon(contacts, kOrigin, {.tolerance = 1e-5});
+        const EpsilonBounds after = exactEpsilon(contacts, kOrigin, {.resolution = 1e-5});
         EXPECT_LE(after.lower, before.upper + 1e-9);
         EXPECT_GE(after.upper, before.lower - 1e-9);
     }

@@ -1,6 +1,5 @@
-#include "grasp/grasp.h"
-
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/grasp_types.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// A small hand of boxes around a ball, for pictures.
 #pragma once
 
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <filesystem>

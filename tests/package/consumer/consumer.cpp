@@ -1,7 +1,9 @@
-#include <bullet_ccd/bullet/btCcdMeshShape.h>
-#include <bullet_ccd/mesh/make_mesh.h>
-#include <bullet_ccd/toi/rigid_toi.h>
+// The umbrella headers of all components.
+#include <bullet_ccd/bullet.h>
+#include <bullet_ccd/bullet_ccd.h>
+#include <bullet_ccd/io.h>
 
+#include <grasp/grasp.h>
 #include <grasp/sim/hand_simulation.h>
 #include <memory>
 

@@ -1,4 +1,4 @@
-#include "grasp/grasp.h"
+#include "grasp/grasp_types.h"
 
 #include "bullet_ccd/math/check.h"
 

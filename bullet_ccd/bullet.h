@@ -1,0 +1,11 @@
+/// The Bullet adapter: worlds, an action for any world, shapes for meshes that move. Link
+/// bullet_ccd::bullet (Bullet in single precision) or bullet_ccd::bullet_float64 (double).
+#pragma once
+
+#include "bullet_ccd/bullet/btCcdAction.h"
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdControl.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"

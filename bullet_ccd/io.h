@@ -1,0 +1,5 @@
+/// Files of meshes and robots. Link bullet_ccd::io.
+#pragma once
+
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/io/urdf_file.h"
