@@ -83,7 +83,7 @@ FOREIGN = [
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
     (re.compile(r"^libqhull"), {"grasp/quality"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
-    (re.compile(r"^fcl/"), {"benchmarks/peers", "benchmarks/stability"}),
+    (re.compile(r"^fcl/"), {"benchmarks/peers"}),
     (re.compile(r"^CLI/"), PROGRAMS),
     (re.compile(r"^(gtest|gmock)/"), set()),
 ]

@@ -1,14 +1,22 @@
 #include "benchmarks/peers/bullet_peer.h"
 
+#include <limits>
+#include <stdexcept>
+
+#ifdef BULLET_CCD_PEER_BULLET
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 #include <BulletCollision/NarrowPhaseCollision/btSubSimplexConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <btBulletCollisionCommon.h>
+#endif
 
 namespace bullet_ccd::benchmarks
 {
+#ifdef BULLET_CCD_PEER_BULLET
 namespace
 {
 btTransform transformOf(const Eigen::Isometry3d& X)
@@ -31,19 +39,27 @@ bool isBulletPresent()
     return true;
 }
 
-BulletHull::BulletHull(const TriangleMesh& mesh, double margin) : m_data(std::make_unique<Data>())
+BulletHull::BulletHull(const TriangleMesh& mesh, double margin)
 {
-    for (const Eigen::Vector3d& v : mesh.vertices)
+    const auto data = std::make_shared<Data>();
+    std::vector<bool> isAdded(mesh.vertices.size());
+    for (const Triangle& t : mesh.triangles)
     {
-        m_data->shape.addPoint(btVector3(v.x(), v.y(), v.z()), false);
+        for (const std::int32_t corner : t)
+        {
+            const auto i = static_cast<std::size_t>(corner);
+            const Eigen::Vector3d& v = mesh.vertices[i];
+            if (!isAdded[i])
+            {
+                data->shape.addPoint(btVector3(v.x(), v.y(), v.z()), false);
+                isAdded[i] = true;
+            }
+        }
     }
-    m_data->shape.recalcLocalAabb();
-    m_data->shape.setMargin(margin);
+    data->shape.recalcLocalAabb();
+    data->shape.setMargin(margin);
+    m_data = data;
 }
-
-BulletHull::~BulletHull() = default;
-BulletHull::BulletHull(BulletHull&&) noexcept = default;
-BulletHull& BulletHull::operator=(BulletHull&&) noexcept = default;
 
 BulletAnswer bulletCast(BulletCast cast,
                         const BulletHull& a,
@@ -85,4 +101,57 @@ BulletAnswer bulletCast(BulletCast cast,
     }
     return {};
 }
+
+double bulletDistance(const BulletHull& a,
+                      const Eigen::Isometry3d& X_WA,
+                      const BulletHull& b,
+                      const Eigen::Isometry3d& X_WB)
+{
+    btVoronoiSimplexSolver simplex;
+    btGjkEpaPenetrationDepthSolver penetration;
+    btGjkPairDetector detector(&a.data().shape, &b.data().shape, &simplex, &penetration);
+    btGjkPairDetector::ClosestPointInput input;
+    input.m_transformA = transformOf(X_WA);
+    input.m_transformB = transformOf(X_WB);
+    btPointCollector closest;
+    detector.getClosestPoints(input, closest, nullptr);
+    return closest.m_hasResult ? closest.m_distance : std::numeric_limits<double>::infinity();
+}
+
+#else
+
+// Without a hull there is nothing to ask: only the constructor can be reached.
+struct BulletHull::Data
+{
+};
+
+bool isBulletPresent()
+{
+    return false;
+}
+
+BulletHull::BulletHull(const TriangleMesh& /*mesh*/, double /*margin*/)
+{
+    throw std::logic_error(
+        "Bullet is not part of this build: configure with "
+        "BULLET_CCD_BULLET_PRECISION=both or double");
+}
+
+BulletAnswer bulletCast(BulletCast /*cast*/,
+                        const BulletHull& /*a*/,
+                        const RigidMotion& /*motionA*/,
+                        const BulletHull& /*b*/,
+                        const RigidMotion& /*motionB*/)
+{
+    return {};
+}
+
+double bulletDistance(const BulletHull& /*a*/,
+                      const Eigen::Isometry3d& /*X_WA*/,
+                      const BulletHull& /*b*/,
+                      const Eigen::Isometry3d& /*X_WB*/)
+{
+    return 0.0;
+}
+#endif
 }  // namespace bullet_ccd::benchmarks

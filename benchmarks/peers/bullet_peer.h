@@ -1,8 +1,8 @@
-/// Bullet's convex casts: convex hulls of the same vertices, double precision.
+/// Bullet's convex casts and closest points: convex hulls of the same corners, double precision.
 ///
 /// Bullet interpolates between start and end pose by constant velocities, but never turns by more
-/// than 45 degrees a query. In a build without the double-precision Bullet isBulletPresent() is
-/// false and the rest throws std::logic_error.
+/// than 45 degrees per query. In a build without the double-precision Bullet isBulletPresent() is
+/// false and no hull can be made: that throws std::logic_error.
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -21,20 +21,17 @@ enum class BulletCast : std::uint8_t
     Subsimplex,  ///< btSubsimplexConvexCast: translation only
 };
 
-/// A convex hull.
+/// The convex hull of the corners of a mesh's triangles.
 class BulletHull
 {
 public:
     BulletHull(const TriangleMesh& mesh, double margin);
-    ~BulletHull();
-    BulletHull(BulletHull&&) noexcept;
-    BulletHull& operator=(BulletHull&&) noexcept;
 
     struct Data;
     [[nodiscard]] const Data& data() const { return *m_data; }
 
 private:
-    std::unique_ptr<Data> m_data;
+    std::shared_ptr<const Data> m_data;
 };
 
 struct BulletAnswer
@@ -48,4 +45,11 @@ struct BulletAnswer
                                       const RigidMotion& motionA,
                                       const BulletHull& b,
                                       const RigidMotion& motionB);
+
+/// Distance at these poses by Bullet's closest points, negative where the hulls overlap; infinite
+/// if Bullet has no answer.
+[[nodiscard]] double bulletDistance(const BulletHull& a,
+                                    const Eigen::Isometry3d& X_WA,
+                                    const BulletHull& b,
+                                    const Eigen::Isometry3d& X_WB);
 }  // namespace bullet_ccd::benchmarks

@@ -1,15 +1,20 @@
 #include "benchmarks/peers/fcl_peer.h"
 
 #include <algorithm>
+#include <stdexcept>
+
+#ifdef BULLET_CCD_PEER_FCL
 #include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/motion/interp_motion.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/distance.h>
+#endif
 
 namespace bullet_ccd::benchmarks
 {
+#ifdef BULLET_CCD_PEER_FCL
 namespace
 {
 using Volume = fcl::OBBRSS<double>;
@@ -18,7 +23,7 @@ fcl::InterpMotion<double> fclMotion(const RigidMotion& motion)
 {
     const Eigen::Isometry3d X0 = motion.X_W0;
     const Eigen::Isometry3d X1 = motion.at(1.0).X_W;
-    return {X0.linear(), X0.translation(), X1.linear(), X1.translation(), Eigen::Vector3d::Zero()};
+    return {X0.linear(), X0.translation(), X1.linear(), X1.translation(), motion.reference_B};
 }
 }  // namespace
 
@@ -54,8 +59,9 @@ std::string fclVersion()
     return std::string("FCL ") + FCL_VERSION;
 }
 
-FclModel::FclModel(const TriangleMesh& mesh) : m_data(std::make_unique<Data>())
+FclModel::FclModel(const TriangleMesh& mesh)
 {
+    const auto data = std::make_shared<Data>();
     std::vector<fcl::Triangle> triangles;
     triangles.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
@@ -64,14 +70,11 @@ FclModel::FclModel(const TriangleMesh& mesh) : m_data(std::make_unique<Data>())
                                static_cast<std::size_t>(t[1]),
                                static_cast<std::size_t>(t[2]));
     }
-    m_data->model.beginModel();
-    m_data->model.addSubModel(mesh.vertices, triangles);
-    m_data->model.endModel();
+    data->model.beginModel();
+    data->model.addSubModel(mesh.vertices, triangles);
+    data->model.endModel();
+    m_data = data;
 }
-
-FclModel::~FclModel() = default;
-FclModel::FclModel(FclModel&&) noexcept = default;
-FclModel& FclModel::operator=(FclModel&&) noexcept = default;
 
 FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples)
 {
@@ -83,19 +86,14 @@ FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples)
     return collideContinuously(a, b, request);
 }
 
-FclAnswer fclAdvancement(const FclBody& a, const FclBody& b, double timeTolerance)
+FclAnswer fclAdvancement(const FclBody& a, const FclBody& b, double timeTolerance, int iterations)
 {
-    const fcl::ContinuousCollisionRequest<double> request(1'000'000,
+    const fcl::ContinuousCollisionRequest<double> request(static_cast<std::size_t>(iterations),
                                                           timeTolerance,
                                                           fcl::CCDM_LINEAR,
                                                           fcl::GST_LIBCCD,
                                                           fcl::CCDC_CONSERVATIVE_ADVANCEMENT);
     return collideContinuously(a, b, request);
-}
-
-bool fclOverlap(const FclBody& a, const FclBody& b, double t)
-{
-    return fclOverlap(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
 }
 
 bool fclOverlap(const FclModel& a,
@@ -107,6 +105,83 @@ bool fclOverlap(const FclModel& a,
     fcl::CollisionResult<double> result;
     return fcl::collide<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result) > 0;
 }
+
+double fclDistance(const FclModel& a,
+                   const Eigen::Isometry3d& X_WA,
+                   const FclModel& b,
+                   const Eigen::Isometry3d& X_WB)
+{
+    fcl::DistanceRequest<double> request(false);
+    request.rel_err = 0.0;
+    request.abs_err = 0.0;
+    fcl::DistanceResult<double> result;
+    const double distance =
+        fcl::distance<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result);
+    return std::max(0.0, distance);
+}
+
+std::size_t fclBytes(const FclModel& model)
+{
+    // BVHModel::memUsage() returns an error code, not the bytes.
+    const fcl::BVHModel<Volume>& bvh = model.data().model;
+    return static_cast<std::size_t>(bvh.getNumBVs()) * sizeof(fcl::BVNode<Volume>) +
+           static_cast<std::size_t>(bvh.num_tris) * sizeof(fcl::Triangle) +
+           static_cast<std::size_t>(bvh.num_vertices) * sizeof(Eigen::Vector3d);
+}
+
+#else
+
+// Without a model there is nothing to ask: only the constructor can be reached.
+struct FclModel::Data
+{
+};
+
+bool isFclPresent()
+{
+    return false;
+}
+
+std::string fclVersion()
+{
+    return "";
+}
+
+FclModel::FclModel(const TriangleMesh& /*mesh*/)
+{
+    throw std::logic_error("FCL is not part of this build: install libfcl-dev and configure again");
+}
+
+FclAnswer fclNaive(const FclBody& /*a*/, const FclBody& /*b*/, int /*samples*/)
+{
+    return {};
+}
+
+FclAnswer fclAdvancement(const FclBody& /*a*/, const FclBody& /*b*/, double /*time*/, int /*most*/)
+{
+    return {};
+}
+
+bool fclOverlap(const FclModel& /*a*/,
+                const Eigen::Isometry3d& /*X_WA*/,
+                const FclModel& /*b*/,
+                const Eigen::Isometry3d& /*X_WB*/)
+{
+    return false;
+}
+
+double fclDistance(const FclModel& /*a*/,
+                   const Eigen::Isometry3d& /*X_WA*/,
+                   const FclModel& /*b*/,
+                   const Eigen::Isometry3d& /*X_WB*/)
+{
+    return 0.0;
+}
+
+std::size_t fclBytes(const FclModel& /*model*/)
+{
+    return 0;
+}
+#endif
 
 std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double from, double end)
 {
@@ -132,33 +207,5 @@ std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double fr
         low = next;
         step *= 2.0;
     }
-}
-
-double fclDistance(const FclBody& a, const FclBody& b, double t)
-{
-    return fclDistance(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
-}
-
-double fclDistance(const FclModel& a,
-                   const Eigen::Isometry3d& X_WA,
-                   const FclModel& b,
-                   const Eigen::Isometry3d& X_WB)
-{
-    fcl::DistanceRequest<double> request(false);
-    request.rel_err = 0.0;
-    request.abs_err = 0.0;
-    fcl::DistanceResult<double> result;
-    const double distance =
-        fcl::distance<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result);
-    return std::max(0.0, distance);
-}
-
-std::size_t fclBytes(const FclModel& model)
-{
-    // BVHModel::memUsage() returns an error code, not the bytes.
-    const fcl::BVHModel<Volume>& bvh = model.data().model;
-    return static_cast<std::size_t>(bvh.getNumBVs()) * sizeof(fcl::BVNode<Volume>) +
-           static_cast<std::size_t>(bvh.num_tris) * sizeof(fcl::Triangle) +
-           static_cast<std::size_t>(bvh.num_vertices) * sizeof(Eigen::Vector3d);
 }
 }  // namespace bullet_ccd::benchmarks

@@ -1,8 +1,8 @@
 /// FCL, the packaged open-source peer: same meshes in double precision, same motions.
 ///
-/// Motions are given to FCL as rotation and translation at both ends and the body origin as
-/// reference point, the only one of its constructors that moves as asked; so they must not turn by
-/// more than half a turn. In a build without FCL isFclPresent() is false and the rest throws
+/// Motions are given to FCL as rotation and translation at both ends and the reference point, the
+/// only one of its constructors that moves as asked; so they must not turn by more than half a
+/// turn. In a build without FCL isFclPresent() is false and no model can be made: that throws
 /// std::logic_error.
 #pragma once
 
@@ -24,15 +24,12 @@ class FclModel
 {
 public:
     explicit FclModel(const TriangleMesh& mesh);
-    ~FclModel();
-    FclModel(FclModel&&) noexcept;
-    FclModel& operator=(FclModel&&) noexcept;
 
     struct Data;
     [[nodiscard]] const Data& data() const { return *m_data; }
 
 private:
-    std::unique_ptr<Data> m_data;
+    std::shared_ptr<const Data> m_data;
 };
 
 /// A model and its motion.
@@ -52,10 +49,10 @@ struct FclAnswer
 [[nodiscard]] FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples);
 
 /// Conservative advancement; may take minutes.
-[[nodiscard]] FclAnswer fclAdvancement(const FclBody& a, const FclBody& b, double timeTolerance);
-
-/// Whether the surfaces intersect at time t.
-[[nodiscard]] bool fclOverlap(const FclBody& a, const FclBody& b, double t);
+[[nodiscard]] FclAnswer fclAdvancement(const FclBody& a,
+                                       const FclBody& b,
+                                       double timeTolerance,
+                                       int iterations = 1'000'000);
 
 /// Whether the surfaces intersect at these poses.
 [[nodiscard]] bool fclOverlap(const FclModel& a,
@@ -63,21 +60,28 @@ struct FclAnswer
                               const FclModel& b,
                               const Eigen::Isometry3d& X_WB);
 
+/// Exact distance of the surfaces at these poses; 0 where they intersect.
+[[nodiscard]] double fclDistance(const FclModel& a,
+                                 const Eigen::Isometry3d& X_WA,
+                                 const FclModel& b,
+                                 const Eigen::Isometry3d& X_WB);
+
+/// The same two at time t.
+[[nodiscard]] inline bool fclOverlap(const FclBody& a, const FclBody& b, double t)
+{
+    return fclOverlap(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
+}
+[[nodiscard]] inline double fclDistance(const FclBody& a, const FclBody& b, double t)
+{
+    return fclDistance(a.model, a.motion.at(t).X_W, b.model, b.motion.at(t).X_W);
+}
+
 /// First overlap in (from, end], to 1e-12: steps that double, then bisection, so that one that
 /// lasts shorter than its distance from `from` may be stepped over. None if nothing overlaps.
 [[nodiscard]] std::optional<double> firstOverlap(const FclBody& a,
                                                  const FclBody& b,
                                                  double from,
                                                  double end);
-
-/// Exact distance of the surfaces at time t; 0 where they intersect.
-[[nodiscard]] double fclDistance(const FclBody& a, const FclBody& b, double t);
-
-/// The same at these poses.
-[[nodiscard]] double fclDistance(const FclModel& a,
-                                 const Eigen::Isometry3d& X_WA,
-                                 const FclModel& b,
-                                 const Eigen::Isometry3d& X_WB);
 
 /// Bytes of hierarchy and triangles.
 [[nodiscard]] std::size_t fclBytes(const FclModel& model);

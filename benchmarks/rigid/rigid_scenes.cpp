@@ -3,7 +3,6 @@
 #include "benchmarks/peers/bullet_peer.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_targets.h"
-#include "benchmarks/support/limited_run.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/toi/rigid_toi.h"

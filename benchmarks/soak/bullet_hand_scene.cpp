@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 
@@ -16,11 +15,14 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kTorque = 0.3;      // of each joint at most [N m], or [N]
-constexpr double kLead = 0.05;       // of the target before the joint, at most [rad] or [m]
-constexpr double kDensity = 500.0;   // of the objects [kg/m^3]
-constexpr double kCoarseness = 2.0;  // of their meshes
-constexpr double kClearance = 2e-3;  // of the object from the open hand [m]
+constexpr double kClosingTime = 0.5;  // [s]
+constexpr double kHoldingTime = 0.1;  // [s]
+constexpr double kOpeningTime = 0.4;  // [s]
+constexpr double kTorque = 0.3;       // of each joint at most [N m], or [N]
+constexpr double kLead = 0.05;        // of the target before the joint, at most [rad] or [m]
+constexpr double kDensity = 500.0;    // of the objects [kg/m^3]
+constexpr double kCoarseness = 2.0;   // of their meshes
+constexpr double kClearance = 2e-3;   // of the object from the open hand [m]
 constexpr std::size_t kOrientations = 6;
 constexpr double kNearestPlace = -0.03;  // along the approach, from the grasp frame [m]
 constexpr double kFarthestPlace = 0.4;   // from the grasp frame [m]
@@ -34,14 +36,13 @@ const grasp::Preshape& preshapeOf(const HandModel& hand)
 }
 }  // namespace
 
-SoakObject makeSoakObject(int index, std::uint64_t seed)
+SoakObject makeSoakObject(std::uint64_t number)
 {
     const std::vector<std::string>& families = shapes::objectFamilies();
-    const auto i = static_cast<std::size_t>(index);
     SoakObject object;
-    object.name = families[i % families.size()];
+    object.name = families[(number - 1) % families.size()];
     const std::optional<std::uint64_t> size =
-        i < families.size() ? std::nullopt : std::optional(seed * 1000 + i);
+        number <= families.size() ? std::nullopt : std::optional(number);
     TriangleMesh mesh = shapes::makeObject(object.name, size, kCoarseness);
     static_cast<void>(examples::putIntoPrincipalAxes(mesh));
     object.mass = kDensity * massProperties(mesh).volume;
@@ -216,18 +217,18 @@ void HandScene::place(Random& random)
     throw std::runtime_error("no place for " + m_objectName + " before the hand: try another seed");
 }
 
-bool HandScene::close(Random& random, const std::function<void()>& afterStep)
+bool HandScene::close(Random& random)
 {
     place(random);
     m_seen.add(m_audit.start());
-    move(kClosingTime, 0.0, 1.0, afterStep);
-    move(kHoldingTime, 1.0, 1.0, afterStep);
+    move(kClosingTime, 0.0, 1.0);
+    move(kHoldingTime, 1.0, 1.0);
     const bool held = touches();
-    move(kOpeningTime, 1.0, 0.0, afterStep);
+    move(kOpeningTime, 1.0, 0.0);
     return held;
 }
 
-void HandScene::move(double seconds, double from, double to, const std::function<void()>& afterStep)
+void HandScene::move(double seconds, double from, double to)
 {
     const int steps = std::max(1, static_cast<int>(seconds / m_timeStep));
     for (int step = 1; step <= steps; ++step)
@@ -247,7 +248,6 @@ void HandScene::move(double seconds, double from, double to, const std::function
             m_motors[i]->setVelocityTarget(btScalar(rate), btScalar(0.5));
         }
         m_seen.add(m_audit.step(m_timeStep));
-        afterStep();
     }
 }
 
@@ -264,33 +264,5 @@ bool HandScene::touches()
         }
     }
     return false;
-}
-
-std::string HandScene::describe() const
-{
-    char text[256];
-    std::snprintf(text,
-                  sizeof text,
-                  "%s and %s are %.2e m inside each other at %.4f s near (%.4f, %.4f, %.4f)",
-                  m_names[static_cast<std::size_t>(m_seen.bodyA)].c_str(),
-                  m_names[static_cast<std::size_t>(m_seen.bodyB)].c_str(),
-                  m_seen.worst.depth,
-                  m_seen.time,
-                  m_seen.worst.point_W.x(),
-                  m_seen.worst.point_W.y(),
-                  m_seen.worst.point_W.z());
-    return text;
-}
-
-void HandScene::printBusiest() const
-{
-    const WorldAudit::Busiest busiest = m_audit.busiestPair();
-    if (busiest.bodyA != kNone && busiest.bodyB != kNone)
-    {
-        std::printf("most impacts: %lld of %s and %s\n",
-                    static_cast<long long>(busiest.impacts),
-                    m_names[static_cast<std::size_t>(busiest.bodyA)].c_str(),
-                    m_names[static_cast<std::size_t>(busiest.bodyB)].c_str());
-    }
 }
 }  // namespace bullet_ccd::tests

@@ -3,7 +3,7 @@
 
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/reference/scenes/random.h"
-#include "benchmarks/soak/bullet_hand_soak.h"
+#include "benchmarks/soak/bullet_soaks.h"
 #include "bullet_ccd/examples/example_support.h"
 #include "grasp/sim/hand_multi_body.h"
 #include "grasp/sim/hand_pairs.h"
@@ -11,7 +11,6 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,10 +18,6 @@
 namespace bullet_ccd::tests
 {
 using grasp::HandModel;
-
-inline constexpr double kClosingTime = 0.5;  // [s]
-inline constexpr double kHoldingTime = 0.1;  // [s]
-inline constexpr double kOpeningTime = 0.4;  // [s]
 
 struct SoakObject
 {
@@ -32,8 +27,9 @@ struct SoakObject
     double mass = 0.0;
 };
 
-/// Household object `index` of the soak: all families in turn, first in their usual sizes.
-[[nodiscard]] SoakObject makeSoakObject(int index, std::uint64_t seed);
+/// Household object of a soak, by its number from 1 on: all families in turn, first in their usual
+/// sizes.
+[[nodiscard]] SoakObject makeSoakObject(std::uint64_t number);
 
 /// One hand and one object, no gravity.
 class HandScene
@@ -45,12 +41,12 @@ public:
     HandScene& operator=(const HandScene&) = delete;
 
     /// Puts the object before the hand, closes, holds, opens. True if the hand held something.
-    bool close(Random& random, const std::function<void()>& afterStep);
+    bool close(Random& random);
 
     [[nodiscard]] const AuditResult& seen() const { return m_seen; }
     [[nodiscard]] const btCcdControl& control() { return m_world.ccd(); }
-    [[nodiscard]] std::string describe() const;
-    void printBusiest() const;
+    [[nodiscard]] const std::vector<std::string>& names() const { return m_names; }
+    [[nodiscard]] WorldAudit::Busiest busiest() const { return m_audit.busiestPair(); }
 
 private:
     const HandModel& m_hand;
@@ -75,7 +71,7 @@ private:
     void addMotors();
     void place(Random& random);
     [[nodiscard]] bool isClear(const Eigen::Isometry3d& X_WO) const;
-    void move(double seconds, double from, double to, const std::function<void()>& afterStep);
+    void move(double seconds, double from, double to);
     [[nodiscard]] bool touches();
 };
 }  // namespace bullet_ccd::tests

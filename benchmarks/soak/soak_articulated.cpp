@@ -1,8 +1,10 @@
 /// Random chains of two to ten joints among obstacles, every answer of articulatedToi judged by
-/// brute force. Exit code 1 on any wrong answer, 2 if the run proves little, 3 if it could not be
-/// run.
+/// brute force.
 #include "benchmarks/reference/queries/chain_queries.h"
-#include "benchmarks/soak/soak_program.h"
+#include "benchmarks/soak/soak.h"
+
+#include <CLI/CLI.hpp>
+#include <thread>
 
 namespace
 {
@@ -23,16 +25,21 @@ SoakAnswer ask(std::uint64_t seed)
 
 int main(int argc, char** argv)
 {
-    return soakProgram(
-        {.program = "soak_articulated",
-         .description = "Random chains of two to ten joints among obstacles, every "
-                        "answer judged by brute force.",
+    CLI::App app{
+        "Random chains of two to ten joints among obstacles, every answer judged by brute force. "
+        "Exit code 1 on any wrong answer, 2 if the run proves little, 3 if it could not be run."};
+    SoakOptions options{.count = 100'000,
+                        .quickCount = 2'000,
+                        .jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency())),
+                        .checkpoint = "soak_articulated.checkpoint"};
+    addSoakOptions(app, options);
+    CLI11_PARSE(app, argc, argv);
+    return runSoak(
+        {.program = "benchmarks/run soak articulated",
          .families = chainFamilyNames(),
          .round = kChainRound,
          .shares = kChainShares,
-         .count = 100'000,
          .ask = ask,
          .print = [](std::ostream& out, std::uint64_t seed) { print(out, chainQuery(seed)); }},
-        argc,
-        argv);
+        options);
 }

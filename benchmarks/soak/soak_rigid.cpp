@@ -1,7 +1,9 @@
-/// Random and adversarial rigid queries, every answer judged by proof or counterexample. Exit code
-/// 1 on any wrong answer, 2 if the run proves little, 3 if it could not be run.
+/// Random and adversarial rigid queries, every answer judged by proof or counterexample.
 #include "benchmarks/reference/queries/soak_queries.h"
-#include "benchmarks/soak/soak_program.h"
+#include "benchmarks/soak/soak.h"
+
+#include <CLI/CLI.hpp>
+#include <thread>
 
 namespace
 {
@@ -21,16 +23,20 @@ SoakAnswer ask(std::uint64_t seed)
 
 int main(int argc, char** argv)
 {
-    return soakProgram(
-        {.program = "soak_rigid",
-         .description = "Random and adversarial rigid queries, every answer judged "
-                        "by proof or counterexample.",
+    CLI::App app{
+        "Random and adversarial rigid queries, every answer judged by proof or counterexample. "
+        "Exit code 1 on any wrong answer, 2 if the run proves little, 3 if it could not be run."};
+    SoakOptions options{.count = 1'000'000,
+                        .quickCount = 20'000,
+                        .jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency())),
+                        .checkpoint = "soak_rigid.checkpoint"};
+    addSoakOptions(app, options);
+    CLI11_PARSE(app, argc, argv);
+    return runSoak(
+        {.program = "benchmarks/run soak rigid",
          .families = soakFamilyNames(),
          .round = 480,
-         .shares = {},
-         .count = 1'000'000,
          .ask = ask,
          .print = [](std::ostream& out, std::uint64_t seed) { print(out, soakQuery(seed)); }},
-        argc,
-        argv);
+        options);
 }

@@ -1,15 +1,26 @@
 #include "benchmarks/stability/catalogue_methods.h"
 
+#include "benchmarks/peers/bullet_peer.h"
+#include "benchmarks/peers/fcl_peer.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/queries/soak_queries.h"
+#include "benchmarks/reference/scenes/articulated_scene.h"
+#include "benchmarks/reference/scenes/random_scenes.h"
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
+using namespace benchmarks;
+using Eigen::Isometry3d;
+
 /// Corners that triangles use, once each.
 std::vector<Eigen::Vector3d> cornersInUse(const TriangleMesh& mesh)
 {
@@ -45,6 +56,196 @@ std::string notConvexOrTurns(const RigidCase& tested)
     return turns ? "translations only" : notConvex(tested);
 }
 
+PeerAnswer contactAt(double time)
+{
+    return {.outcome = PeerOutcome::Contact, .time = time};
+}
+
+PeerAnswer answerOf(ToiStatus status, double time, const ToiCounters& counters)
+{
+    PeerAnswer answer{.time = time, .pairs = counters.nodePairs + counters.trianglePairs};
+    if (isContact(status))
+    {
+        answer.outcome = PeerOutcome::Contact;
+    }
+    else if (status == ToiStatus::IterationLimit)
+    {
+        answer.outcome = PeerOutcome::GaveUp;
+    }
+    return answer;
+}
+
+PeerAnswer ours(const RigidCase& tested, ToiStrategy strategy)
+{
+    const ToiResult result = queryToi(tested.scene,
+                                      {.tolerance = tested.answer.finest(),
+                                       .strategy = strategy,
+                                       .maxIterations = tested.maxIterations});
+    return answerOf(result.status, result.time, result.counters);
+}
+
+PeerAnswer ours(const ArticulatedCase& tested, ToiStrategy strategy)
+{
+    const ArticulatedToiResult result = query(
+        sceneOf(tested),
+        ArticulatedToiOptions{.toi = {.tolerance = tested.answer.finest(), .strategy = strategy}});
+    return answerOf(result.status, result.time, result.counters);
+}
+
+/// The first of `steps` + 1 times at which something touches.
+template <typename Touches>
+PeerAnswer firstSample(int steps, const Touches& touches)
+{
+    for (int i = 0; i <= steps; ++i)
+    {
+        const double t = static_cast<double>(i) / steps;
+        if (touches(t))
+        {
+            return contactAt(t);
+        }
+    }
+    return {};
+}
+
+/// Two links, or a link and an obstacle, that move relative to each other.
+struct MovingPair
+{
+    std::size_t link = 0;
+    std::size_t other = 0;
+    bool isObstacle = false;
+};
+
+std::vector<MovingPair> movingPairs(const ArticulatedCase& tested)
+{
+    std::vector<MovingPair> pairs;
+    const auto moves = [&](std::int32_t base, std::int32_t link)
+    { return bullet_ccd::moves(tested.tree, tested.motion, base, link); };
+    for (std::size_t i = 0; i < tested.tree.size(); ++i)
+    {
+        const bool counts =
+            !tested.linkMeshes[i].triangles.empty() && moves(kNone, static_cast<std::int32_t>(i));
+        for (std::size_t k = 0; counts && k < tested.obstacles.size(); ++k)
+        {
+            pairs.push_back({.link = i, .other = k, .isObstacle = true});
+        }
+    }
+    for (const auto& [a, b] : tested.selfPairs)
+    {
+        const std::int32_t base = commonAncestor(tested.tree, a, b);
+        if (moves(base, a) || moves(base, b))
+        {
+            pairs.push_back(
+                {.link = static_cast<std::size_t>(a), .other = static_cast<std::size_t>(b)});
+        }
+    }
+    return pairs;
+}
+
+/// @param touches of a pair, and the poses of its two bodies
+template <typename Touches>
+PeerAnswer samplePairs(const ArticulatedCase& tested, int steps, const Touches& touches)
+{
+    const std::vector<MovingPair> pairs = movingPairs(tested);
+    const auto touchesAt = [&](double t)
+    {
+        std::vector<Isometry3d> poses;
+        for (std::size_t link = 0; link < tested.tree.size(); ++link)
+        {
+            poses.push_back(
+                oracleLinkPose(tested.tree, tested.motion, static_cast<std::int32_t>(link), t));
+        }
+        return std::ranges::any_of(
+            pairs,
+            [&](const MovingPair& pair)
+            {
+                return touches(pair,
+                               poses[pair.link],
+                               pair.isObstacle ? Isometry3d::Identity() : poses[pair.other]);
+            });
+    };
+    return firstSample(steps, touchesAt);
+}
+
+/// Contact where a pair is within the tolerance of the case.
+PeerAnswer distanceSampling(const ArticulatedCase& tested, int steps)
+{
+    const ArticulatedScene scene = sceneOf(tested);
+    const BuiltScene built(scene);
+    const double tolerance = tested.answer.finest();
+    const auto isNear = [&](const MovingPair& pair, const Isometry3d& X_WL, const Isometry3d& X_WO)
+    {
+        const SsvTree& other =
+            pair.isObstacle ? *built.obstacles()[pair.other].tree : built.linkTree(pair.other);
+        const Isometry3d X_OL = X_WO.inverse() * X_WL;
+        return treeDistance(built.linkTree(pair.link), other, X_OL, 2.0 * tolerance).distance <=
+               tolerance;
+    };
+    return samplePairs(tested, steps, isNear);
+}
+
+PeerAnswer overlapSampling(const ArticulatedCase& tested, int steps)
+{
+    std::vector<std::optional<FclModel>> links;
+    for (const TriangleMesh& mesh : tested.linkMeshes)
+    {
+        links.push_back(mesh.triangles.empty() ? std::nullopt : std::optional<FclModel>(mesh));
+    }
+    const std::vector<FclModel> obstacles(tested.obstacles.begin(), tested.obstacles.end());
+    const auto overlaps =
+        [&](const MovingPair& pair, const Isometry3d& X_WL, const Isometry3d& X_WO)
+    {
+        const FclModel& other = pair.isObstacle ? obstacles[pair.other] : *links[pair.other];
+        return fclOverlap(*links[pair.link], X_WL, other, X_WO);
+    };
+    return samplePairs(tested, steps, overlaps);
+}
+
+/// FCL on a case; it gets the same two motions, see fcl_peer.h.
+template <typename Ask>
+PeerAnswer askFcl(const RigidCase& tested, const Ask& ask)
+{
+    const FclModel a(tested.scene.meshA);
+    const FclModel b(tested.scene.meshB);
+    const FclAnswer answer =
+        ask(FclBody{a, tested.scene.motionA}, FclBody{b, tested.scene.motionB});
+    return answer.hit ? contactAt(answer.time) : PeerAnswer{};
+}
+
+PeerAnswer fclSampling(const RigidCase& tested, int steps)
+{
+    return askFcl(tested,
+                  [&](const FclBody& a, const FclBody& b) { return fclNaive(a, b, steps + 1); });
+}
+
+PeerAnswer fclAdvancing(const RigidCase& tested)
+{
+    return askFcl(tested,
+                  [](const FclBody& a, const FclBody& b)
+                  { return fclAdvancement(a, b, 1e-6, 1001); });
+}
+
+PeerAnswer castByBullet(const RigidCase& tested, BulletCast cast)
+{
+    const BulletHull a(tested.scene.meshA, 0.0);
+    const BulletHull b(tested.scene.meshB, 0.0);
+    const BulletAnswer answer = bulletCast(cast, a, tested.scene.motionA, b, tested.scene.motionB);
+    return answer.hit ? contactAt(answer.time) : PeerAnswer{};
+}
+
+/// Contact where the hulls are within the tolerance of the case.
+PeerAnswer bulletSampling(const RigidCase& tested, int steps)
+{
+    const BulletHull a(tested.scene.meshA, 0.0);
+    const BulletHull b(tested.scene.meshB, 0.0);
+    const auto isNear = [&](double t)
+    {
+        return bulletDistance(
+                   a, tested.scene.motionA.at(t).X_W, b, tested.scene.motionB.at(t).X_W) <=
+               tested.answer.finest();
+    };
+    return firstSample(steps, isNear);
+}
+
 template <typename Case>
 void addOurs(std::vector<Method<Case>>& all)
 {
@@ -75,18 +276,18 @@ std::vector<Method<RigidCase>> rigidMethods()
 {
     std::vector<Method<RigidCase>> all;
     addOurs(all);
-    if (hasFcl())
+    if (isFclPresent())
     {
         all.push_back({.name = "FCL advancement",
                        .owner = "fcl",
                        .setting = "CCDC_CONSERVATIVE_ADVANCEMENT, toc_err 1e-6",
-                       .run = fclAdvancement});
+                       .run = fclAdvancing});
         for (const int steps : {97, 997, 9973})
         {
             all.push_back(sampling<RigidCase>("FCL sampling", "fcl", steps, fclSampling));
         }
     }
-    if (hasBullet())
+    if (isBulletPresent())
     {
         const auto cast = [&](const char* name, const char* setting, BulletCast kind, auto cannot)
         {
@@ -94,7 +295,7 @@ std::vector<Method<RigidCase>> rigidMethods()
                 {.name = name,
                  .owner = "bullet",
                  .setting = setting,
-                 .run = [kind](const RigidCase& tested) { return bulletCast(tested, kind); },
+                 .run = [kind](const RigidCase& tested) { return castByBullet(tested, kind); },
                  .notApplicable = cannot});
         };
         cast("Bullet continuous",
@@ -127,9 +328,9 @@ std::vector<Method<ArticulatedCase>> articulatedMethods()
     }
     for (const int steps : {241, 997})
     {
-        if (hasFcl())
+        if (isFclPresent())
         {
-            all.push_back(sampling<ArticulatedCase>("FCL overlap", "fcl", steps, fclSampling));
+            all.push_back(sampling<ArticulatedCase>("FCL overlap", "fcl", steps, overlapSampling));
         }
     }
     return all;

@@ -1,14 +1,29 @@
-/// The methods that the catalogue runs through, with their settings and what they cannot do.
+/// The methods that the catalogue runs through: a case in, contact and time out.
 #pragma once
 
-#include "benchmarks/stability/catalogue_peer.h"
+#include "benchmarks/reference/catalogue/cases.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::tests
 {
+enum class PeerOutcome : std::uint8_t
+{
+    Free,
+    Contact,
+    GaveUp,  ///< says itself that it has no answer
+};
+
+struct PeerAnswer
+{
+    PeerOutcome outcome = PeerOutcome::Free;
+    double time = 1.0;       ///< of the contact, a fraction of the motion
+    std::int64_t pairs = 0;  ///< of nodes and triangles that were looked at; 0 if not counted
+};
+
 template <typename Case>
 struct Method
 {
@@ -20,8 +35,11 @@ struct Method
     std::function<std::string(const Case&)> notApplicable = [](const Case&) { return ""; };
 };
 
-/// Steps of sampling are prime numbers: many of the catalogue's contact times are multiples of
-/// 1/1000, which round numbers of steps would hit by luck.
+/// This library with every strategy at the finest tolerance of the case, FCL's sampling and its
+/// conservative advancement, Bullet's casts and the closest points of its hulls at sampled poses;
+/// for chains, sampling with exact distances and with FCL's overlap test. Peers that are not part
+/// of the build are left out. Numbers of steps are primes: many of the catalogue's contact times
+/// are multiples of 1/1000, which round numbers of steps would hit by luck.
 [[nodiscard]] std::vector<Method<RigidCase>> rigidMethods();
 [[nodiscard]] std::vector<Method<ArticulatedCase>> articulatedMethods();
 

@@ -1,30 +1,72 @@
 #include "benchmarks/stability/catalogue_run.h"
 
+#include "benchmarks/peers/bullet_peer.h"
+#include "benchmarks/peers/fcl_peer.h"
+#include "benchmarks/reference/catalogue/catalogue.h"
 #include "benchmarks/reference/catalogue/relations.h"
 #include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/stability/catalogue_methods.h"
+#include "benchmarks/support/sandbox.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
+#include <nlohmann/json.hpp>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
-/// What a code that is asked for a time may be early.
+using benchmarks::Sandboxed;
+using benchmarks::SandboxEnd;
+using nlohmann::json;
+
+/// What a code that is asked for a time may be early, and rounding of its times.
 constexpr double kAllowedTime = 1e-4;
-/// Rounding of times of such a code.
 constexpr double kLate = 1e-9;
 /// Variants of a case that may time out; the rest is not asked then.
 constexpr int kPatience = 2;
-constexpr double kUlps = 4.0 * std::numeric_limits<double>::epsilon();
 
-/// How early an answer may be.
-double windowOf(const CaseAnswer& exact, double rounding, bool isOurs)
+RightTimes rightTimes(const CaseAnswer& exact, double rounding, bool isOurs)
 {
-    const double lead = kUlps + 1.1 * leadTime(exact, exact.finest() + rounding);
-    return isOurs ? lead : std::max(kAllowedTime, lead);
+    RightTimes right = rightTimes(exact, exact.finest(), rounding);
+    if (!isOurs)
+    {
+        right.earliest = std::min(right.earliest, *exact.time - kAllowedTime);
+        right.latest = std::max(right.latest, *exact.time + kLate + leadTime(exact, rounding));
+    }
+    return right;
+}
+
+std::string verdictOf(const Sandboxed<PeerAnswer>& asked,
+                      const CaseAnswer& exact,
+                      double rounding,
+                      bool isOurs)
+{
+    const auto& [outcome, time, pairs] = asked.answer;
+    if (asked.end != SandboxEnd::Answered)
+    {
+        return asked.end == SandboxEnd::Crashed ? "crashed" : "timed out";
+    }
+    if (outcome == PeerOutcome::GaveUp)
+    {
+        return "gave up";
+    }
+    if (!exact.time)
+    {
+        const bool isFalse =
+            outcome == PeerOutcome::Contact && exact.clearance > 1.001 * exact.finest();
+        return isFalse ? "false contact" : "pass";
+    }
+    if (outcome == PeerOutcome::Free)
+    {
+        return "missed";
+    }
+    const RightTimes right = rightTimes(exact, rounding, isOurs);
+    if (!(time <= right.latest))  // not a number is late
+    {
+        return "late";
+    }
+    return time < right.earliest ? "inaccurate" : "pass";
 }
 
 /// The legs one after the other, until one has an answer.
@@ -46,30 +88,19 @@ PeerAnswer answerLegs(const Method<Case>& method, const Variant<Case>& variant)
     return sum;
 }
 
-/// Distance at a time where the window cannot tell whether an early answer is tight: brute force.
-double startingDistance(const RigidCase& tested, double t)
+/// A case that starts within the tolerance has no window; what is reported has to be that near, by
+/// brute force.
+bool isNear(const RigidCase& tested, double t)
 {
     return oracleDistanceAt(oracleBody(tested.scene.meshA, tested.scene.motionA),
                             oracleBody(tested.scene.meshB, tested.scene.motionB),
-                            t);
+                            t) <= 1.001 * tested.answer.finest() + roundingOf(tested);
 }
 
 /// No chain starts within the tolerance.
-double startingDistance(const ArticulatedCase&, double)
+bool isNear(const ArticulatedCase&, double)
 {
-    return 0.0;
-}
-
-/// A case that starts within the tolerance has no window; what is reported has to be that near.
-template <typename Case>
-void judgeTouching(const Case& tested, JudgedAnswer& judged)
-{
-    if (tested.answer.startsTouching && tested.answer.time && judged.verdict == CaseVerdict::Pass &&
-        startingDistance(tested, judged.answer.time) >
-            1.001 * tested.answer.finest() + roundingOf(tested))
-    {
-        judged.verdict = CaseVerdict::Inaccurate;
-    }
+    return true;
 }
 
 template <typename Case>
@@ -97,21 +128,21 @@ std::vector<AskedVariant<Case>> variantsToAsk(const Case& tested, const Catalogu
     return asked;
 }
 
+/// Adds to `relations`, by name: variants that were asked, that kept their answers, and those lost;
+/// of ours the largest shift of a time, in parts of what is right.
 template <typename Case>
 void runRelations(const Case& tested,
                   const Method<Case>& method,
-                  const JudgedAnswer& asItIs,
+                  double timeAsItIs,
                   const std::vector<AskedVariant<Case>>& asked,
                   double limit,
-                  MethodRow& row)
+                  json& relations)
 {
-    std::vector<std::function<PeerAnswer()>> codes;
-    for (const AskedVariant<Case>& one : asked)
-    {
-        codes.emplace_back([&] { return answerLegs(method, one.variant); });
-    }
     const bool isOurs = method.owner == "ours";
-    const std::vector<IsolatedAnswer> answers = runIsolated(codes, limit, kPatience);
+    const auto answers = benchmarks::sandboxedAnswers<PeerAnswer>(
+        asked.size(),
+        {.seconds = limit, .patience = kPatience},
+        [&](std::size_t i) { return answerLegs(method, asked[i].variant); });
     for (std::size_t i = 0; i < answers.size(); ++i)
     {
         const Variant<Case>& variant = asked[i].variant;
@@ -120,37 +151,82 @@ void runRelations(const Case& tested,
         {
             rounding = std::max(rounding, roundingOf(leg.tested));
         }
-        const JudgedAnswer judged = judge(answers[i], variant.answer, rounding, isOurs);
-        RelationCount& count = row.relations[nameOf(asked[i].relation)];
-        ++count.asked;
-        if (judged.verdict == CaseVerdict::Pass)
+        json& count = relations[nameOf(asked[i].relation)];
+        if (count.is_null())
         {
-            ++count.kept;
+            count = {{"asked", 0}, {"kept", 0}, {"largestShift", 0.0}, {"lost", json::array()}};
         }
-        else
+        const auto increase = [&count](const char* name)
+        { count[name] = count[name].get<int>() + 1; };
+        increase("asked");
+        const std::string verdict = verdictOf(answers[i], variant.answer, rounding, isOurs);
+        if (verdict != "pass")
         {
-            count.lost.push_back({tested.id, variant.name, judged.verdict});
+            count["lost"].push_back(
+                {{"id", tested.id}, {"variant", variant.name}, {"verdict", verdict}});
+            continue;
         }
-        if (isOurs && variant.answer.time && !variant.answer.startsTouching &&
-            judged.verdict == CaseVerdict::Pass)
+        increase("kept");
+        if (isOurs && variant.answer.time && !variant.answer.startsTouching)
         {
-            const double shift = std::abs(judged.answer.time - asItIs.answer.time) /
-                                 windowOf(variant.answer, rounding, true);
-            count.largestShift = std::max(count.largestShift, shift);
+            const double window =
+                *variant.answer.time - rightTimes(variant.answer, rounding, true).earliest;
+            count["largestShift"] =
+                std::max(count["largestShift"].get<double>(),
+                         std::abs(answers[i].answer.time - timeAsItIs) / window);
         }
     }
 }
 
 template <typename Case>
-CatalogueTable run(const std::string& kind,
-                   const std::vector<Case>& cases,
-                   const std::vector<Method<Case>>& methods,
-                   const CatalogueOptions& options)
+json askMethod(const Case& tested, const Method<Case>& method, double limit)
 {
-    CatalogueTable table{.kind = kind, .methods = {}, .cases = {}};
+    json row{
+        {"method", method.name}, {"verdict", "not applicable"}, {"seconds", 0.0}, {"pairs", 0}};
+    if (const std::string note = method.notApplicable(tested); !note.empty())
+    {
+        row["note"] = note;
+        return row;
+    }
+    const Sandboxed<PeerAnswer> asked = benchmarks::sandboxedAnswers<PeerAnswer>(
+        1, {.seconds = limit}, [&](std::size_t) { return method.run(tested); })[0];
+    std::string verdict =
+        verdictOf(asked, tested.answer, roundingOf(tested), method.owner == "ours");
+    const bool isContact = asked.answer.outcome == PeerOutcome::Contact;
+    if (verdict == "pass" && tested.answer.startsTouching && tested.answer.time &&
+        !isNear(tested, asked.answer.time))
+    {
+        verdict = "inaccurate";
+    }
+    row["verdict"] = verdict;
+    row["seconds"] = asked.seconds;
+    row["pairs"] = asked.answer.pairs;
+    if (isContact)
+    {
+        // Not a number has no JSON.
+        const double time = asked.answer.time;
+        row["time"] = std::isfinite(time) ? json(time) : json(nullptr);
+        row["error"] =
+            !std::isfinite(time) ? json(nullptr) : json(time - tested.answer.time.value_or(time));
+    }
+    return row;
+}
+
+template <typename Case>
+void run(const std::string& kind,
+         const std::vector<Case>& cases,
+         const std::vector<Method<Case>>& methods,
+         const CatalogueOptions& options,
+         json& table)
+{
+    std::vector<json> methodRows;
     for (const Method<Case>& method : methods)
     {
-        table.methods.push_back({method.name, method.owner, method.setting});
+        methodRows.push_back({{"name", method.name},
+                              {"owner", method.owner},
+                              {"setting", method.setting},
+                              {"kind", kind},
+                              {"relations", json::object()}});
     }
     for (std::size_t number = 0; number < cases.size(); ++number)
     {
@@ -163,101 +239,72 @@ CatalogueTable run(const std::string& kind,
         {
             options.progress(tested.id, number, cases.size());
         }
-        CaseRow row{.id = tested.id,
-                    .kind = kind,
-                    .title = tested.title,
-                    .exact = tested.answer,
-                    .rounding = roundingOf(tested)};
-        const auto asked =
+        const CaseAnswer& exact = tested.answer;
+        const auto variants =
             options.relations ? variantsToAsk(tested, options) : std::vector<AskedVariant<Case>>{};
+        json answers = json::array();
         for (std::size_t i = 0; i < methods.size(); ++i)
         {
-            const Method<Case>& method = methods[i];
-            JudgedAnswer judged{.note = method.notApplicable(tested)};
-            if (judged.note.empty())
+            answers.push_back(askMethod(tested, methods[i], options.limit));
+            if (answers.back()["verdict"] == "pass" && !variants.empty())
             {
-                const std::function<PeerAnswer()> code = [&] { return method.run(tested); };
-                judged = judge(runIsolated({&code, 1}, options.limit, 1)[0],
-                               tested.answer,
-                               roundingOf(tested),
-                               method.owner == "ours");
-                judgeTouching(tested, judged);
-            }
-            row.answers.push_back(judged);
-            if (judged.verdict == CaseVerdict::Pass && !asked.empty())
-            {
-                runRelations(tested, method, judged, asked, options.variantLimit, table.methods[i]);
+                runRelations(tested,
+                             methods[i],
+                             answers.back().value("time", 1.0),
+                             variants,
+                             options.variantLimit,
+                             methodRows[i]["relations"]);
             }
         }
-        table.cases.push_back(std::move(row));
+        table["cases"].push_back({{"id", tested.id},
+                                  {"kind", kind},
+                                  {"group", tested.id.substr(0, 1)},
+                                  {"groupTitle", groupTitle(tested.id)},
+                                  {"title", tested.title},
+                                  {"time", exact.time ? json(*exact.time) : json(nullptr)},
+                                  {"clearance", exact.clearance},
+                                  {"closingSpeed", exact.closingSpeed},
+                                  {"tolerance", exact.finest()},
+                                  {"rounding", roundingOf(tested)},
+                                  {"answers", std::move(answers)}});
     }
-    return table;
+    for (json& row : methodRows)
+    {
+        table["methods"].push_back(std::move(row));
+    }
 }
 }  // namespace
 
-const char* nameOf(CaseVerdict verdict)
+json runCatalogue(const CatalogueOptions& options)
 {
-    constexpr std::array<const char*, 9> kNames{"pass",
-                                                "inaccurate",
-                                                "late",
-                                                "missed",
-                                                "false contact",
-                                                "gave up",
-                                                "crashed",
-                                                "timed out",
-                                                "not applicable"};
-    return kNames[static_cast<std::size_t>(verdict)];
-}
-
-JudgedAnswer judge(const IsolatedAnswer& isolated,
-                   const CaseAnswer& exact,
-                   double rounding,
-                   bool isOurs)
-{
-    JudgedAnswer judged{.verdict = CaseVerdict::Pass, .answer = isolated.answer};
-    const PeerAnswer& answer = isolated.answer;
-    if (isolated.ending != Ending::Answered)
+    json table{{"family", "catalogue"},
+               {"title", "Contact times with exact answers, where known methods fail"},
+               {"limit", options.limit},
+               {"variantLimit", options.variantLimit},
+               {"peers",
+                {benchmarks::isFclPresent() ? "FCL" : "",
+                 benchmarks::isBulletPresent() ? "Bullet in double precision" : ""}},
+               {"defaultIterations", ToiOptions{}.maxIterations},
+               {"relations", json::array()},
+               {"methods", json::array()},
+               {"cases", json::array()},
+               {"elsewhere", json::array()}};
+    for (const Relation relation : kRelations)
     {
-        judged.verdict =
-            isolated.ending == Ending::Crashed ? CaseVerdict::Crashed : CaseVerdict::TimedOut;
+        table["relations"].push_back(nameOf(relation));
     }
-    else if (answer.outcome == PeerOutcome::GaveUp)
+    for (const CatalogueRow& row : catalogueRows())
     {
-        judged.verdict = CaseVerdict::GaveUp;
-    }
-    else if (!exact.time)
-    {
-        const bool isFalse =
-            answer.outcome == PeerOutcome::Contact && exact.clearance > 1.001 * exact.finest();
-        judged.verdict = isFalse ? CaseVerdict::FalseContact : CaseVerdict::Pass;
-    }
-    else if (answer.outcome == PeerOutcome::Free)
-    {
-        judged.verdict = CaseVerdict::Missed;
-    }
-    else
-    {
-        judged.error = answer.time - *exact.time;
-        const double late = (isOurs ? kUlps : kLate) + leadTime(exact, rounding);
-        if (!(judged.error <= late))  // not a number is late
+        if (!row.tested.empty())
         {
-            judged.verdict = CaseVerdict::Late;
-        }
-        else if (!exact.startsTouching && judged.error < -windowOf(exact, rounding, isOurs))
-        {
-            judged.verdict = CaseVerdict::Inaccurate;
+            table["elsewhere"].push_back({{"id", row.id},
+                                          {"groupTitle", groupTitle(row.id)},
+                                          {"title", row.title},
+                                          {"tested", row.tested}});
         }
     }
-    return judged;
-}
-
-CatalogueTable runRigidCatalogue(const CatalogueOptions& options)
-{
-    return run("rigid", rigidCases(), rigidMethods(), options);
-}
-
-CatalogueTable runArticulatedCatalogue(const CatalogueOptions& options)
-{
-    return run("articulated", articulatedCases(), articulatedMethods(), options);
+    run("rigid", rigidCases(), rigidMethods(), options, table);
+    run("articulated", articulatedCases(), articulatedMethods(), options, table);
+    return table;
 }
 }  // namespace bullet_ccd::tests

@@ -1,47 +1,94 @@
 /// Every case of the stability catalogue through this library, FCL and Bullet; prints Markdown
 /// tables of verdicts, or writes JSON for benchmarks/run stability.
 #include "benchmarks/reference/catalogue/catalogue.h"
-#include "benchmarks/stability/catalogue_text.h"
+#include "benchmarks/stability/catalogue_run.h"
+#include "benchmarks/support/report.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
-#include <cstdio>
-#include <fstream>
+#include <fmt/format.h>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <unistd.h>
 
 namespace
 {
 using namespace bullet_ccd::tests;
+using nlohmann::json;
 
-void writeFile(const std::string& path, const std::string& text)
+/// A line per case, a column per method of the kind; sums.
+std::string markdownOf(const json& table, const std::string& kind)
 {
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file)
+    std::string text = "| case | exact |";
+    std::string line = "|---|--:|";
+    for (const json& method : table["methods"])
     {
-        throw std::runtime_error(path + ": cannot be written: check the folder and its space");
+        if (method["kind"] == kind)
+        {
+            text += fmt::format(" {} |", method["name"].get<std::string>());
+            line += "---|";
+        }
     }
+    text += "\n" + line + "\n";
+    std::vector<std::map<std::string, int>> sums;
+    for (const json& row : table["cases"])
+    {
+        if (row["kind"] != kind)
+        {
+            continue;
+        }
+        text += fmt::format(
+            "| {} | {} |",
+            row["id"].get<std::string>(),
+            row["time"].is_null() ? "none" : fmt::format("{:.9g}", row["time"].get<double>()));
+        sums.resize(row["answers"].size());
+        for (std::size_t i = 0; i < row["answers"].size(); ++i)
+        {
+            const json& answer = row["answers"][i];
+            const auto verdict = answer["verdict"].get<std::string>();
+            const bool hasError =
+                (verdict == "late" || verdict == "inaccurate") && answer["error"].is_number();
+            text += fmt::format(
+                " {}{} |",
+                answer.contains("note") ? "-" : verdict,
+                hasError ? fmt::format(" {:.1e}", std::abs(answer["error"].get<double>())) : "");
+            ++sums[i][verdict];
+        }
+        text += "\n";
+    }
+    text += "| **sum** | |";
+    for (const std::map<std::string, int>& sum : sums)
+    {
+        std::string cell;
+        for (const auto& [verdict, count] : sum)
+        {
+            cell += fmt::format("{}{} {}", cell.empty() ? " " : ", ", count, verdict);
+        }
+        text += cell + " |";
+    }
+    return sums.empty() ? "" : text + "\n\n";
 }
 
 /// Cases that a strategy of this library does not get right.
-int failuresOfOurs(const CatalogueTable& table)
+int failuresOfOurs(const json& table)
 {
     int failures = 0;
-    for (const CaseRow& row : table.cases)
+    for (const json& row : table["cases"])
     {
-        for (std::size_t i = 0; i < row.answers.size(); ++i)
+        for (const json& answer : row["answers"])
         {
-            if (table.methods[i].owner == "ours" && row.answers[i].verdict != CaseVerdict::Pass)
+            const auto isOurs = [&](const json& method)
             {
-                std::fprintf(stderr,
-                             "%s: %s: %s\n",
-                             row.id.c_str(),
-                             table.methods[i].name.c_str(),
-                             nameOf(row.answers[i].verdict));
+                return method["owner"] == "ours" && method["kind"] == row["kind"] &&
+                       method["name"] == answer["method"];
+            };
+            if (answer["verdict"] != "pass" &&
+                std::ranges::any_of(table["methods"].begin(), table["methods"].end(), isOurs))
+            {
+                fmt::print(stderr,
+                           "{}: {}: {}\n",
+                           row["id"].get<std::string>(),
+                           answer["method"].get<std::string>(),
+                           answer["verdict"].get<std::string>());
                 ++failures;
             }
         }
@@ -51,36 +98,20 @@ int failuresOfOurs(const CatalogueTable& table)
 
 int run(const CatalogueOptions& options, const std::string& output)
 {
-    for (const auto& [name, present] :
-         {std::pair{"FCL", hasFcl()}, std::pair{"Bullet (double precision)", hasBullet()}})
-    {
-        if (!present)
-        {
-            std::fprintf(stderr, "stability_catalogue: built without %s\n", name);
-        }
-    }
-    const std::array<CatalogueTable, 2> tables{runRigidCatalogue(options),
-                                               runArticulatedCatalogue(options)};
-    if (std::all_of(tables.begin(),
-                    tables.end(),
-                    [](const CatalogueTable& table) { return table.cases.empty(); }))
+    const json table = runCatalogue(options);
+    if (table["cases"].empty())
     {
         throw std::invalid_argument("--only " + options.only + ": no such case: see --list");
     }
-    int failures = 0;
-    for (const CatalogueTable& table : tables)
+    if (output.empty())
     {
-        if (output.empty() && !table.cases.empty())
-        {
-            std::fputs((toMarkdown(table) + "\n").c_str(), stdout);
-        }
-        failures += failuresOfOurs(table);
+        fmt::print("{}{}", markdownOf(table, "rigid"), markdownOf(table, "articulated"));
     }
-    if (!output.empty())
+    else
     {
-        writeFile(output, toJson(tables, options).dump(1) + "\n");
+        bullet_ccd::benchmarks::writeReport(output, table);
     }
-    return failures == 0 ? 0 : 1;
+    return failuresOfOurs(table) == 0 ? 0 : 1;
 }
 }  // namespace
 
@@ -108,14 +139,14 @@ int main(int argc, char** argv)
     {
         if (list)
         {
-            std::fputs(catalogueTable().c_str(), stdout);
+            fmt::print("{}", catalogueTable());
             return 0;
         }
         options.relations = !output.empty();
         if (options.relations && isatty(STDERR_FILENO) != 0)
         {
             options.progress = [](const std::string& id, std::size_t number, std::size_t count)
-            { std::fprintf(stderr, "\r%zu of %zu: %-6s", number + 1, count, id.c_str()); };
+            { fmt::print(stderr, "\r{} of {}: {:<6}", number + 1, count, id); };
         }
         options.firstVariantOnly = quick;
         options.variantLimit = quick ? 2.0 : options.variantLimit;
@@ -123,7 +154,7 @@ int main(int argc, char** argv)
     }
     catch (const std::exception& error)
     {
-        std::fprintf(stderr, "stability_catalogue: %s\n", error.what());
+        fmt::print(stderr, "stability_catalogue: {}\n", error.what());
         return 3;
     }
 }

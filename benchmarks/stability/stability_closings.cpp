@@ -1,6 +1,7 @@
 #include "benchmarks/stability/stability_closings.h"
 
 #include "benchmarks/closing/closing_run.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/approach/approach_motion.h"
 #include "grasp/closing/kinematic_closing.h"
@@ -10,7 +11,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <random>
 #include <set>
 #include <stdexcept>
 
@@ -30,17 +30,6 @@ using grasp::HandModel;
 using grasp::RejectReason;
 
 constexpr double kPi = std::numbers::pi;
-
-/// Uniform over the sphere: z and the angle about it are.
-Vector3d directionOf(std::mt19937_64& engine)
-{
-    // By hand: the distributions of the standard library may differ between platforms.
-    const auto uniform = [&] { return static_cast<double>(engine() >> 11U) * 0x1.0p-53; };
-    const double z = 2.0 * uniform() - 1.0;
-    const double angle = 2.0 * kPi * uniform();
-    const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
-    return {radius * std::cos(angle), radius * std::sin(angle), z};
-}
 
 std::set<std::int32_t> linksOf(const Grasp& grasp)
 {
@@ -127,9 +116,9 @@ double smoothStep(double x)
 
 Isometry3d poseError(std::uint64_t seed, double magnitude, const Vector3d& center)
 {
-    std::mt19937_64 engine(seed);
-    const Vector3d shift = directionOf(engine);
-    const Vector3d axis = directionOf(engine);
+    tests::Random random(seed);
+    const Vector3d shift = random.direction();
+    const Vector3d axis = random.direction();
     Isometry3d error = Isometry3d::Identity();
     error.translate(center + magnitude * shift);
     error.rotate(Eigen::AngleAxisd(magnitude, axis));
@@ -274,17 +263,6 @@ ClosingChange changeOf(const HandModel& hand, const Grasp& reference, const Gras
         change.epsilon = std::abs(reference.quality.epsilon - other.quality.epsilon);
     }
     return change;
-}
-
-double quantileOf(std::vector<double> values, double share)
-{
-    if (values.empty())
-    {
-        return 0.0;
-    }
-    std::ranges::sort(values);
-    const double last = static_cast<double>(values.size() - 1);
-    return values[static_cast<std::size_t>(std::lround(std::ceil(share * last - 1e-9)))];
 }
 
 const std::vector<std::string>& meshFamilies()

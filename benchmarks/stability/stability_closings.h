@@ -77,9 +77,6 @@ struct ClosingChange
                                      const grasp::Grasp& reference,
                                      const grasp::Grasp& other);
 
-/// The value that this share of all is not above, 0 <= share <= 1; 0 for none.
-[[nodiscard]] double quantileOf(std::vector<double> values, double share);
-
 /// Shapes by formula at about 1K, 4K and 16K triangles, all vertices on the same smooth surface.
 inline constexpr int kMeshLevels = 3;
 [[nodiscard]] const std::vector<std::string>& meshFamilies();

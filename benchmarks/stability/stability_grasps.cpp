@@ -1,6 +1,7 @@
 /// Closings repeated with errors of the pose and on meshes of other sizes: how contacts, epsilon
 /// and success change, ours and the discrete baseline.
 #include "benchmarks/stability/stability_closings.h"
+#include "benchmarks/support/report.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/hand/hand_file.h"
@@ -11,12 +12,9 @@
 #include <chrono>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
-#include <functional>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -403,29 +401,21 @@ void write(const Arguments& arguments, Report report, bool hasData, double secon
     {
         methods.push_back(method.name);
     }
-    std::ofstream out(arguments.output);
-    out << json{{"family", "grasps"},
-                {"title", "Stability of grasps"},
-                {"compiler", BULLET_CCD_COMPILER},
-                {"flags", BULLET_CCD_FLAGS},
-                {"peers", json::array()},
-                {"quick", arguments.quick},
-                {"seed", arguments.seed},
-                {"candidates", arguments.candidates},
-                {"draws", arguments.draws},
-                {"noises", kNoises},
-                {"methods", methods},
-                {"data", hasData},
-                {"seconds", seconds},
-                {"pairs", std::move(report.pairs)},
-                {"noise", std::move(report.noise)},
-                {"meshes", std::move(report.meshes)}}
-               .dump()
-        << '\n';
-    if (!out)
-    {
-        throw std::runtime_error(arguments.output + ": cannot be written: name another file");
-    }
+    writeReport(arguments.output,
+                {{"family", "grasps"},
+                 {"title", "Stability of grasps"},
+                 {"peers", json::array()},
+                 {"quick", arguments.quick},
+                 {"seed", arguments.seed},
+                 {"candidates", arguments.candidates},
+                 {"draws", arguments.draws},
+                 {"noises", kNoises},
+                 {"methods", methods},
+                 {"data", hasData},
+                 {"seconds", seconds},
+                 {"pairs", std::move(report.pairs)},
+                 {"noise", std::move(report.noise)},
+                 {"meshes", std::move(report.meshes)}});
 }
 
 void run(const Arguments& arguments)

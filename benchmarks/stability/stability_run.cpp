@@ -7,6 +7,7 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -170,20 +171,8 @@ private:
 
 const char* toString(StabilityVerdict verdict)
 {
-    switch (verdict)
-    {
-        case StabilityVerdict::Held:
-            return "held";
-        case StabilityVerdict::Slipped:
-            return "slipped";
-        case StabilityVerdict::Dropped:
-            return "dropped";
-        case StabilityVerdict::Through:
-            return "through";
-        case StabilityVerdict::Exploded:
-            return "exploded";
-    }
-    return "";
+    constexpr std::array kNames{"held", "slipped", "dropped", "through", "exploded"};
+    return kNames[static_cast<std::size_t>(verdict)];
 }
 
 StabilityOutcome runStability(const StabilityWorld& world, const StabilitySetting& setting)

@@ -48,8 +48,8 @@ struct StabilityOutcome
 };
 
 /// Runs a world in this process. Penetration is measured on meshes by an exact check
-/// (benchmarks/reference/audit), up to 120 times a second until rest is expected and ten times a second
-/// from then on; at all steps of passive worlds.
+/// (benchmarks/reference/audit), up to 120 times a second until rest is expected and ten times a
+/// second from then on; at all steps of passive worlds.
 [[nodiscard]] StabilityOutcome runStability(const StabilityWorld& world,
                                             const StabilitySetting& setting);
 

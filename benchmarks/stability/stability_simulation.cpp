@@ -1,16 +1,15 @@
 /// Hands that hold, squeeze, pinch and hit for a long time or with little mass: drift, energy and
 /// penetration in stock Bullet and in ours, over time steps and iterations of the solver.
 #include "benchmarks/stability/stability_run.h"
-#include "benchmarks/support/isolated_run.h"
+#include "benchmarks/support/report.h"
+#include "benchmarks/support/sandbox.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -48,14 +47,17 @@ double secondsOf(const StabilityWorld& world, int rate, int iterations, const Ar
 
 nlohmann::json runOne(const StabilityWorld& world, const StabilitySetting& setting)
 {
-    const IsolatedAnswer answer = runIsolated(
-        kRunLimit, [&] { return toJson(world, setting, runStability(world, setting)).dump(); });
-    if (answer.end == IsolatedEnd::Finished)
+    const auto [end, text, seconds] =
+        runSandboxed(1,
+                     {.seconds = kRunLimit},
+                     [&](std::size_t)
+                     { return toJson(world, setting, runStability(world, setting)).dump(); })[0];
+    if (end == SandboxEnd::Answered)
     {
-        return nlohmann::json::parse(answer.text);
+        return nlohmann::json::parse(text);
     }
     nlohmann::json row = toJson(world, setting, {});
-    row["verdict"] = answer.end == IsolatedEnd::TimedOut ? "timed out" : "crashed";
+    row["verdict"] = end == SandboxEnd::TimedOut ? "timed out" : "crashed";
     return row;
 }
 
@@ -125,27 +127,19 @@ nlohmann::json worldsAsJson()
 
 void write(const Arguments& arguments, nlohmann::json rows, double seconds)
 {
-    std::ofstream out(arguments.output);
-    out << nlohmann::json{{"family", "simulation"},
-                          {"title", "Stability of simulated grasps"},
-                          {"precision", tests::kDouble ? "double" : "single"},
-                          {"compiler", BULLET_CCD_COMPILER},
-                          {"flags", BULLET_CCD_FLAGS},
-                          {"peers", {fmt::format("Bullet {}", btGetVersion())}},
-                          {"quick", arguments.quick},
-                          {"rates", arguments.rates},
-                          {"iterations", arguments.iterations},
-                          {"slip", kSlip},
-                          {"drop", kDrop},
-                          {"seconds", seconds},
-                          {"worlds", worldsAsJson()},
-                          {"runs", std::move(rows)}}
-               .dump(1)
-        << '\n';
-    if (!out)
-    {
-        throw std::runtime_error(arguments.output + ": cannot be written: name another file");
-    }
+    writeReport(arguments.output,
+                {{"family", "simulation"},
+                 {"title", "Stability of simulated grasps"},
+                 {"precision", tests::kDouble ? "double" : "single"},
+                 {"peers", {fmt::format("Bullet {}", btGetVersion())}},
+                 {"quick", arguments.quick},
+                 {"rates", arguments.rates},
+                 {"iterations", arguments.iterations},
+                 {"slip", kSlip},
+                 {"drop", kDrop},
+                 {"seconds", seconds},
+                 {"worlds", worldsAsJson()},
+                 {"runs", std::move(rows)}});
 }
 }  // namespace
 

@@ -1,14 +1,14 @@
 #include "benchmarks/support/chart.h"
 
+#include "benchmarks/support/report.h"
+#include "benchmarks/support/sandbox.h"
 #include "benchmarks/support/timing.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
 
 namespace bullet_ccd::benchmarks
@@ -103,6 +103,21 @@ ChartSetting toiSetting(std::string label,
             }};
 }
 
+std::vector<ChartAnswer> runWithLimit(std::size_t count,
+                                      double seconds,
+                                      const std::function<ChartAnswer(std::size_t)>& ask)
+{
+    std::vector<ChartAnswer> answers;
+    for (const auto& [end, answer, time] :
+         sandboxedAnswers<ChartAnswer>(count, {.seconds = seconds}, ask))
+    {
+        answers.push_back(end == SandboxEnd::Answered
+                              ? answer
+                              : ChartAnswer{.micros = 1e6 * seconds, .timedOut = true});
+    }
+    return answers;
+}
+
 nlohmann::json chartPoints(const ChartScene& scene)
 {
     nlohmann::json points = nlohmann::json::array();
@@ -139,25 +154,17 @@ void writeChart(const std::string& output, const ChartFamily& family, const nloh
 {
     std::vector<std::string> peers = family.peers;
     std::erase(peers, std::string());
-    std::ofstream out(output);
-    out << nlohmann::json{{"family", family.name},
-                          {"title", family.title},
-                          {"time", family.time},
-                          {"error", family.error},
-                          {"flaws",
-                           {{"missed", family.missed},
-                            {"late", family.late},
-                            {"false", family.falseHit},
-                            {"timedOut", family.timedOut}}},
-                          {"compiler", BULLET_CCD_COMPILER},
-                          {"flags", BULLET_CCD_FLAGS},
-                          {"peers", peers},
-                          {"points", points}}
-               .dump(1)
-        << '\n';
-    if (!out)
-    {
-        throw std::runtime_error(output + ": cannot be written: name another file");
-    }
+    writeReport(output,
+                {{"family", family.name},
+                 {"title", family.title},
+                 {"time", family.time},
+                 {"error", family.error},
+                 {"flaws",
+                  {{"missed", family.missed},
+                   {"late", family.late},
+                   {"false", family.falseHit},
+                   {"timedOut", family.timedOut}}},
+                 {"peers", peers},
+                 {"points", points}});
 }
 }  // namespace bullet_ccd::benchmarks

@@ -98,6 +98,10 @@ struct ChartAnswer
                                       SharedTruths truths,
                                       std::function<std::vector<ChartAnswer>()> ask);
 
+/// Asks queries 0 .. count - 1 in a sandbox; one that takes longer than `seconds` is timedOut.
+[[nodiscard]] std::vector<ChartAnswer> runWithLimit(
+    std::size_t count, double seconds, const std::function<ChartAnswer(std::size_t)>& ask);
+
 /// Runs every setting of every method of a scene; prints a line for each.
 /// @return the points, as the drawing script reads them; a point that missed, was late or timed out
 ///         says so and is never left out

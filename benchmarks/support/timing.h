@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <span>
 #include <vector>
@@ -52,6 +53,18 @@ inline double medianOf(std::vector<double> values)
     std::ranges::sort(values);
     const std::size_t half = values.size() / 2;
     return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+/// The value that this share of all is not above, 0 <= share <= 1; 0 for none.
+inline double quantileOf(std::vector<double> values, double share)
+{
+    if (values.empty())
+    {
+        return 0.0;
+    }
+    std::ranges::sort(values);
+    const double last = static_cast<double>(values.size() - 1);
+    return values[static_cast<std::size_t>(std::lround(std::ceil(share * last - 1e-9)))];
 }
 
 /// Mean over queries of the median over repeats; 0 for none.

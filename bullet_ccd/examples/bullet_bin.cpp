@@ -37,7 +37,7 @@ int main()
                 static_cast<long long>(seen.pairs));
     if (!seen.clean())
     {
-        std::printf("%s\n", describe(bin, seen).c_str());
+        std::printf("%s\n", bullet_ccd::tests::describe(seen, bin.names()).c_str());
     }
     check(seen.clean(), "no two bodies intersect, at no time");
     check(bin.countInside() == int(bin.size()), "all objects are in the bin");

@@ -6,7 +6,6 @@
 #include "robots/shapes/household_objects.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <optional>
 
 namespace bullet_ccd::examples
@@ -126,11 +125,6 @@ void HouseholdBin::makeKinds(const BinOptions& options)
     }
 }
 
-const std::string& HouseholdBin::nameOf(std::int32_t body) const
-{
-    return m_names[static_cast<std::size_t>(body)];
-}
-
 bool HouseholdBin::isInside(std::size_t object) const
 {
     const Eigen::Isometry3d X = btCcdToEigen(m_objects[object].body->getWorldTransform());
@@ -161,21 +155,5 @@ double HouseholdBin::meanSpeed() const
         sum += double(object.body->getLinearVelocity().length());
     }
     return sum / double(m_objects.size());
-}
-
-std::string describe(const HouseholdBin& bin, const tests::AuditResult& result)
-{
-    char text[256];
-    std::snprintf(text,
-                  sizeof text,
-                  "%s and %s are %.2e m inside each other at %.4f s near (%.4f, %.4f, %.4f)",
-                  bin.nameOf(result.bodyA).c_str(),
-                  bin.nameOf(result.bodyB).c_str(),
-                  result.worst.depth,
-                  result.time,
-                  result.worst.point_W.x(),
-                  result.worst.point_W.y(),
-                  result.worst.point_W.z());
-    return text;
 }
 }  // namespace bullet_ccd::examples

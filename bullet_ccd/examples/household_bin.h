@@ -28,8 +28,8 @@ public:
 
     static constexpr int kSizes = 2;
 
-    /// Name of a body by its number in the audit.
-    [[nodiscard]] const std::string& nameOf(std::int32_t body) const;
+    /// Of the bodies, in the order of their numbers in the audit.
+    [[nodiscard]] const std::vector<std::string>& names() const { return m_names; }
     /// True if every vertex is above the floor and between the walls.
     [[nodiscard]] bool isInside(std::size_t object) const;
     [[nodiscard]] int countInside() const;
@@ -62,7 +62,4 @@ private:
     void addWalls(World& world, tests::WorldAudit& audit);
     void makeKinds(const BinOptions& options);
 };
-
-/// "mug 3 and plate 7 are 1.2e-05 m inside each other at 0.52 s near (0.1, 0.0, 0.2)".
-[[nodiscard]] std::string describe(const HouseholdBin& bin, const tests::AuditResult& result);
 }  // namespace bullet_ccd::examples

@@ -2,12 +2,9 @@
 #include "benchmarks/rigid/rigid_check.h"
 #include "benchmarks/rigid/rigid_meshes.h"
 #include "benchmarks/rigid/rigid_sets.h"
-#include "benchmarks/support/limited_run.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
-#include <chrono>
 #include <gmock/gmock.h>
-#include <thread>
 
 namespace bullet_ccd::benchmarks
 {
@@ -149,26 +146,6 @@ TEST_F(RigidCheck, SeesAWrongGap)
 {
     m_answers[collision()].gap *= 0.5;
     EXPECT_EQ(check().badGaps, 1);
-}
-
-TEST(RunWithLimit, EndsACallThatTakesTooLongAndGoesOn)
-{
-    const std::vector<ChartAnswer> answers =
-        runWithLimit(4,
-                     0.2,
-                     [](std::size_t i) -> ChartAnswer
-                     {
-                         if (i == 1)
-                         {
-                             std::this_thread::sleep_for(std::chrono::seconds(30));
-                         }
-                         return {.hit = true, .time = 0.1 * static_cast<double>(i)};
-                     });
-    ASSERT_EQ(answers.size(), 4u);
-    EXPECT_FALSE(answers[0].timedOut);
-    EXPECT_TRUE(answers[1].timedOut);
-    EXPECT_FALSE(answers[2].timedOut);
-    EXPECT_DOUBLE_EQ(answers[3].time, 0.1 * 3.0);
 }
 }  // namespace
 }  // namespace bullet_ccd::benchmarks

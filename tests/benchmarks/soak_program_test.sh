@@ -29,7 +29,7 @@ running=$!
 until [ -s "$folder/killed" ]; do sleep 0.05; done
 kill -KILL $running
 wait $running 2>/dev/null
-next=$(awk 'NR == 2 { print $2 }' "$folder/killed")
+next=$(grep -oP '"next": \K\d+' "$folder/killed")
 total=$((next - 1 + round))
 "$program" -n $total --jobs 2 --checkpoint "$folder/killed" --resume >"$folder/killed.txt"
 "$program" -n $total --jobs 2 --checkpoint "$folder/fresh" >"$folder/fresh.txt"
@@ -42,10 +42,10 @@ refuses() { # FILE MESSAGE WHAT [OPTION...]
     [ $? -eq 3 ] || fail "$what is not refused"
     grep -q "$message" "$folder/refused.txt" || fail "the refusal of $what does not say why"
 }
-refuses kept 'another range of seeds' "a checkpoint of other seeds" --seed 7
+refuses kept 'belongs to another run' "a checkpoint of other seeds" --seed 7
 head -c -3 "$folder/kept" >"$folder/short"
 refuses short 'or damaged' "a checkpoint that was cut off"
-sed '3s/^[0-9]*/7/' "$folder/kept" >"$folder/changed"
+sed -E 's/("next": [0-9]*)/\17/' "$folder/kept" >"$folder/changed"
 refuses changed 'or damaged' "a checkpoint with a changed count"
-sed '1s/^/other_/' "$folder/kept" >"$folder/foreign"
-refuses foreign 'not a checkpoint of' "a checkpoint of another program"
+sed 's/run soak/run other/' "$folder/kept" >"$folder/foreign"
+refuses foreign 'or damaged' "a checkpoint that names another program"

@@ -1,13 +1,9 @@
-// What the stability of simulations rests on: runs in processes of their own, and their verdicts.
+// What the stability of simulations rests on: runs and their verdicts.
 #include "benchmarks/stability/stability_run.h"
-#include "benchmarks/support/isolated_run.h"
 
-#include <chrono>
-#include <cstdlib>
 #include <gmock/gmock.h>
 #include <set>
 #include <stdexcept>
-#include <thread>
 
 namespace bullet_ccd::benchmarks
 {
@@ -30,28 +26,6 @@ const StabilityWorld& worldNamed(const std::string& name)
 StabilityOutcome run(const std::string& name, const StabilitySetting& setting)
 {
     return runStability(worldNamed(name), setting);
-}
-
-TEST(IsolatedRun, BringsBackTextOfAnyLength)
-{
-    const std::string text(1'000'000, 'x');
-    const IsolatedAnswer answer = runIsolated(20.0, [&] { return text; });
-    EXPECT_EQ(answer.end, IsolatedEnd::Finished);
-    EXPECT_EQ(answer.text, text);
-}
-
-TEST(IsolatedRun, OutlivesACrashAnExceptionAndACallThatNeverReturns)
-{
-    const auto crash = []() -> std::string { std::abort(); };
-    const auto fail = []() -> std::string { throw std::runtime_error("on purpose"); };
-    const auto hang = []() -> std::string
-    {
-        std::this_thread::sleep_for(std::chrono::seconds(60));
-        return "";
-    };
-    EXPECT_EQ(runIsolated(20.0, crash).end, IsolatedEnd::Crashed);
-    EXPECT_EQ(runIsolated(20.0, fail).end, IsolatedEnd::Crashed);
-    EXPECT_EQ(runIsolated(0.2, hang).end, IsolatedEnd::TimedOut);
 }
 
 TEST(StabilityWorlds, HaveNamesOfTheirOwn)

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <ostream>
 #include <tuple>
 
@@ -37,28 +36,8 @@ ArticulatedToiResult query(const ArticulatedCase& tested,
                            double tolerance,
                            ToiStrategy strategy = ToiStrategy::BestFirst)
 {
-    std::vector<SsvTree> hierarchies;
-    hierarchies.reserve(tested.linkMeshes.size() + tested.obstacles.size());
-    std::vector<const SsvTree*> links;
-    for (const TriangleMesh& mesh : tested.linkMeshes)
-    {
-        if (!mesh.triangles.empty())
-        {
-            hierarchies.push_back(buildSsvTree(mesh));
-        }
-        links.push_back(mesh.triangles.empty() ? nullptr : &hierarchies.back());
-    }
-    std::vector<RigidBody> obstacles;
-    for (const TriangleMesh& mesh : tested.obstacles)
-    {
-        hierarchies.push_back(buildSsvTree(mesh));
-        obstacles.push_back({&hierarchies.back(), {}});
-    }
-    ToiWorkspace work;
-    return articulatedToi({&tested.tree, links, &tested.motion, tested.selfPairs},
-                          obstacles,
-                          {.tolerance = tolerance, .strategy = strategy},
-                          work);
+    return query(sceneOf(tested),
+                 ArticulatedToiOptions{.toi = {.tolerance = tolerance, .strategy = strategy}});
 }
 
 /// Distance of the named pair, by brute force.
@@ -98,9 +77,9 @@ void expectContacts(const ArticulatedCase& tested,
 /// `time` in the whole motion of the case.
 void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
 {
-    const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
-    EXPECT_LE(time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
-    EXPECT_GE(time, *answer.time - ulps - 1.1 * leadTime(answer, tolerance + rounding)) << "early";
+    const RightTimes right = rightTimes(answer, tolerance, rounding);
+    EXPECT_LE(time, right.latest) << "late";
+    EXPECT_GE(time, right.earliest) << "early";
 }
 
 void expectAnswer(const ArticulatedCase& tested,

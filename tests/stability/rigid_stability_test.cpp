@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <ostream>
 #include <tuple>
 
@@ -96,11 +95,9 @@ protected:
 private:
     static void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
     {
-        const double ulps = 4.0 * std::numeric_limits<double>::epsilon();
-        EXPECT_LE(time, *answer.time + ulps + leadTime(answer, rounding)) << "late";
-        // The distance is not exactly linear over the tolerance: 10 % more.
-        const double lead = 1.1 * leadTime(answer, tolerance + rounding);
-        EXPECT_GE(time, answer.startsTouching ? 0.0 : *answer.time - ulps - lead) << "early";
+        const RightTimes right = rightTimes(answer, tolerance, rounding);
+        EXPECT_LE(time, right.latest) << "late";
+        EXPECT_GE(time, right.earliest) << "early";
     }
 };
 

@@ -1,7 +1,9 @@
 #include "benchmarks/reference/audit/mesh_audit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -401,5 +403,21 @@ Eigen::Isometry3d betweenPoses(const Eigen::Isometry3d& from, const Eigen::Isome
     X.linear() = Eigen::AngleAxisd(s * turn.angle(), turn.axis()) * from.linear();
     X.translation() = (1.0 - s) * from.translation() + s * to.translation();
     return X;
+}
+
+std::string describe(const AuditResult& result, std::span<const std::string> names)
+{
+    std::array<char, 256> text{};
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%s and %s are %.2e m inside each other at %.4f s near (%.4f, %.4f, %.4f)",
+                  names[static_cast<std::size_t>(result.bodyA)].c_str(),
+                  names[static_cast<std::size_t>(result.bodyB)].c_str(),
+                  result.worst.depth,
+                  result.time,
+                  result.worst.point_W.x(),
+                  result.worst.point_W.y(),
+                  result.worst.point_W.z());
+    return text.data();
 }
 }  // namespace bullet_ccd::tests

@@ -9,6 +9,8 @@
 
 #include <cstdint>
 #include <set>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -100,6 +102,10 @@ struct AuditResult
     [[nodiscard]] bool clean() const { return intersecting == 0; }
     void add(const AuditResult& other);
 };
+
+/// "mug 3 and plate 7 are 1.2e-05 m inside each other at 0.52 s near (0.1, 0.0, 0.2)".
+/// @param names  one per body
+[[nodiscard]] std::string describe(const AuditResult& result, std::span<const std::string> names);
 
 /// Looks at all pairs of parts of different bodies. `time` is only noted.
 /// @param only  if not empty: only at pairs with one of these bodies

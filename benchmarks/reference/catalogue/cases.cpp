@@ -26,6 +26,25 @@ double leadTime(const CaseAnswer& answer, double gap)
     return time;
 }
 
+RightTimes rightTimes(const CaseAnswer& answer, double tolerance, double rounding)
+{
+    constexpr double kUlps = 4.0 * std::numeric_limits<double>::epsilon();
+    return {.earliest = answer.startsTouching
+                            ? 0.0
+                            : *answer.time - kUlps - 1.1 * leadTime(answer, tolerance + rounding),
+            .latest = *answer.time + kUlps + leadTime(answer, rounding)};
+}
+
+ArticulatedScene sceneOf(const ArticulatedCase& tested)
+{
+    return {.tree = tested.tree,
+            .motion = tested.motion,
+            .linkMeshes = tested.linkMeshes,
+            .selfPairs = tested.selfPairs,
+            .obstacles = tested.obstacles,
+            .obstacleMotions = std::vector<RigidMotion>(tested.obstacles.size())};
+}
+
 double roundingOf(const RigidCase& tested)
 {
     return roundingOf(tested.scene);

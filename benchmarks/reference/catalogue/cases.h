@@ -6,6 +6,7 @@
 /// does.
 #pragma once
 
+#include "benchmarks/reference/scenes/articulated_scene.h"
 #include "benchmarks/reference/scenes/rigid_scene.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "bullet_ccd/toi/toi.h"
@@ -66,6 +67,19 @@ struct ArticulatedCase
 
 /// How long before the contact the distance falls to `gap`, to first or second order.
 [[nodiscard]] double leadTime(const CaseAnswer& answer, double gap);
+
+/// What a reported time has to be within at a tolerance, where there is a contact: not late beyond
+/// rounding, early by no more than the distance takes from the tolerance to zero. The distance is
+/// not exactly linear over the tolerance: 10 % more.
+struct RightTimes
+{
+    double earliest = 0.0;
+    double latest = 0.0;
+};
+[[nodiscard]] RightTimes rightTimes(const CaseAnswer& answer, double tolerance, double rounding);
+
+/// The case without its answer; obstacles at rest.
+[[nodiscard]] ArticulatedScene sceneOf(const ArticulatedCase& tested);
 
 /// Rounding of a distance in the case: 64 units in the last place of its coordinates [m].
 [[nodiscard]] double roundingOf(const RigidCase& tested);

@@ -1,7 +1,6 @@
 #include "benchmarks/reference/queries/soak_tally.h"
 
 #include <algorithm>
-#include <numeric>
 #include <sstream>
 
 namespace bullet_ccd::tests
@@ -48,24 +47,15 @@ std::int64_t SoakTally::undecided() const
     return verdicts[static_cast<std::size_t>(Verdict::Undecided)];
 }
 
-bool SoakTally::isConsistent() const
-{
-    const bool isCount = std::min({hits, overlapping, free}) >= 0 &&
-                         *std::min_element(verdicts.begin(), verdicts.end()) >= 0;
-    return isCount && hits + overlapping + free <= queries &&
-           std::accumulate(verdicts.begin(), verdicts.end(), std::int64_t{0}) == queries;
-}
-
 std::string vacuity(std::span<const SoakTally> tallies,
                     std::span<const std::string> names,
                     const SoakShares& shares)
 {
-    constexpr std::int64_t kEnough = 200;
     std::ostringstream complaints;
     for (std::size_t i = 0; i < tallies.size(); ++i)
     {
         const SoakTally& tally = tallies[i];
-        if (tally.queries < kEnough)
+        if (tally.queries < shares.enough)
         {
             continue;
         }

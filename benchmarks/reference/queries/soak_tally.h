@@ -27,8 +27,6 @@ struct SoakTally
     void add(const SoakTally& other);
     [[nodiscard]] std::int64_t wrong() const;  ///< neither right nor undecided
     [[nodiscard]] std::int64_t undecided() const;
-    /// True if every query has one verdict and at most one status, and no count is negative.
-    [[nodiscard]] bool isConsistent() const;
 
     bool operator==(const SoakTally& other) const = default;
 };
@@ -39,10 +37,12 @@ struct SoakShares
     std::int64_t leastHits = 10;
     std::int64_t leastFree = 5;
     std::int64_t mostOverlapping = 50;
+    std::int64_t enough = 200;  ///< queries of a family without which there is nothing to say
 };
 
 /// Complaints about tallies that prove little: a family that nearly always or never hits, too many
-/// undecided. Families with fewer than 200 queries are not looked at. Empty if all is well.
+/// undecided. Families with fewer than `shares.enough` queries are not looked at. Empty if all is
+/// well.
 /// @param names of the families, as many as tallies
 [[nodiscard]] std::string vacuity(std::span<const SoakTally> tallies,
                                   std::span<const std::string> names,

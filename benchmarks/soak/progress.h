@@ -9,19 +9,19 @@
 namespace bullet_ccd::tests
 {
 /// On a terminal one line that rewrites itself every second, else a line every minute.
-class SoakProgress
+class Progress
 {
 public:
-    explicit SoakProgress(double total) : m_total(total) {}
-    ~SoakProgress()
+    explicit Progress(double total) : m_total(total) {}
+    ~Progress()
     {
         if (m_terminal && m_shown)
         {
             std::printf("\n");
         }
     }
-    SoakProgress(const SoakProgress&) = delete;
-    SoakProgress& operator=(const SoakProgress&) = delete;
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
 
     void show(double done, const std::string& what)
     {

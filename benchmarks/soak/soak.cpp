@@ -1,0 +1,264 @@
+#include "benchmarks/soak/soak.h"
+
+#include "benchmarks/soak/progress.h"
+#include "benchmarks/support/checkpoint.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fmt/format.h>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+using nlohmann::json;
+
+/// What is known after all seeds before `next`.
+struct SoakState
+{
+    std::uint64_t next = 0;
+    std::vector<SoakTally> tallies = {};  ///< one a family
+    std::vector<std::uint64_t> failures = {};
+    std::map<std::string, std::int64_t> counts = {};
+};
+
+json toJson(const SoakState& state)
+{
+    json tallies = json::array();
+    for (const SoakTally& tally : state.tallies)
+    {
+        tallies.push_back(
+            {tally.queries, tally.hits, tally.overlapping, tally.free, tally.verdicts});
+    }
+    return {{"next", state.next},
+            {"tallies", tallies},
+            {"failures", state.failures},
+            {"counts", state.counts}};
+}
+
+SoakState fromJson(const json& kept)
+{
+    SoakState state;
+    kept.at("next").get_to(state.next);
+    kept.at("failures").get_to(state.failures);
+    kept.at("counts").get_to(state.counts);
+    for (const json& row : kept.at("tallies"))
+    {
+        state.tallies.push_back(
+            {.queries = row.at(0), .hits = row.at(1), .overlapping = row.at(2), .free = row.at(3)});
+        row.at(4).get_to(state.tallies.back().verdicts);
+    }
+    return state;
+}
+
+class Soak
+{
+public:
+    Soak(const SoakSubject& subject, const SoakOptions& options)
+        : m_subject(subject),
+          m_options(options),
+          m_end(options.firstSeed + (options.quick ? options.quickCount : options.count)),
+          m_run{{"program", subject.program}, {"first seed", options.firstSeed}}
+    {
+        m_state.next = options.firstSeed;
+        m_state.tallies.resize(subject.families.size());
+        const auto kept =
+            options.resume ? benchmarks::loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
+        if (kept)
+        {
+            m_state = fromJson(*kept);
+        }
+        if (m_state.next > m_end)
+        {
+            throw std::runtime_error(fmt::format(
+                "{}: more is done than asked for, up to seed {}: ask for more with --count, or "
+                "run without --resume",
+                options.checkpoint,
+                m_state.next - 1));
+        }
+    }
+
+    int go()
+    {
+        Progress progress(static_cast<double>(m_end - m_state.next));
+        const std::uint64_t start = m_state.next;
+        while (m_state.next < m_end)
+        {
+            askRound();
+            benchmarks::saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
+            progress.show(static_cast<double>(m_state.next - start),
+                          fmt::format("{} failures", m_state.failures.size()));
+        }
+        return summarize();
+    }
+
+private:
+    const SoakSubject& m_subject;
+    const SoakOptions& m_options;
+    std::uint64_t m_end;
+    json m_run;
+    SoakState m_state;
+
+    /// A round for each thread; the answers are counted in the order of their seeds.
+    void askRound()
+    {
+        const std::uint64_t first = m_state.next;
+        const std::uint64_t size =
+            std::min(m_end - first, m_subject.round * static_cast<std::uint64_t>(m_options.jobs));
+        std::vector<SoakAnswer> answers(size);
+        tbb::task_arena(m_options.jobs)
+            .execute(
+                [&]
+                {
+                    tbb::parallel_for(std::uint64_t{0},
+                                      size,
+                                      [&](std::uint64_t i)
+                                      { answers[i] = m_subject.ask(first + i); });
+                });
+        for (const SoakAnswer& answer : answers)
+        {
+            count(m_state.next++, answer);
+        }
+    }
+
+    void count(std::uint64_t seed, const SoakAnswer& answer)
+    {
+        const Verdict verdict = answer.judgement.verdict;
+        m_state.tallies[answer.family].add(answer.status, verdict);
+        for (const auto& [name, number] : answer.counts)
+        {
+            m_state.counts[name] += number;
+        }
+        if (verdict == Verdict::Right)
+        {
+            return;
+        }
+        fmt::print("{} seed {} ({}): {}\n  {} --seed {} --count 1 --verbose\n",
+                   verdict == Verdict::Undecided ? "not decided:" : "FAILED",
+                   seed,
+                   m_subject.families[answer.family],
+                   answer.judgement.text(),
+                   m_subject.program,
+                   seed);
+        std::fflush(stdout);
+        if (verdict != Verdict::Undecided)
+        {
+            m_state.failures.push_back(seed);
+        }
+    }
+
+    void printTable() const
+    {
+        fmt::print(
+            "\n| family | queries | hit | free | overlapping | late | missed | false | gap | "
+            "status | gave up | undecided |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+        SoakTally all;
+        const auto row = [](const std::string& name, const SoakTally& tally)
+        {
+            const double scale =
+                100.0 / static_cast<double>(std::max<std::int64_t>(1, tally.queries));
+            fmt::print("| {} | {} | {:.1f} % | {:.1f} % | {:.1f} % ",
+                       name,
+                       tally.queries,
+                       scale * static_cast<double>(tally.hits),
+                       scale * static_cast<double>(tally.free),
+                       scale * static_cast<double>(tally.overlapping));
+            for (std::size_t i = 1; i < tally.verdicts.size(); ++i)
+            {
+                fmt::print("| {} ", tally.verdicts[i]);
+            }
+            fmt::print("|\n");
+        };
+        for (std::size_t i = 0; i < m_subject.families.size(); ++i)
+        {
+            row(m_subject.families[i], m_state.tallies[i]);
+            all.add(m_state.tallies[i]);
+        }
+        row("all", all);
+        for (const auto& [name, number] : m_state.counts)
+        {
+            fmt::print(
+                "{}{}: {}", name == m_state.counts.begin()->first ? "\n" : ", ", name, number);
+        }
+    }
+
+    [[nodiscard]] int summarize() const
+    {
+        printTable();
+        if (!m_state.failures.empty())
+        {
+            fmt::print("\n{} wrong answers; seeds:", m_state.failures.size());
+            for (std::size_t i = 0; i < std::min<std::size_t>(m_state.failures.size(), 50); ++i)
+            {
+                fmt::print(" {}", m_state.failures[i]);
+            }
+            fmt::print("\n");
+            return 1;
+        }
+        const std::string complaints =
+            vacuity(m_state.tallies, m_subject.families, m_subject.shares);
+        fmt::print("\nno wrong answer{}{}\n",
+                   complaints.empty() ? "" : ", but the run proves little:\n",
+                   complaints);
+        return complaints.empty() ? 0 : 2;
+    }
+};
+
+int runVerbosely(const SoakSubject& subject, const SoakOptions& options)
+{
+    int wrong = 0;
+    for (std::uint64_t seed = options.firstSeed; seed < options.firstSeed + options.count; ++seed)
+    {
+        std::cout << "seed " << seed << '\n';
+        if (subject.print)
+        {
+            subject.print(std::cout, seed);
+        }
+        const SoakAnswer answer = subject.ask(seed);
+        std::cout << fmt::format("answer: {}, time {:.17g}, gap {:.17g}\njudgement: {}\n",
+                                 nameOf(answer.status),
+                                 answer.time,
+                                 answer.gap,
+                                 answer.judgement.text())
+                  << std::flush;
+        wrong += answer.judgement.verdict == Verdict::Right ? 0 : 1;
+    }
+    return wrong > 0 ? 1 : 0;
+}
+}  // namespace
+
+void addSoakOptions(CLI::App& app, SoakOptions& options)
+{
+    app.add_option("--seed", options.firstSeed, "first seed")->capture_default_str();
+    app.add_option("-n,--count", options.count, "number of seeds, one query each")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("-j,--jobs", options.jobs, "threads")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
+    app.add_option("--checkpoint", options.checkpoint, "file that keeps the state of the run")
+        ->capture_default_str();
+    app.add_flag("--resume", options.resume, "go on from the checkpoint, if there is one");
+    app.add_flag("--quick", options.quick, "a reduced number, for tools/check --all");
+    app.add_flag("--verbose", options.verbose, "print each query and its answer; no checkpoint");
+}
+
+int runSoak(const SoakSubject& subject, const SoakOptions& options)
+{
+    try
+    {
+        return options.verbose ? runVerbosely(subject, options) : Soak(subject, options).go();
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "{}: {}\n", subject.program, error.what());
+        return 3;
+    }
+}
+}  // namespace bullet_ccd::tests

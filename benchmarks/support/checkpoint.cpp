@@ -1,0 +1,60 @@
+#include "benchmarks/support/checkpoint.h"
+
+#include "benchmarks/support/hash.h"
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+/// A file that was cut off or changed does not go unnoticed.
+std::uint64_t hashOf(const nlohmann::json& run, const nlohmann::json& state)
+{
+    ContentHash hash;
+    hash.add(run.dump());
+    hash.add(state.dump());
+    return hash.value();
+}
+}  // namespace
+
+void saveCheckpoint(const std::string& path, const nlohmann::json& run, const nlohmann::json& state)
+{
+    const std::string fresh = path + ".new";
+    std::ofstream file(fresh);
+    file << nlohmann::json{{"run", run}, {"state", state}, {"hash", hashOf(run, state)}}.dump(1)
+         << '\n';
+    file.close();
+    if (!file || std::rename(fresh.c_str(), path.c_str()) != 0)
+    {
+        throw std::runtime_error(path + ": cannot be written: choose another --checkpoint");
+    }
+}
+
+std::optional<nlohmann::json> loadCheckpoint(const std::string& path, const nlohmann::json& run)
+{
+    std::ifstream file(path);
+    if (!file)
+    {
+        return std::nullopt;
+    }
+    const nlohmann::json kept = nlohmann::json::parse(file, nullptr, false);
+    if (!kept.is_object() || !kept.contains("run") || !kept.contains("state") ||
+        kept.value("hash", std::uint64_t{0}) != hashOf(kept["run"], kept["state"]))
+    {
+        throw std::runtime_error(path +
+                                 ": not a checkpoint, or damaged: remove it, or choose another "
+                                 "--checkpoint");
+    }
+    if (kept["run"] != run)
+    {
+        throw std::runtime_error(path + ": belongs to another run, " + kept["run"].dump() +
+                                 ", not to " + run.dump() +
+                                 ": run without --resume, or choose another --checkpoint");
+    }
+    return kept["state"];
+}
+}  // namespace bullet_ccd::benchmarks
