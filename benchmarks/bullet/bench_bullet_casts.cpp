@@ -24,7 +24,7 @@ namespace
 {
 constexpr double kTolerance = 2e-4;  // of ours, as the worlds have it
 constexpr int kGImpactSamples = 64;
-constexpr double kTimeStep = 1.0 / 240.0;
+constexpr double kCastTimeStep = 1.0 / 240.0;
 
 struct Way
 {
@@ -121,31 +121,32 @@ CastMethod motionThreshold(const QueryFamily& family)
     tests::Scene& scene = state->scene;
     state->b = scene.body(scene.keep(family.b.shape()), 0.0, btTransform::getIdentity());
     state->a = scene.body(scene.keep(family.a.shape()), 1.0, tests::poseAt(tests::vec(9, 0, 0)));
-    return {.name = "motion threshold",
-            .prepare =
-                [state](const BulletQuery& query)
-            {
-                const Way way = wayOf(query);
-                state->b->setWorldTransform(way.atB);
-                state->scene.world().updateSingleAabb(state->b);
-                btRigidBody& a = *state->a;
-                a.setCenterOfMassTransform(way.fromA);
-                a.setInterpolationWorldTransform(way.fromA);
-                state->from = way.fromA.getOrigin();
-                state->velocity = btCcdToBullet(Eigen::Vector3d(query.motionA.v_W / kTimeStep));
-                a.setLinearVelocity(state->velocity);
-                a.setAngularVelocity(btCcdToBullet(Eigen::Vector3d(query.motionA.w_W / kTimeStep)));
-                a.clearForces();
-            },
-            .ask =
-                [state]
-            {
-                state->scene.step(kTimeStep);
-                const double way =
-                    double((state->a->getWorldTransform().getOrigin() - state->from).length());
-                const double time = way / (double(state->velocity.length()) * kTimeStep);
-                return CastAnswer{time < 1.0 - 1e-5, time};
-            }};
+    return {
+        .name = "motion threshold",
+        .prepare =
+            [state](const BulletQuery& query)
+        {
+            const Way way = wayOf(query);
+            state->b->setWorldTransform(way.atB);
+            state->scene.world().updateSingleAabb(state->b);
+            btRigidBody& a = *state->a;
+            a.setCenterOfMassTransform(way.fromA);
+            a.setInterpolationWorldTransform(way.fromA);
+            state->from = way.fromA.getOrigin();
+            state->velocity = btCcdToBullet(Eigen::Vector3d(query.motionA.v_W / kCastTimeStep));
+            a.setLinearVelocity(state->velocity);
+            a.setAngularVelocity(btCcdToBullet(Eigen::Vector3d(query.motionA.w_W / kCastTimeStep)));
+            a.clearForces();
+        },
+        .ask =
+            [state]
+        {
+            state->scene.step(kCastTimeStep);
+            const double way =
+                double((state->a->getWorldTransform().getOrigin() - state->from).length());
+            const double time = way / (double(state->velocity.length()) * kCastTimeStep);
+            return CastAnswer{time < 1.0 - 1e-5, time};
+        }};
 }
 
 /// Overlap tests of GImpact along the way; the answer is the last free sample.

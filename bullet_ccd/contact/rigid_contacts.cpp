@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 /// Cosine of 0.1 rad: how far a point may be from the nearest on its own surface, see the header.
 constexpr double kNearest = 0.995;
 /// Gap, relative to the larger body, below which its direction says nothing.
-constexpr double kTouching = 1e-9;
+constexpr double kTouchingGap = 1e-9;
 
 using FeaturePair = std::pair<Feature, Feature>;
 
@@ -321,7 +321,7 @@ private:
 
     [[nodiscard]] Vector3d normalOf(const FeatureContact& c) const
     {
-        if (c.gap > kTouching * m_scene.size)
+        if (c.gap > kTouchingGap * m_scene.size)
         {
             return (c.pointB - c.pointA).normalized();
         }

@@ -20,7 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 /// A triangle on its way down. Single precision and scaled to the size of the mesh: enough to
 /// decide by, and it moves half as much memory.
@@ -45,8 +45,8 @@ struct ItemAxes
 
 struct Bounds
 {
-    Array4f low = Array4f::Constant(kInfinity);
-    Array4f high = Array4f::Constant(-kInfinity);
+    Array4f low = Array4f::Constant(kFloatInfinity);
+    Array4f high = Array4f::Constant(-kFloatInfinity);
 
     void add(const Array4f& p)
     {
@@ -136,7 +136,7 @@ struct Cut
 {
     int axis = kNone;
     float place = 0.0F;  ///< of three times the middle
-    float cost = kInfinity;
+    float cost = kFloatInfinity;
     float surfaceLeft = 0.0F;
     float surfaceRight = 0.0F;
 };
@@ -159,7 +159,7 @@ public:
         m_scale = static_cast<float>(m_count) / (middles.high - middles.low);
         for (int axis = 0; axis < 3; ++axis)
         {
-            m_isFlat[axis] = !(m_scale[axis] < kInfinity);
+            m_isFlat[axis] = !(m_scale[axis] < kFloatInfinity);
         }
         forSample(items, kSample, [&](const Item& item) { add(item); });
     }

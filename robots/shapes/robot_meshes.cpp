@@ -10,8 +10,6 @@ namespace bullet_ccd::shapes
 {
 namespace
 {
-constexpr double kPi = std::numbers::pi;
-
 /// A finger bone: round ends about (0, 0, 0) and (0, 0, length), slimmer between them.
 struct Bone
 {
@@ -34,28 +32,28 @@ TriangleMesh makeBone(const Bone& bone)
         for (int i = 0; i <= bone.capRings; ++i)
         {
             const double angle = from + (to - from) * i / bone.capRings;
-            const bool isPole = std::abs(angle) > 0.5 * kPi - 1e-9;
+            const bool isPole = std::abs(angle) > 0.5 * std::numbers::pi - 1e-9;
             stations.emplace_back(isPole ? 0.0 : radius * std::cos(angle),
                                   center + height * std::sin(angle));
         }
     };
-    addCap(0.0, bone.startRadius, bone.startRadius, -0.5 * kPi, 0.0);
+    addCap(0.0, bone.startRadius, bone.startRadius, -0.5 * std::numbers::pi, 0.0);
     for (int i = 1; i < bone.shaftRings; ++i)
     {
         const double t = static_cast<double>(i) / bone.shaftRings;
-        const double slim = std::sin(kPi * t);
+        const double slim = std::sin(std::numbers::pi * t);
         stations.emplace_back(
             bone.startRadius + t * (bone.endRadius - bone.startRadius) - bone.waist * slim * slim,
             t * bone.length);
     }
-    addCap(bone.length, bone.endRadius, bone.endHeight, 0.0, 0.5 * kPi);
+    addCap(bone.length, bone.endRadius, bone.endHeight, 0.0, 0.5 * std::numbers::pi);
     const auto section = [&](int station)
     {
         const Eigen::Vector2d& ring = stations[static_cast<std::size_t>(station)];
         std::vector<Eigen::Vector3d> points;
         for (int i = 0; i < bone.segments; ++i)
         {
-            const double angle = 2.0 * kPi * i / bone.segments;
+            const double angle = 2.0 * std::numbers::pi * i / bone.segments;
             const double palmar = std::max(0.0, std::cos(angle));
             const double x = ring.x() * std::cos(angle) * (1.0 - bone.flatness * palmar);
             points.emplace_back(x + 0.0, ring.x() * std::sin(angle) + 0.0, ring.y());
@@ -108,7 +106,7 @@ TriangleMesh makeHandPalm()
 TriangleMesh makeThumbBase()
 {
     const Eigen::Vector3d thumb(0.058, 0.0, 0.057);  // origin of the thumb's first joint
-    const double lean = 20.0 * kPi / 180.0;
+    const double lean = 20.0 * std::numbers::pi / 180.0;
     const Eigen::Vector3d bone(std::sin(lean), 0.0, std::cos(lean));
     Solid base = roundedCylinder(0.0145, 0.002, 0.022, 0.002);
     base = blend(base, boxBetween(box(-0.004, 0.050, -0.0105, 0.0105, 0.002, 0.021), 0.006), 0.004);

@@ -16,7 +16,7 @@ namespace
 {
 using Lines = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>;
 
-constexpr double kExact = kDouble ? 1e-6 : 1e-5;  // the volumes are single precision
+constexpr double kDrawnExactly = kDouble ? 1e-6 : 1e-5;  // the volumes are single precision
 
 /// An oriented box from the twelve edges of its drawing; may be flat.
 struct WireBox
@@ -43,7 +43,7 @@ struct WireBox
     bool contains(const Eigen::Vector3d& point) const
     {
         const Eigen::Vector3d local = m_axes.transpose() * (point - m_center);
-        return (local.cwiseAbs().array() <= 0.5 * m_lengths.array() + kExact).all();
+        return (local.cwiseAbs().array() <= 0.5 * m_lengths.array() + kDrawnExactly).all();
     }
     double volume() const { return m_lengths.prod(); }
 };
@@ -215,7 +215,7 @@ TEST(DebugDraw, WorldsAndActionsShowHierarchiesSweptBoxesAndImpacts)
             const WireBox there(hit, 4 * kBox);
             EXPECT_TRUE(plate.contains({0.5, 0.5, 0}));
             const double bottom = there.m_center.z() - 0.03;
-            EXPECT_GT(bottom, 0.001 + 2.0 * btCcdMeshShape::kDefaultMargin - kExact);
+            EXPECT_GT(bottom, 0.001 + 2.0 * btCcdMeshShape::kDefaultMargin - kDrawnExactly);
             EXPECT_LT(bottom, 0.001 + 2.2 * btCcdMeshShape::kDefaultMargin);
             // It has travelled sideways until then, and no further.
             EXPECT_NEAR(there.m_center.x(), (0.5 - there.m_center.z()) / 30.0, 1e-5);

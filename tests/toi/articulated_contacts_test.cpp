@@ -16,13 +16,14 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kTolerance = 1e-6;
+constexpr double kContactTolerance = 1e-6;
 
 ContactSequence follow(const ArticulatedScene& scene, StopRule rule = StopRule::Chain)
 {
     const BuiltScene built(scene);
     ToiWorkspace work;
-    ContactSequenceOptions options{.query = {.toi = {.tolerance = kTolerance}}, .rule = rule};
+    ContactSequenceOptions options{.query = {.toi = {.tolerance = kContactTolerance}},
+                                   .rule = rule};
     return articulatedContacts(built.body(), built.obstacles(), options, work);
 }
 

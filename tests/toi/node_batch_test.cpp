@@ -17,7 +17,7 @@ namespace
 {
 using Eigen::Vector3d;
 
-constexpr double kTolerance = 1e-3;
+constexpr double kBatchTolerance = 1e-3;
 
 /// Two bodies near each other: one at rest, both turning, or turning together.
 std::array<MovingBody, 2> randomBodies(Random& random, const SsvTree& treeA, const SsvTree& treeB)
@@ -98,7 +98,7 @@ TEST(NodeBatch, StepsKeepTheirMarginAndAreAsLongAsInDoublePrecision)
     const SsvTree treeA = buildSsvTree(soup(random, 40, 1.0, 0.4));
     const SsvTree treeB = buildSsvTree(soup(random, 30, 0.8, 0.6));
     ToiOptions options;
-    options.tolerance = kTolerance;
+    options.tolerance = kBatchTolerance;
     PairScene scene;
     ToiCounters counters;
     std::vector<double> ratios;

@@ -4,6 +4,7 @@
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "tests/support/expect_honest.h"
+#include "tests/toi/cube_over_plane.h"
 
 #include <gtest/gtest.h>
 
@@ -22,13 +23,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A cube of half edge 1 at that height of its centre over the plane z = 0.
-RigidScene cubeOverPlane(double height, const Vector3d& v, const Vector3d& w = Vector3d::Zero())
-{
-    return {.meshA = cube(1.0),
-            .meshB = floorAt(0.0, 100.0),
-            .motionA = {.X_W0 = poseOf({0.2, 0.1, height}), .v_W = v, .w_W = w}};
-}
-
 class RigidToiState : public testing::TestWithParam<ToiStrategy>
 {
 protected:

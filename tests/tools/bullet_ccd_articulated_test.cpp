@@ -30,7 +30,7 @@ double angleAtWall()
     return std::acos(1.5 / std::hypot(1.98, 0.01)) + std::atan2(0.01, 1.98);
 }
 
-std::vector<std::map<std::string, std::string>> rowsOf(const std::filesystem::path& path)
+std::vector<std::map<std::string, std::string>> namedRowsOf(const std::filesystem::path& path)
 {
     std::ifstream file(path);
     std::string line;
@@ -149,7 +149,7 @@ TEST_F(ArticulatedProgram, APathAsksFromEveryRowToTheNext)
                              quoted(results) + "--tolerance 1e-7 --repeat 2 --summary");
     ASSERT_EQ(done.exitCode, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr("hit: 1\n"));
-    const auto rows = rowsOf(results);
+    const auto rows = namedRowsOf(results);
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(rows[0].at("id"), "up");
     EXPECT_NEAR(std::stod(rows[0].at("toi")), 1.0 - angleAtWall() / kHalfTurn, 1e-6);
@@ -173,7 +173,7 @@ TEST_F(ArticulatedProgram, FilesOfManyRowsAskPairs)
                              "-o " + quoted(results));
     ASSERT_EQ(done.exitCode, 0) << done.err;
     EXPECT_THAT(done.err, HasSubstr("joints without a column rest: elbow at 0"));
-    const auto rows = rowsOf(results);
+    const auto rows = namedRowsOf(results);
     ASSERT_EQ(rows.size(), 3U);
     EXPECT_EQ(rows[0].at("status"), "separated");
     EXPECT_EQ(rows[1].at("status"), "hit");

@@ -295,7 +295,7 @@ void answer(const ArticulatedArguments& a)
     answerTable(a, world, queries);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kArticulatedFooter =
     "Files of joint positions: the first line names joints, each other line is a configuration,\n"
     "rad or m. Columns id, time (not used) and base_qw base_qx base_qy base_qz base_tx base_ty\n"
     "base_tz (pose of the root) may be there; joints without a column rest. Positions change\n"
@@ -383,7 +383,7 @@ void addArticulatedCommand(CLI::App& app)
 {
     CLI::App* command =
         app.add_subcommand("articulated", "first contacts of a robot with obstacles and itself");
-    command->footer(kFooter);
+    command->footer(kArticulatedFooter);
     const auto arguments = std::make_shared<ArticulatedArguments>();
     command->add_option("ROBOT", arguments->urdf, "robot")->type_name("URDF")->required();
     addMotionOptions(*command, *arguments);

@@ -99,7 +99,7 @@ void runBatch(const BatchArguments& arguments)
     }
 }
 
-constexpr const char* kFooter =
+constexpr const char* kBatchFooter =
     "The first line of QUERIES names the columns, in any order, of one of two forms:\n"
     "  poses   id, and qw qx qy qz tx ty tz with each of a0_ a1_ b0_ b1_: A and B at t = 0 and\n"
     "          t = 1; origins move on straight lines, bodies turn along the shortest arc\n"
@@ -139,7 +139,7 @@ void addRunOptions(CLI::App& command, RunOptions& run)
 void addBatchCommand(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand("batch", "a file of queries over the same two bodies");
-    command->footer(kFooter);
+    command->footer(kBatchFooter);
     const auto arguments = std::make_shared<BatchArguments>();
     command->add_option("A", arguments->fileA, "mesh of body A")->type_name("MESH")->required();
     command->add_option("B", arguments->fileB, "mesh of body B")->type_name("MESH")->required();

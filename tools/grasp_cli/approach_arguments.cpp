@@ -1,4 +1,5 @@
 #include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/path_file.h"
 
 #include <numbers>
 #include <string>
@@ -8,8 +9,6 @@ namespace bullet_ccd::tools
 {
 namespace
 {
-constexpr double kFar = 1e3;  // [m]
-
 void setUp(grasp::ApproachOptions& options, const std::vector<double>& up)
 {
     options.up = Eigen::Vector3d(up[0], up[1], up[2]);

@@ -15,8 +15,8 @@ namespace
 {
 using nlohmann::json;
 
-constexpr double kMaxGap = 1e-4;      // [m]
-constexpr double kAlikeShare = 0.95;  // of a hand's closings, against the simulation
+constexpr double kMaxBenchGap = 1e-4;  // [m]
+constexpr double kAlikeShare = 0.95;   // of a hand's closings, against the simulation
 
 double medianOf(std::vector<double> values)
 {
@@ -76,7 +76,7 @@ struct ClosingTotals
     }
     [[nodiscard]] bool good() const
     {
-        return inside == 0 && gap <= kMaxGap && of(ClosingVerdict::FirstPasses) == 0 &&
+        return inside == 0 && gap <= kMaxBenchGap && of(ClosingVerdict::FirstPasses) == 0 &&
                of(ClosingVerdict::Unexplained) == 0 && alike() >= kAlikeShare;
     }
     [[nodiscard]] std::vector<std::string> cells(const std::string& name) const

@@ -311,7 +311,6 @@ void addCloseCommand(CLI::App& app, int& exitCode)
     const auto arguments = std::make_shared<CloseArguments>();
     arguments->options.candidates = 1;
     addPairOptions(*command, arguments->pair);
-    constexpr double kFar = 1e3;  // [m]
     auto* pose =
         command
             ->add_option(

@@ -17,7 +17,6 @@ namespace bullet_ccd::tools
 {
 namespace
 {
-constexpr double kFar = 1e3;  // [m]
 constexpr std::array<const char*, 7> kNames{"x", "y", "z", "qw", "qx", "qy", "qz"};
 
 using Cells = std::vector<std::string>;

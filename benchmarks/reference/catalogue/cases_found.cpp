@@ -1,11 +1,11 @@
 /// Scenes that once broke something in this project, and scenes that sampling and other codes get
 /// wrong which the catalogue does not have. Where each comes from is said above it.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
@@ -13,7 +13,6 @@ namespace
 {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 /// A square bar about z with an edge pointing along -x at (x, 0).
 TriangleMesh wedgeAt(double x)
@@ -52,16 +51,6 @@ RigidCase curvesIn()
                      .tolerances = {1e-6},
                      .startsTouching = true};
     return result;
-}
-
-/// A gap of 1 closed at speed 2.
-RigidCase falls(const std::string& id, TriangleMesh body, TriangleMesh ground)
-{
-    return {.id = id,
-            .scene = {.meshA = std::move(body),
-                      .meshB = std::move(ground),
-                      .motionA = {.v_W = {0, 0, -2}}},
-            .answer = {.time = 0.5, .closingSpeed = 2.0}};
 }
 
 /// Slivers of aspect 1e9 that cross: hits of slivers were reported with gap 0 while they were apart

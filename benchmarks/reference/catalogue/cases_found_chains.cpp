@@ -1,17 +1,15 @@
 /// Chains that were hard here: many links, many turns, hardly any turn, a base that flies.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kPi = std::numbers::pi;
-
 /// N links of length L, all joints turn alike: the tip is at the sum of L sin(k q), and highest.
 /// Bounds that add up over the links make every step 1/N^2 as long; Taylor models of boxes were
 /// wider than the scene.

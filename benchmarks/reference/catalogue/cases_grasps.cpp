@@ -1,11 +1,11 @@
 /// Fingers and jaws on cylinders, blocks and each other.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
@@ -13,23 +13,6 @@ namespace
 {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
-
-TriangleMesh rod(double length)
-{
-    return segment({0, 0, 0}, {length, 0, 0});
-}
-
-/// Rods for a chain of those lengths; the base has no geometry.
-std::vector<TriangleMesh> rods(const std::vector<double>& lengths)
-{
-    std::vector<TriangleMesh> meshes(1);
-    for (const double length : lengths)
-    {
-        meshes.push_back(rod(length));
-    }
-    return meshes;
-}
 
 constexpr double kD = 0.10;  // base of the finger to the axis of the cylinder
 constexpr double kR = 0.03;  // radius of the cylinder

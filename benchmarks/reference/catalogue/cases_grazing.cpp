@@ -1,18 +1,17 @@
 /// Tangencies, near misses, degenerate triangles, extreme scales, traps of known implementations.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 /// Unit spheres pass at that offset: tangent at 2.
 RigidCase passingSpheres(const std::string& id, double offset)
@@ -64,16 +63,6 @@ RigidCase slideOverPlane()
                       .meshB = floorAt(0.0, 2000.0),
                       .motionA = {.X_W0 = poseOf({0, 0, 1.001}), .v_W = {1000, 0, 0}}},
             .answer = {.clearance = 1.001 - 1.0, .tolerances = {1e-4, 1e-6}}};
-}
-
-/// A gap of 1 closed at speed 2.
-RigidCase falls(const std::string& id, TriangleMesh body, TriangleMesh ground)
-{
-    return {.id = id,
-            .scene = {.meshA = std::move(body),
-                      .meshB = std::move(ground),
-                      .motionA = {.v_W = {0, 0, -2}}},
-            .answer = {.time = 0.5, .closingSpeed = 2.0}};
 }
 
 RigidCase apexOfFan()

@@ -1,16 +1,15 @@
 /// Rotation, alone and with translation: rods, pins, wheels, several turns.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 /// A segment of that length turns about its end from along x towards the wall y = h.
 RigidCase rodToWall(const std::string& id, double length, double h, double w)

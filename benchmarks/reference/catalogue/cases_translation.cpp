@@ -1,16 +1,15 @@
 /// Pure translation: faces, edges and vertices that meet, tunnelling, tight passages.
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd::tests
 {
 namespace
 {
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 RigidCase cubeOntoFloor(const std::string& id, const Eigen::Isometry3d& X, double lowest)
 {

@@ -17,19 +17,19 @@ constexpr double kFloorStep = 1e-9;
 constexpr double kBracket = 1e-15;
 
 /// A triangle at rest in its mesh and a ball about it.
-struct Piece
+struct TriangleInBall
 {
     Corners corners;
     Eigen::Vector3d center;
     double radius = 0.0;
 };
 
-std::vector<Piece> piecesOf(const TriangleMesh& mesh)
+std::vector<TriangleInBall> piecesOf(const TriangleMesh& mesh)
 {
-    std::vector<Piece> pieces(mesh.triangles.size());
+    std::vector<TriangleInBall> pieces(mesh.triangles.size());
     for (std::size_t i = 0; i < pieces.size(); ++i)
     {
-        Piece& piece = pieces[i];
+        TriangleInBall& piece = pieces[i];
         piece.corners = cornersOf(mesh, i);
         piece.center = (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0;
         for (const Eigen::Vector3d& corner : piece.corners)
@@ -107,8 +107,8 @@ private:
     void advance(Pair& pair, double t, const Eigen::Isometry3d& X)
     {
         const double speed = m_a.speed + m_b.speed;
-        const Piece& a = m_piecesA[pair.a];
-        const Piece& b = m_piecesB[pair.b];
+        const TriangleInBall& a = m_piecesA[pair.a];
+        const TriangleInBall& b = m_piecesB[pair.b];
         double gap = (X * a.center - b.center).norm() - a.radius - b.radius;
         // Balls are good enough while they are well apart.
         if (gap < a.radius + b.radius)
@@ -159,8 +159,8 @@ private:
     const OracleBody& m_a;
     const OracleBody& m_b;
     double m_until;
-    std::vector<Piece> m_piecesA;
-    std::vector<Piece> m_piecesB;
+    std::vector<TriangleInBall> m_piecesA;
+    std::vector<TriangleInBall> m_piecesB;
     std::priority_queue<Pair> m_pairs;
     OracleToi m_result{.low = 1.0,
                        .contact = std::nullopt,

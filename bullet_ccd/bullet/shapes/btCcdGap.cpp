@@ -8,7 +8,7 @@
 namespace
 {
 /// Poses are known so well only, relative to where things are: what two gaps may be off.
-constexpr double kRounding = sizeof(btScalar) == 8 ? 1e-12 : 1e-5;
+constexpr double kGapRounding = sizeof(btScalar) == 8 ? 1e-12 : 1e-5;
 
 bool isPlane(const btCcdExtent& extent)
 {
@@ -62,9 +62,10 @@ double btCcdGap(const btCcdExtent& a,
                 const btTransform& poseB,
                 double enough)
 {
-    const double rounding = kRounding * double(poseA.getOrigin().absolute().dot({1, 1, 1}) +
-                                               poseB.getOrigin().absolute().dot({1, 1, 1}) +
-                                               a.m_half.dot({1, 1, 1}) + b.m_half.dot({1, 1, 1}));
+    const double rounding =
+        kGapRounding * double(poseA.getOrigin().absolute().dot({1, 1, 1}) +
+                              poseB.getOrigin().absolute().dot({1, 1, 1}) +
+                              a.m_half.dot({1, 1, 1}) + b.m_half.dot({1, 1, 1}));
     if (isPlane(a) || isPlane(b))
     {
         return isPlane(a) && isPlane(b) ? -1.0

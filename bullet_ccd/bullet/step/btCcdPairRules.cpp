@@ -9,7 +9,7 @@
 
 namespace
 {
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 }
 
 bool btCcdMayMeet(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b)
@@ -29,7 +29,7 @@ double btCcdMayLose(btCcdContext& context, const btCcdTracked& a, const btCcdTra
 {
     const btCcdShapeOutline& outlineA = a.outline();
     const btCcdShapeOutline& outlineB = b.outline();
-    const bool stock = outlineA.m_ownMargin == kNever && outlineB.m_ownMargin == kNever;
+    const bool stock = outlineA.m_ownMargin == kUnlimited && outlineB.m_ownMargin == kUnlimited;
     if (stock && !(outlineA.m_hasMesh && outlineB.m_hasMesh))
     {
         return btCcdTracker::kUnseen * (outlineA.m_depth + outlineB.m_depth);
@@ -38,7 +38,7 @@ double btCcdMayLose(btCcdContext& context, const btCcdTracked& a, const btCcdTra
     const btCcdShapeModel* modelB = context.model(b.m_object->getCollisionShape());
     return modelA != nullptr && modelB != nullptr
                ? btCcdTracker::kUnseen * btCcdReserve(*modelA, *modelB)
-               : kNever;
+               : kUnlimited;
 }
 
 btTransform btCcdPoseOf(const btCcdTracked& tracked)

@@ -15,14 +15,14 @@
 
 namespace
 {
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// What a shape may use up of the margin of the mesh that it meets.
 constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for about so many steps, and for this part of an object's reach.
 constexpr double kSteps = 24.0;
 constexpr double kPartOfReach = 0.35;
 
-double norm(const btVector3& v)
+double lengthOf(const btVector3& v)
 {
     return double(v.length());
 }
@@ -74,7 +74,7 @@ void btCcdTracked::take(const btCcdCourse& course, double time, double remaining
     m_turned += m_course.m_turning * (time - m_since);
     m_since = time;
     m_course = course;
-    m_motion = remaining * (norm(course.m_velocity) + course.m_turning);
+    m_motion = remaining * (lengthOf(course.m_velocity) + course.m_turning);
 }
 
 btCcdTracker::btCcdTracker(btCollisionWorld& world)
@@ -121,7 +121,7 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
         known.m_shell = known.m_outline.m_hasMesh ? 2.0 * double(shape.getMargin()) : 0.0;
         if (known.m_outline.m_hasMesh && shape.isCompound())
         {
-            known.m_shell = kNever;  // the margins are its children's
+            known.m_shell = kUnbounded;  // the margins are its children's
         }
     }
 }
@@ -154,23 +154,23 @@ void btCcdTracker::lookAtAll()
     m_shapes.clear();
     m_unsupported = 0;
     m_objects.resize(std::size_t(objects.size()));
-    double ownMargin = kNever;
+    double ownMargin = kUnbounded;
     for (int i = 0; i < objects.size(); ++i)
     {
         lookAt(m_objects[std::size_t(i)], *objects[i]);
         ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
     }
-    m_moversMayLose = kNever;
+    m_moversMayLose = kUnbounded;
     for (btCcdTracked& tracked : m_objects)
     {
         const btCcdShapeOutline& outline = tracked.outline();
-        const bool isStock = !outline.m_hasMesh && outline.m_ownMargin == kNever;
+        const bool isStock = !outline.m_hasMesh && outline.m_ownMargin == kUnbounded;
         m_moversMayLose =
             std::min(m_moversMayLose, isStock ? 2.0 * kUnseen * outline.m_depth : 0.0);
         // Half of what a mesh can lose is its partner's.
         tracked.m_slow = kUnseen * std::min(outline.m_reserve, kPartnersShare * ownMargin);
         // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
-        const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kNever;
+        const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kUnbounded;
         tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
     }
 }
@@ -263,8 +263,8 @@ bool btCcdTracker::readMotions(bool check)
     }
     m_isClamped = false;
     bool listed = m_context.m_tolerance == m_listedTolerance;
-    double most = -kNever;
-    double second = -kNever;
+    double most = -kUnbounded;
+    double second = -kUnbounded;
     btCcdTracked* tracked = m_objects.data();
     for (std::size_t i = 0; i < count; ++i, ++tracked)
     {
@@ -285,7 +285,7 @@ bool btCcdTracker::readMotions(bool check)
     }
     m_isListed = listed;
     m_beyondTwo = most + second;
-    m_apart = kNever;
+    m_apart = kUnbounded;
     if (m_compares && m_beyondTwo > 0.0)
     {
         compareMotions();
@@ -309,7 +309,7 @@ void btCcdTracker::compareMotions()
         const btCcdCourse& course = tracked.m_course;
         const double apart =
             m_timeStep *
-            (norm(course.m_velocity - reference->m_course.m_velocity) + course.m_turning);
+            (lengthOf(course.m_velocity - reference->m_course.m_velocity) + course.m_turning);
         second = std::max(second, std::min(most, apart));
         most = std::max(most, apart);
     }
@@ -340,8 +340,8 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
     {
         btCcdCourse& course = tracked.m_course;
         course.m_velocity = body->getLinearVelocity();
-        course.m_turning = norm(body->getAngularVelocity()) * reach;
-        tracked.m_motion = m_timeStep * (norm(course.m_velocity) + course.m_turning);
+        course.m_turning = lengthOf(body->getAngularVelocity()) * reach;
+        tracked.m_motion = m_timeStep * (lengthOf(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
         if (isNotZero(body->getCcdMotionThreshold())) [[unlikely]]
         {
@@ -398,7 +398,7 @@ btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
     {
         course.m_velocity = body->getLinearVelocity();
         course.m_spin = body->getAngularVelocity();
-        course.m_turning = norm(course.m_spin) * reach;
+        course.m_turning = lengthOf(course.m_spin) * reach;
         return course;
     }
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);

@@ -24,7 +24,7 @@ namespace bullet_ccd
 {
 namespace
 {
-Eigen::Affine3d toEigen(const aiMatrix4x4& m)
+Eigen::Affine3d affineOf(const aiMatrix4x4& m)
 {
     Eigen::Affine3d transform;
     transform.matrix() << m.a1, m.a2, m.a3, m.a4,  //
@@ -96,7 +96,7 @@ void appendNodes(const aiScene& scene, PolygonSoup& soup, const std::string& nam
     {
         const Entry entry = stack.back();
         stack.pop_back();
-        const Eigen::Affine3d X = entry.X * toEigen(entry.node->mTransformation);
+        const Eigen::Affine3d X = entry.X * affineOf(entry.node->mTransformation);
         for (unsigned i = 0; i < entry.node->mNumMeshes; ++i)
         {
             const unsigned index = entry.node->mMeshes[i];

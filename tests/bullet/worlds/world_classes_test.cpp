@@ -20,7 +20,7 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-double heightOf(const btRigidBody& body)
+double restsAt(const btRigidBody& body)
 {
     return double(body.getWorldTransform().getOrigin().z());
 }
@@ -72,8 +72,8 @@ TEST(WorldsOfOurs, FindPairsInEveryBroadphase)
             {
                 world.stepSimulation(btScalar(1.0 / 60.0), 0);
             }
-            EXPECT_NEAR(heightOf(box), 0.011, 1e-3) << name;
-            EXPECT_NEAR(heightOf(aside), -1.0, 1e-4) << name;
+            EXPECT_NEAR(restsAt(box), 0.011, 1e-3) << name;
+            EXPECT_NEAR(restsAt(aside), -1.0, 1e-4) << name;
             for (btRigidBody* body : {&box, &plate, &aside})
             {
                 world.removeRigidBody(body);
@@ -127,7 +127,7 @@ double heightInDeformableWorld(bool withAction)
         {
             world.stepSimulation(btScalar(1.0 / 60.0), 0);
         }
-        height = heightOf(box);
+        height = restsAt(box);
         if (withAction)
         {
             EXPECT_GT(action->getCcdCounters().m_impacts, 0);

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using grasp::HandModel;
 using grasp::SweptBoxes;
 
-const Vector3d kZ = Vector3d::UnitZ();
+const Vector3d kUp = Vector3d::UnitZ();
 constexpr double kRound = 1e-12;
 
 void expectBox(const AlignedBox3d& box, const Vector3d& lower, const Vector3d& upper)
@@ -67,7 +67,7 @@ TEST(SweptBoxes, AFingerSweepsTheBoxOfItsSector)
     // From 0.5 rad on to 2 rad the tip passes the y axis: x from L cos 2 to L cos 0.5, y to L.
     constexpr double kL = 0.1;
     HandBuilder builder;
-    builder.add(0, poseOf({1.0, 2.0, 3.0}), revolute(kZ, 0.5, 2.0), 1, finger(kL));
+    builder.add(0, poseOf({1.0, 2.0, 3.0}), revolute(kUp, 0.5, 2.0), 1, finger(kL));
     const SweptBoxes boxes = grasp::sweptBoxes(builder.take(), {0.0, 0.5});
     EXPECT_TRUE(boxes.closing[0].isEmpty());
     expectBox(boxes.closing[1],
@@ -132,7 +132,7 @@ TEST(SweptBoxes, HoldEveryPostureOnTheWay)
 TEST(SweptBoxes, OnlyWhatIsOnTheWayIsReachable)
 {
     HandBuilder builder;
-    builder.add(0, Isometry3d::Identity(), revolute(kZ, 0.0, 1.0), 1, finger(0.1));
+    builder.add(0, Isometry3d::Identity(), revolute(kUp, 0.0, 1.0), 1, finger(0.1));
     const HandModel hand = builder.take();
     const SweptBoxes boxes = grasp::sweptBoxes(hand, {0.0, 0.0});
     const SsvTree cubeTree = buildSsvTree(cube(0.02));
@@ -144,7 +144,7 @@ TEST(SweptBoxes, OnlyWhatIsOnTheWayIsReachable)
     using Indices = std::vector<std::int32_t>;
     EXPECT_EQ(grasp::reachable(boxes, Isometry3d::Identity(), Vector3d::Zero(), bodies),
               Indices({1}));
-    EXPECT_EQ(grasp::reachable(boxes, Isometry3d::Identity(), 0.6 * kZ, bodies), Indices({1, 2}));
+    EXPECT_EQ(grasp::reachable(boxes, Isometry3d::Identity(), 0.6 * kUp, bodies), Indices({1, 2}));
     // The same, with everything turned and moved.
     Random random(3);
     Isometry3d X = Isometry3d::Identity();
@@ -155,6 +155,6 @@ TEST(SweptBoxes, OnlyWhatIsOnTheWayIsReachable)
     {
         body.motion = restAt(X * body.motion.X_W0);
     }
-    EXPECT_EQ(grasp::reachable(boxes, X, X.linear() * (0.6 * kZ), moved), Indices({1, 2}));
+    EXPECT_EQ(grasp::reachable(boxes, X, X.linear() * (0.6 * kUp), moved), Indices({1, 2}));
 }
 }  // namespace bullet_ccd::tests

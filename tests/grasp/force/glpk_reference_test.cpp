@@ -114,7 +114,7 @@ std::optional<double> glpkForces(const ForceProblem& problem, bool largest, int 
 }
 
 /// Three joints that limit about half of what would be possible without.
-ForceProblem randomProblem(std::mt19937& random, int contacts)
+ForceProblem randomReferenceProblem(std::mt19937& random, int contacts)
 {
     ForceProblem problem{.contacts = tests::randomGrasp(random, contacts)};
     problem.load << tests::randomVector(random), 0.3 * tests::randomVector(random);
@@ -143,7 +143,7 @@ TEST(GlpkReference, LinearProgramsOfRandomGraspsHaveTheSameValue)
     constexpr int kTrials = 200;
     for (int trial = 0; trial < kTrials; ++trial)
     {
-        const ForceProblem problem = randomProblem(random, 2 + trial % 9);
+        const ForceProblem problem = randomReferenceProblem(random, 2 + trial % 9);
         const bool largest = trial % 2 == 1;
         const GraspForces answer = solveGraspForces(problem,
                                                     {.objective = objectiveOf(largest),
@@ -172,7 +172,7 @@ TEST(GlpkReference, ExactConesLieBetweenTheirPyramids)
     constexpr int kTrials = 120;
     for (int trial = 0; trial < kTrials; ++trial)
     {
-        const ForceProblem problem = randomProblem(random, 2 + trial % 9);
+        const ForceProblem problem = randomReferenceProblem(random, 2 + trial % 9);
         const bool largest = trial % 2 == 1;
         ForceProblem wider = problem;
         wider.law.friction /= std::cos(std::numbers::pi / kEdges);

@@ -14,7 +14,7 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kTolerance = 1e-6;
+constexpr double kChainTolerance = 1e-6;
 
 /// An upright plate whose edge an arm along the diagonal of x and y meets at radius 1/2; it lies
 /// across the arm, on the side of y.
@@ -41,12 +41,12 @@ ArticulatedScene turningArm()
 
 Judgement judged(const ArticulatedScene& scene, const ArticulatedToiResult& result)
 {
-    return judgeArticulated(scene, {.tolerance = kTolerance}, result);
+    return judgeArticulated(scene, {.tolerance = kChainTolerance}, result);
 }
 
 ArticulatedToiResult rightAnswer()
 {
-    return query(turningArm(), kTolerance);
+    return query(turningArm(), kChainTolerance);
 }
 
 /// The answer that an engine would give that stops that much later, with the gap of before.
@@ -94,7 +94,7 @@ TEST(ArticulatedJudge, ConvictsContactsThatAreNotNamed)
     // Two plates are met at the same time.
     ArticulatedScene scene = turningArm();
     scene.obstacles[1] = shifted(scene.obstacles[0], {0, 0, 0.5});
-    ArticulatedToiResult result = query(scene, kTolerance);
+    ArticulatedToiResult result = query(scene, kChainTolerance);
     ASSERT_EQ(result.contacts.size(), 2U);
     EXPECT_EQ(judged(scene, result).verdict, Verdict::Right);
     result.contacts.pop_back();
