@@ -39,9 +39,9 @@ def draw(verb, folder, scenes=()):
         print(f"== drawing {family}", flush=True)
         try:
             sections[family] = section_of(measured[family], folder, scenes)
-        except LookupError as error:
-            sys.exit(f"benchmarks/run: {files[family]}: {error!r} is missing: measure again without "
-                     "--draw")
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            sys.exit(f"benchmarks/run: {files[family]} cannot be drawn ({error!r}): measure again "
+                     "without --draw")
     (folder / "index.html").write_text(page.make_page(title, sections))
     print(f"\nwrote {folder / 'index.html'} and the pictures of {', '.join(measured)}")
     return [f"{i} ({method}: {verdict})" for i, method, verdict in

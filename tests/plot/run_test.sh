@@ -27,7 +27,7 @@ if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
     expect 'no measurements' benchmarks/run chart --draw -o "$folder/charts"
     expect 'no measurements' benchmarks/run stability --draw -o "$folder/stability"
     echo '{}' >"$folder/charts/rigid.json"
-    expect 'is missing: measure again' benchmarks/run chart --draw -o "$folder/charts"
+    expect 'cannot be drawn' benchmarks/run chart --draw -o "$folder/charts"
     echo '{' >"$folder/charts/rigid.json"
     expect 'measure again without --draw' benchmarks/run chart --draw -o "$folder/charts"
 fi
