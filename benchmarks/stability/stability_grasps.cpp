@@ -2,6 +2,7 @@
 /// and success change, ours and the discrete baseline.
 #include "benchmarks/stability/stability_closings.h"
 #include "benchmarks/support/report.h"
+#include "benchmarks/support/timing.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/hand/hand_file.h"
