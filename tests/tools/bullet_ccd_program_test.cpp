@@ -126,7 +126,7 @@ TEST_F(BulletCcdProgram, AHitListsAllItsContactFeatures)
     const std::string falling = "toi " + cubeAndPlate() + "--a0 1,0,0,0,0.5,0,2 ";
     const Outcome flat = run(falling + "--a-velocity 0,0,-4");
     EXPECT_EQ(flat.exitCode, 0) << flat.err;
-    EXPECT_THAT(flat.out, HasSubstr("contacts    4 within 0.0001"));
+    EXPECT_THAT(flat.out, HasSubstr(fmt::format("contacts    4 within {}", kDefaultTolerance)));
     EXPECT_THAT(flat.out, HasSubstr("0.0000 0.0000 -1.0000"));
     const Outcome json = run(falling + "--a-velocity 0,0,-4 --json");
     std::size_t count = 0;
