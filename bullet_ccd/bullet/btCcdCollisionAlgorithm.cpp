@@ -1,8 +1,10 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 
-#include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/motion/btCcdMultiBodyMotion.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
+#include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -237,7 +239,8 @@ btCcdCollisionAlgorithm::btCcdCollisionAlgorithm(const btCollisionAlgorithmConst
       m_context(btCcdContext::of(*info.m_dispatcher1)),
       m_info(info),
       m_stockFunc(stock),
-      m_manifolds(*info.m_dispatcher1)
+      m_manifolds(stock == nullptr ? std::make_unique<btCcdManifolds>(*info.m_dispatcher1)
+                                   : nullptr)
 {
 }
 
@@ -278,7 +281,7 @@ void btCcdCollisionAlgorithm::processOwn(const btCollisionObjectWrapper* body0,
     const btCcdShapeModel* model1 = m_context.model(body1->getCollisionShape());
     if (model0 != nullptr && model1 != nullptr)
     {
-        m_manifolds.update(*body0, *model0, *body1, *model1, m_info.m_manifold, *result);
+        m_manifolds->update(*body0, *model0, *body1, *model1, m_info.m_manifold, *result);
     }
 }
 
@@ -316,5 +319,8 @@ void btCcdCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
     {
         m_stock->getAllContactManifolds(manifolds);
     }
-    m_manifolds.appendTo(manifolds);
+    if (m_manifolds != nullptr)
+    {
+        m_manifolds->appendTo(manifolds);
+    }
 }

@@ -2,16 +2,30 @@
 #ifndef BT_CCD_COLLISION_ALGORITHM_H
 #define BT_CCD_COLLISION_ALGORITHM_H
 
-#include "bullet_ccd/bullet/step/btCcdManifolds.h"
-#include "bullet_ccd/bullet/step/btCcdPairToi.h"
+#include "bullet_ccd/bullet/btCcdPrecision.h"
+#include "bullet_ccd/toi/toi.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <memory>
 
 class btCcdContext;
+class btCcdManifolds;
 class btCollisionDispatcher;
 struct btCollisionAlgorithmCreateFunc;
+
+/// When two colliders come too near each other, and where.
+struct btCcdPairToi
+{
+    /// Separated, Hit, Overlapping (some parts intersect at the start, which are left to discrete
+    /// contacts, and the others do not meet) or IterationLimit.
+    bullet_ccd::ToiStatus m_status = bullet_ccd::ToiStatus::Separated;
+    double m_fraction = 1.0;  ///< certified: the bodies can go on until then
+    Eigen::Vector3d m_pointA = Eigen::Vector3d::Zero();  ///< at that time, in the world [m]
+    Eigen::Vector3d m_pointB = Eigen::Vector3d::Zero();
+    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
+};
 
 /// What calculateTimeOfImpact() has to say beside the fraction: pass one as its result.
 class btCcdImpactResult : public btManifoldResult
@@ -24,7 +38,7 @@ public:
 ///
 /// Where stock Bullet has discrete contacts for the two shapes, they stay as they are, bit for bit.
 /// Where it has none (two meshes), and for every pair with a btCcdMeshShape or GImpact mesh,
-/// contacts come from exact distances (btCcdManifolds).
+/// contacts come from exact distances.
 class btCcdCollisionAlgorithm : public btActivatingCollisionAlgorithm
 {
 public:
@@ -68,8 +82,8 @@ private:
     btCcdContext& m_context;
     btCollisionAlgorithmConstructionInfo m_info;
     btCollisionAlgorithmCreateFunc* m_stockFunc;
-    btCollisionAlgorithm* m_stock = nullptr;  // made when it is first needed
-    btCcdManifolds m_manifolds;
+    btCollisionAlgorithm* m_stock = nullptr;      // made when it is first needed
+    std::unique_ptr<btCcdManifolds> m_manifolds;  // null where contacts are Bullet's
 
     void processOwn(const btCollisionObjectWrapper* body0,
                     const btCollisionObjectWrapper* body1,

@@ -2,21 +2,18 @@
 #ifndef BT_CCD_CONTROL_H
 #define BT_CCD_CONTROL_H
 
-#include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
-#include "bullet_ccd/bullet/step/btCcdStepper.h"
+#include "bullet_ccd/bullet/btCcdImpact.h"
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <set>
-#include <utility>
-#include <vector>
+#include <memory>
 
 class btCcdContext;
+class btCcdStep;
 class btIDebugDraw;
 class btMultiBody;
-class btMultiBodyDynamicsWorld;
-class btRigidBody;
 
 /// What was done since the world or action was made or the counters were reset.
 struct btCcdCounters
@@ -32,24 +29,6 @@ struct btCcdCounters
     std::int64_t m_unsupported = 0;      ///< colliders not covered in the last step
 };
 
-/// What happens to a pair after its impact.
-enum class btCcdAfterImpact
-{
-    Solve,     ///< the solver answers at once and the step goes on; an action can only hold
-    Hold,      ///< the two bodies stand still for the rest of the step
-    Continue,  ///< the listener has stopped or turned the motion; the step goes on for both
-};
-
-/// Is told of impacts while the step is under way, the bodies where they are at that moment (with
-/// an action: after it, for the bodies have been moved to where they met).
-struct btCcdImpactListener
-{
-    virtual ~btCcdImpactListener() = default;
-    /// May change velocities; must not add or remove objects. Continue without having ended the
-    /// approach is safe but slow: the pair is met again a little nearer.
-    virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
-};
-
 /// Settings and counters; base of btCcdAction, btCcdDiscreteDynamicsWorld and
 /// btCcdMultiBodyDynamicsWorld.
 ///
@@ -58,10 +37,11 @@ struct btCcdImpactListener
 /// Meshes (btCcdMeshShape, GImpact, mesh against mesh) do not even touch: they keep a quarter of
 /// the sum of their margins, or, pressed nearer by what the solver allows, lose no more than a
 /// quarter of the distance in a step. Stock shapes may sink in as deep as Bullet's solver lets
-/// them, but not to their cores (btCcdShapePart::m_core). Not seen: motion that is not velocity
-/// (setWorldTransform, setJointPos, split impulses); kinematic bodies are taken to go on at the
-/// velocity of their last two poses; pairs that intersect are Bullet's until they part.
-/// Covered: shapes of btCcdShapeCache on rigid bodies, multibodies (revolute, prismatic, spherical,
+/// them, but not to their cores, the shapes shrunk to about half their depth. Not seen: motion that
+/// is not velocity (setWorldTransform, setJointPos, split impulses); kinematic bodies are taken to
+/// go on at the velocity of their last two poses; pairs that intersect are Bullet's until they
+/// part. Covered: boxes, spheres, capsules, cylinders, cones, convex hulls, meshes, height fields,
+/// planes and compounds of these on rigid bodies, multibodies (revolute, prismatic, spherical,
 /// planar and fixed joints, fixed or floating base) and objects at rest.
 class btCcdControl
 {
@@ -81,13 +61,13 @@ public:
     double getCcdTolerance() const;
     /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
     /// and held for the rest of the step if that is in vain.
-    void setCcdMaxEvents(int maxEvents) { m_maxEvents = maxEvents; }
+    void setCcdMaxEvents(int maxEvents);
     /// All objects are covered unless excluded here. Excluded ones keep all of stock Bullet,
     /// including its own motion clamping. Take an object back before it is destroyed.
     void setCcdEnabled(const btCollisionObject* object, bool enabled);
     bool isCcdEnabled(const btCollisionObject* object) const;
     /// Not owned; null for none (then the solver answers).
-    void setCcdImpactListener(btCcdImpactListener* listener) { m_listener = listener; }
+    void setCcdImpactListener(btCcdImpactListener* listener);
 
     /// The link and all its ancestors freeze at the link's next impact, see btCcdStopLink (which
     /// names the colliders that are needed). The rest of the multibody goes on without loss of
@@ -95,13 +75,13 @@ public:
     /// @param link -1: the base
     void stopLinkOnFirstContact(btMultiBody* body, int link);
 
-    const btCcdCounters& getCcdCounters() const { return m_counters; }
+    const btCcdCounters& getCcdCounters() const;
     /// Time that the body of this collider was held, in all [s].
     double getCcdLostTime(const btCollisionObject* object) const;
     void resetCcdCounters();
     /// Level of the bounding volumes that debugDrawWorld() draws in wire frame mode, beside the
     /// boxes that fast objects swept and the impacts of the last step.
-    void setCcdDrawLevel(int level) { m_drawLevel = level; }
+    void setCcdDrawLevel(int level);
     /// For shapes that were changed in place.
     void forgetCcdShape(const btCollisionShape* shape);
 
@@ -121,88 +101,10 @@ protected:
     void drawCcd(btIDebugDraw* drawer);
 
 private:
-    /// A rigid body or multibody.
-    struct Body
-    {
-        btRigidBody* m_rigidBody = nullptr;
-        btMultiBody* m_multiBody = nullptr;
-
-        friend auto operator<=>(const Body&, const Body&) = default;
-        [[nodiscard]] bool isNone() const
-        {
-            return m_rigidBody == nullptr && m_multiBody == nullptr;
-        }
-    };
-    /// An impact and where its colliders were then.
-    struct SeenImpact
-    {
-        btCcdImpact m_impact;
-        btTransform m_poseA;
-        btTransform m_poseB;
-    };
-    /// A body whose velocity is zero for the rest of the step, and what it was.
-    struct Held
-    {
-        Body m_body;
-        btVector3 m_linear;
-        btVector3 m_angular;
-        std::vector<btScalar> m_joints;
-    };
-    /// What turns faster than Bullet's integrator lets it in one step.
-    struct Limited
-    {
-        Body m_body;
-        int m_link;                           // a spherical joint's, else kBase
-        const btCollisionObject* m_collider;  // of the body
-        btVector3 m_wanted;
-        btVector3 m_limited;
-    };
-    static constexpr int kBase = -1;
-
     btDiscreteDynamicsWorld& m_world;
-    btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
+    std::unique_ptr<btCcdStep> m_step;
     btCcdContext& m_context;
-    btCcdStepper m_stepper;
-    btCcdImpactSolver m_solver;
-    btCcdImpactListener* m_listener = nullptr;
-    int m_maxEvents = kDefaultMaxEvents;
-    btCcdCounters m_counters;
-    std::vector<SeenImpact> m_lastImpacts;  // of the last step, for drawing
     int m_drawLevel = 0;
-    std::map<Body, double> m_lostTimes;
-    std::set<std::pair<btMultiBody*, int>> m_stopLinks;
-    std::map<Body, int> m_events;  // of this step
-    std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, int> m_pairEvents;
-    std::vector<Held> m_held;
-    std::vector<Limited> m_limitedSpins;
-    std::set<Body> m_spinning;  // since an impact of this step
-    std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
-
-    [[nodiscard]] static Body bodyOf(btCollisionObject* object);
-    void suspendStockClamping();
-    void limitSpins(btScalar timeStep);
-    void integrateInPieces(btScalar time, const Integrate& integrate);
-    [[nodiscard]] static btVector3 spinOf(const Body& body, int link);
-    static void setSpin(const Body& body, int link, const btVector3& spin);
-    void limitSpins(const Body& body, const btCollisionObject* collider, btScalar timeStep);
-    void restoreSpins();
-    void spinFreely();
-    void releaseHeld();
-    void respond(const btCcdStepper::Event& event, btScalar remaining);
-    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
-    void calmDown(btCollisionObject* object);
-    [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
-    bool settle(const btCcdImpact& impact);
-    [[nodiscard]] static btVector3 velocityOf(const Body& body);
-    [[nodiscard]] static btScalar mobilityOf(const Body& body);
-    static void slide(const Body& body, const btVector3& impulse);
-    [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
-    bool stopWatchedLink(const btCollisionObject* object, int link);
-    void hold(btCollisionObject* object, btScalar remaining);
-    void placeBack(btCollisionObject* object, btScalar remaining);
-    void countHold(const Body& body, btScalar remaining);
-    void countQueries();
-    void note(const btCcdImpact& impact);
 };
 
 #endif  // BT_CCD_CONTROL_H

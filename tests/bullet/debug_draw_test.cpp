@@ -1,6 +1,6 @@
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/reference/scenes/random.h"
-#include "bullet_ccd/bullet/btCcdDebugDraw.h"
+#include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/bullet/recording_drawer.h"
 

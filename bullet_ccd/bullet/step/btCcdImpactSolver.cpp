@@ -1,6 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
 
-#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

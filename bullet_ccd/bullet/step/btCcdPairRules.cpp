@@ -1,6 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdPairRules.h"
 
-#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>

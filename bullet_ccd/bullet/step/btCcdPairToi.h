@@ -2,23 +2,13 @@
 #ifndef BT_CCD_PAIR_TOI_H
 #define BT_CCD_PAIR_TOI_H
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 struct btCcdSide
 {
     const btCcdShapeModel& m_model;
     const btCcdObjectMotion& m_motion;
-};
-
-struct btCcdPairToi
-{
-    /// Separated, Hit, Overlapping (some parts intersect at the start, which are left to discrete
-    /// contacts, and the others do not meet) or IterationLimit.
-    bullet_ccd::ToiStatus m_status = bullet_ccd::ToiStatus::Separated;
-    double m_fraction = 1.0;  ///< certified: the bodies can go on until then
-    Eigen::Vector3d m_pointA = Eigen::Vector3d::Zero();  ///< at that time, in the world [m]
-    Eigen::Vector3d m_pointB = Eigen::Vector3d::Zero();
-    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
 };
 
 /// True if the discrete contacts of the two shapes are this library's: at least one is a

@@ -1,7 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
 
-#include "bullet_ccd/bullet/btCcdContext.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdPairRules.h"
 #include "bullet_ccd/bullet/step/btCcdTracker.h"
 

@@ -3,6 +3,7 @@
 #define BT_CCD_STEPPER_H
 
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdImpact.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
@@ -15,22 +16,6 @@
 class btCcdTracker;
 struct btCcdNeighbourPair;
 struct btCcdTracked;
-
-/// Two colliders that have come too near each other.
-struct btCcdImpact
-{
-    /// Link index of a collider that belongs to no multibody.
-    static constexpr int kNoLink = -2;
-
-    btCollisionObject* m_objectA;
-    btCollisionObject* m_objectB;
-    int m_linkA;  ///< -1: the base of a multibody
-    int m_linkB;
-    btScalar m_time;     ///< since the step began [s]
-    btVector3 m_pointA;  ///< closest points at that time, in the world [m]
-    btVector3 m_pointB;
-    btVector3 m_normal;  ///< unit, from A to B
-};
 
 /// Finds the impacts of all that a world is about to move (or has just moved), through the
 /// registered collision algorithms.

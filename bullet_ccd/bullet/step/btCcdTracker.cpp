@@ -1,6 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdTracker.h"
 
-#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

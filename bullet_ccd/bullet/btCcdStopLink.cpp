@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/motion/btCcdStopLink.h"
+#include "bullet_ccd/bullet/btCcdStopLink.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 

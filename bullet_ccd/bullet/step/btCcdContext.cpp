@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include <cstdio>
 #include <map>

@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdDebugDraw.h"
+#include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 
