@@ -2,9 +2,12 @@
 
 #include "bullet_ccd/distance/ssv_pair.h"
 #include "bullet_ccd/distance/triangle_distance.h"
+#include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -109,6 +112,13 @@ void descend(const SsvTree& treeA,
              const NodeMarks& exempt,
              Leaf leaf)
 {
+    require(!treeA.nodes().empty() && !treeB.nodes().empty(),
+            "distance of meshes: a hierarchy is empty: build it with buildSsvTree()");
+    require(!std::isnan(bound), "distance of meshes: the bound is NaN");
+    if (!isPose(X_BA))
+    {
+        failPose("distance of meshes: X_BA", X_BA);
+    }
     Descent<Leaf> descent{.treeA = treeA,
                           .treeB = treeB,
                           .R = X_BA.linear(),

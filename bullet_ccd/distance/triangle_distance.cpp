@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
 namespace bullet_ccd
 {
@@ -94,19 +95,25 @@ struct Face
         return normalSquared > 1e-26 * longest * longest;
     }
 
-    /// True if the line through x along the normal meets the triangle.
-    [[nodiscard]] bool covers(const Vector3d& x) const
+    /// Where the line through x along the normal meets the triangle, if it does: a convex
+    /// combination of its corners, so a point of it however wrong the normal of a sliver is.
+    [[nodiscard]] std::optional<Vector3d> foot(const Vector3d& x) const
     {
+        Vector3d sum = Vector3d::Zero();
+        double weights = 0.0;
         for (std::size_t k = 0; k < 3; ++k)
         {
             const Vector3d& p = c[k];
             const Vector3d& q = c[(k + 1) % 3];
-            if ((q - p).cross(x - p).dot(normal) < 0.0)
+            const double weight = (q - p).cross(x - p).dot(normal);
+            if (weight < 0.0)
             {
-                return false;
+                return std::nullopt;
             }
+            sum += weight * (c[(k + 2) % 3] - c[0]);
+            weights += weight;
         }
-        return true;
+        return weights > 0.0 ? std::optional<Vector3d>(c[0] + sum / weights) : std::nullopt;
     }
 
     [[nodiscard]] double height(const Vector3d& x) const
@@ -169,9 +176,9 @@ void considerFace(const Face& face, const TriangleCorners& other, Closest& best)
     for (std::size_t k = 0; k < 3; ++k)
     {
         heights[k] = face.height(other[k]);
-        if (face.covers(other[k]))
+        if (const std::optional<Vector3d> foot = face.foot(other[k]))
         {
-            consider(other[k] - (heights[k] / face.normalSquared) * face.normal, other[k]);
+            consider(*foot, other[k]);
         }
     }
     for (std::size_t k = 0; k < 3; ++k)
@@ -183,7 +190,7 @@ void considerFace(const Face& face, const TriangleCorners& other, Closest& best)
         }
         const Vector3d through =
             other[k] + (heights[k] / (heights[k] - heights[l])) * (other[l] - other[k]);
-        if (face.covers(through))
+        if (face.foot(through))
         {
             if (!areSeparated(face.c, other))
             {
@@ -220,9 +227,10 @@ TriangleDistance pointToTriangle(const Eigen::Vector3d& point, const TriangleCor
 {
     Closest best;
     const Face face(triangle);
-    if (face.hasArea() && face.covers(point))
+    const std::optional<Vector3d> foot = face.hasArea() ? face.foot(point) : std::nullopt;
+    if (foot)
     {
-        best.consider(point, point - (face.height(point) / face.normalSquared) * face.normal);
+        best.consider(point, *foot);
     }
     else
     {

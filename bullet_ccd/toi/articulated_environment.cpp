@@ -1,11 +1,14 @@
 #include "bullet_ccd/toi/articulated_environment.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/articulated/body_boxes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 
 namespace bullet_ccd
 {
@@ -15,11 +18,22 @@ using Eigen::AlignedBox3d;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-bool isFinite(const RigidBody& body)
+void checkObstacle(const RigidBody& body, std::size_t index)
 {
+    // Messages are built only where they are needed: a query is to allocate nothing.
     const RigidMotion& m = body.motion;
-    return body.userMotion != nullptr || (m.X_W0.matrix().allFinite() && m.v_W.allFinite() &&
-                                          m.w_W.allFinite() && m.reference_B.allFinite());
+    if (body.tree == nullptr || body.tree->nodes().empty())
+    {
+        throw std::invalid_argument("articulatedToi: obstacle " + std::to_string(index) +
+                                    ": there is no hierarchy: build one with buildSsvTree()");
+    }
+    if (body.userMotion == nullptr && !isPose(m.X_W0))
+    {
+        failPose("articulatedToi: X_W0 of obstacle " + std::to_string(index), m.X_W0);
+    }
+    require(body.userMotion != nullptr ||
+                (m.v_W.allFinite() && m.w_W.allFinite() && m.reference_B.allFinite()),
+            "articulatedToi: a velocity or the reference point of an obstacle is NaN or infinite");
 }
 }  // namespace
 
@@ -34,8 +48,7 @@ void Environment::reset(std::span<const RigidBody> bodies)
     for (std::size_t i = 0; i < bodies.size(); ++i)
     {
         const RigidBody& body = bodies[i];
-        require(isFinite(body),
-                "time of impact: a pose, velocity or joint position is NaN or infinite");
+        checkObstacle(body, i);
         const bool rests = body.userMotion == nullptr && body.motion.v_W.isZero(0.0) &&
                            body.motion.w_W.isZero(0.0);
         m_moves[i] = rests ? 0 : 1;

@@ -1,11 +1,14 @@
 #include "bullet_ccd/toi/first_contact.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/articulated/toi_scratch.h"
 #include "bullet_ccd/toi/search/search.h"
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace bullet_ccd
 {
@@ -16,32 +19,79 @@ ToiWorkspace& ToiWorkspace::operator=(ToiWorkspace&&) noexcept = default;
 
 namespace
 {
-bool isFinite(const MovingBody& body)
+bool isFinite(const RigidMotion& m)
 {
-    const auto rigid = [](const RigidMotion& m)
-    {
-        return m.X_W0.matrix().allFinite() && m.v_W.allFinite() && m.w_W.allFinite() &&
-               m.reference_B.allFinite();
-    };
-    const auto all = [](const std::vector<double>& values) {
-        return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-    };
-    if (const auto* link = std::get_if<LinkMotion>(&body.motion))
-    {
-        return rigid(link->motion->root) && all(link->motion->positions) &&
-               all(link->motion->rates);
-    }
-    const auto* free = std::get_if<RigidMotion>(&body.motion);
-    return free == nullptr || rigid(*free);
+    return m.v_W.allFinite() && m.w_W.allFinite() && m.reference_B.allFinite();
 }
 
-void checkQuery(std::span<const MovingBody> bodies, const ToiOptions& options)
+bool isFinite(const std::vector<double>& values)
+{
+    return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+/// Messages are built only where they are needed: a query is to allocate nothing.
+[[noreturn]] void fail(std::size_t body, const char* what)
+{
+    throw std::invalid_argument("time of impact: body " + std::to_string(body) + ": " + what);
+}
+
+void checkMotion(const RigidMotion& motion, std::size_t body)
+{
+    if (!isPose(motion.X_W0))
+    {
+        failPose("time of impact: X_W0 of body " + std::to_string(body), motion.X_W0);
+    }
+    if (!isFinite(motion))
+    {
+        fail(body, "a velocity or the reference point is NaN or infinite");
+    }
+}
+
+void checkMotion(const LinkMotion& link, std::size_t body)
+{
+    if (link.tree == nullptr || link.motion == nullptr || link.link < 0 ||
+        static_cast<std::size_t>(link.link) >= link.tree->size())
+    {
+        fail(body, "no kinematic tree, no motion of its joints, or no such link");
+    }
+    checkMotion(link.motion->root, body);
+    if (!isFinite(link.motion->positions) || !isFinite(link.motion->rates))
+    {
+        fail(body, "a joint position or rate is NaN or infinite");
+    }
+}
+
+void checkMotion(const UserMotion* motion, std::size_t body)
+{
+    if (motion == nullptr)
+    {
+        fail(body, "the motion is a null pointer");
+    }
+}
+
+void checkQuery(std::span<const MovingBody> bodies,
+                std::span<const BodyPair> pairs,
+                const ToiOptions& options)
 {
     checkOptions(options);
-    for (const MovingBody& body : bodies)
+    for (std::size_t i = 0; i < bodies.size(); ++i)
     {
-        require(isFinite(body),
-                "time of impact: a pose, velocity or joint position is NaN or infinite");
+        const MovingBody& body = bodies[i];
+        if (body.tree == nullptr || body.tree->nodes().empty())
+        {
+            fail(i, "there is no hierarchy: build one with buildSsvTree()");
+        }
+        if (!isPose(body.X_BG))
+        {
+            failPose("time of impact: X_BG of body " + std::to_string(i), body.X_BG);
+        }
+        std::visit([i](const auto& motion) { checkMotion(motion, i); }, body.motion);
+    }
+    const auto count = static_cast<std::int32_t>(bodies.size());
+    for (const BodyPair& pair : pairs)
+    {
+        require(pair.bodyA >= 0 && pair.bodyA < count && pair.bodyB >= 0 && pair.bodyB < count,
+                "time of impact: a pair names a body that is not there");
     }
 }
 }  // namespace
@@ -80,7 +130,7 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
                                 const ToiOptions& options,
                                 ToiWorkspace& work)
 {
-    checkQuery(bodies, options);
+    checkQuery(bodies, pairs, options);
     SearchState& state = work.scratch().state;
     state.hit = {};
     state.start = {};

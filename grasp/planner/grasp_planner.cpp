@@ -8,7 +8,6 @@
 #include <mutex>
 #include <optional>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -163,8 +162,6 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     Queue queue(options, extras.known);
     std::vector<Grasp> planned(queue.size());
     const int jobs = options.jobs > 0 ? options.jobs : tbb::info::default_concurrency();
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(jobs));
     tbb::enumerable_thread_specific<std::optional<Worker>> workers;
     tbb::task_arena arena(jobs);
     arena.execute(

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <gmock/gmock.h>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -295,6 +296,56 @@ TEST_P(RigidToiState, RejectsMotionsAndTolerancesThatAreNotFinite)
     {
         EXPECT_THROW((void)query(good, 1e-6, separation), std::invalid_argument);
     }
+}
+
+std::string messageOf(const RigidBody& bodyA, const RigidBody& bodyB)
+{
+    ToiWorkspace work;
+    try
+    {
+        (void)rigidToi(bodyA, bodyB, {}, work);
+    }
+    catch (const std::invalid_argument& error)
+    {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(RigidToiInput, ABodyWithoutAHierarchyIsNamed)
+{
+    const SsvTree tree = buildSsvTree(cube(1.0));
+    EXPECT_THAT(messageOf({.tree = &tree}, {}),
+                testing::AllOf(testing::HasSubstr("body 1"), testing::HasSubstr("buildSsvTree()")));
+    EXPECT_THAT(messageOf({}, {.tree = &tree}), testing::HasSubstr("body 0"));
+}
+
+TEST(RigidToiInput, PosesThatAreNoRotationAndTranslationAreNamed)
+{
+    const SsvTree tree = buildSsvTree(cube(1.0));
+    const RigidBody other{.tree = &tree};
+    Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity();
+    mirror(0, 0) = -1.0;
+    Eigen::Matrix3d singular = Eigen::Matrix3d::Identity();
+    singular(2, 2) = 0.0;
+    Eigen::Matrix3d shear = Eigen::Matrix3d::Identity();
+    shear(0, 1) = 0.01;
+    const Eigen::Matrix3d scale = 1.001 * Eigen::Matrix3d::Identity();
+    for (const Eigen::Matrix3d& bad : {mirror, singular, shear, scale})
+    {
+        RigidBody body{.tree = &tree};
+        body.motion.X_W0.translation() = Vector3d(9, 0, 0);
+        body.motion.X_W0.linear() = bad;
+        EXPECT_THAT(messageOf(body, other),
+                    testing::AllOf(testing::HasSubstr("X_W0 of body 0"),
+                                   testing::HasSubstr("no rotation and translation"),
+                                   testing::HasSubstr("scale or mirror the mesh")));
+        EXPECT_THAT(messageOf(other, body), testing::HasSubstr("X_W0 of body 1"));
+    }
+    RigidBody drifted{.tree = &tree};
+    drifted.motion.X_W0.translation() = Vector3d(9, 0, 0);
+    drifted.motion.X_W0.linear() *= 1.00001;
+    EXPECT_EQ(messageOf(drifted, other), "");
 }
 
 TEST_P(RigidToiState, GivingUpIsSaidAndStillCertified)

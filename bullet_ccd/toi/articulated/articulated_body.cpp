@@ -1,4 +1,5 @@
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/articulated/articulated_culling.h"
 
 #include <algorithm>
@@ -16,8 +17,8 @@ bool isFinite(const JointMotion& motion)
     const auto finite = [](const std::vector<double>& values) {
         return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
     };
-    return root.X_W0.matrix().allFinite() && root.v_W.allFinite() && root.w_W.allFinite() &&
-           root.reference_B.allFinite() && finite(motion.positions) && finite(motion.rates) &&
+    return root.v_W.allFinite() && root.w_W.allFinite() && root.reference_B.allFinite() &&
+           finite(motion.positions) && finite(motion.rates) &&
            std::all_of(motion.balls.begin(),
                        motion.balls.end(),
                        [](const BallMotion& ball)
@@ -27,6 +28,8 @@ bool isFinite(const JointMotion& motion)
 
 void checkBody(const ArticulatedBody& body)
 {
+    require(body.tree != nullptr && body.motion != nullptr,
+            "articulatedToi: there is no kinematic tree, or no motion of its joints");
     const std::size_t links = body.tree->size();
     const bool hasBalls =
         std::any_of(body.tree->links.begin(),
@@ -44,7 +47,11 @@ void checkBody(const ArticulatedBody& body)
                                     " motions of spherical joints: give one of each a link");
     }
     require(isFinite(*body.motion),
-            "time of impact: a pose, velocity or joint position is NaN or infinite");
+            "time of impact: a velocity or joint position is NaN or infinite");
+    if (!isPose(body.motion->root.X_W0))
+    {
+        failPose("articulatedToi: pose of the root", body.motion->root.X_W0);
+    }
     const auto count = static_cast<std::int32_t>(links);
     for (const auto& [linkA, linkB] : body.selfPairs)
     {

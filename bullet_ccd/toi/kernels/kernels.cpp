@@ -2,6 +2,7 @@
 #include "bullet_ccd/toi/kernels/node_batch.h"
 #include "bullet_ccd/toi/kernels/triangle_approach.h"
 
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 
@@ -28,37 +29,59 @@ namespace
 {
 struct Kernels
 {
-    const char* level = "baseline";
-    decltype(&baseline::nodeSteps) steps = baseline::nodeSteps;
-    decltype(&baseline::rigidPoses) poses = baseline::rigidPoses;
-    decltype(&baseline::approachTriangles) triangles = baseline::approachTriangles;
-    decltype(&baseline::approachAlong) along = baseline::approachAlong;
+    const char* level;
+    decltype(&baseline::nodeSteps) steps;
+    decltype(&baseline::rigidPoses) poses;
+    decltype(&baseline::approachTriangles) triangles;
+    decltype(&baseline::approachAlong) along;
 };
 
+constexpr Kernels kBaseline{.level = "baseline",
+                            .steps = baseline::nodeSteps,
+                            .poses = baseline::rigidPoses,
+                            .triangles = baseline::approachTriangles,
+                            .along = baseline::approachAlong};
+#if defined(BULLET_CCD_AVX2)
+constexpr Kernels kAvx2{.level = "avx2",
+                        .steps = avx2::nodeSteps,
+                        .poses = avx2::rigidPoses,
+                        .triangles = avx2::approachTriangles,
+                        .along = avx2::approachAlong};
+#endif
+
 /// BULLET_CCD_SIMD=baseline in the environment keeps the portable kernels, for tests.
-Kernels choose()
+const Kernels& choose()
 {
 #if defined(BULLET_CCD_AVX2)
     const char* wish = std::getenv("BULLET_CCD_SIMD");
     const bool baselineWanted = wish != nullptr && std::strcmp(wish, "baseline") == 0;
+    __builtin_cpu_init();  // this may run before the constructor that the compiler has for it
     if (!baselineWanted && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
     {
-        return {.level = "avx2",
-                .steps = avx2::nodeSteps,
-                .poses = avx2::rigidPoses,
-                .triangles = avx2::approachTriangles,
-                .along = avx2::approachAlong};
+        return kAvx2;
     }
 #endif
-    return {};
+    return kBaseline;
 }
 
-const Kernels kKernels = choose();
+/// Chosen at the first query, so that queries may be made by constructors of other files' globals.
+constinit std::atomic<const Kernels*> chosen = nullptr;
+
+const Kernels& kernels()
+{
+    const Kernels* known = chosen.load(std::memory_order_relaxed);
+    if (known == nullptr) [[unlikely]]
+    {
+        known = &choose();
+        chosen.store(known, std::memory_order_relaxed);
+    }
+    return *known;
+}
 }  // namespace
 
 void nodeSteps(NodeBatch& batch)
 {
-    kKernels.steps(batch);
+    kernels().steps(batch);
 }
 
 void rigidPoses(const RigidPoses& poses,
@@ -67,7 +90,7 @@ void rigidPoses(const RigidPoses& poses,
                 float slackFloor,
                 NodeBatch& batch)
 {
-    kKernels.poses(poses, times, slackPerMeter, slackFloor, batch);
+    kernels().poses(poses, times, slackPerMeter, slackFloor, batch);
 }
 
 void approachTriangles(const RelativeMotion& motion,
@@ -76,7 +99,7 @@ void approachTriangles(const RelativeMotion& motion,
                        double margin,
                        TriangleApproach& approach)
 {
-    kKernels.triangles(motion, cornersA, cornersB, margin, approach);
+    kernels().triangles(motion, cornersA, cornersB, margin, approach);
 }
 
 void approachAlong(const RelativeMotion& motion,
@@ -86,11 +109,11 @@ void approachAlong(const RelativeMotion& motion,
                    double margin,
                    TriangleApproach& approach)
 {
-    kKernels.along(motion, cornersA, cornersB, n, margin, approach);
+    kernels().along(motion, cornersA, cornersB, n, margin, approach);
 }
 
 const char* simdLevel()
 {
-    return kKernels.level;
+    return kernels().level;
 }
 }  // namespace bullet_ccd

@@ -144,7 +144,7 @@ inline void takeAxis(const Motion<kTurnsB>& m,
     }
     // The root of closing s + bend s^2 / 2 = gap.
     const Floats root = rootAbove(closing * closing + 2.0F * bend * gap);
-    const Floats step = 1.999F * gap * roughInverse(maximum(closing + root, zero + 1e-30F));
+    const Floats step = 1.99999F * gap / maximum(closing + root, zero + 1e-30F);
     // In this order NaN, from motions that overflow, leaves what there was.
     best.step = maximum(step, best.step);
     best.gap = maximum(gap, best.gap);
@@ -246,7 +246,7 @@ inline void stepLanes(NodeBatch& batch, int lane)
             const int j1 = (j + 1) % 3;
             const int j2 = (j + 2) % 3;
             const Floats square = maximum(one - C[i][j] * C[i][j], Floats{} + 1e-2F);
-            const Floats scale = 0.9996F * roughInverseRoot(square);
+            const Floats scale = 0.99997F / root(square);
             const auto along = [&](const Floats* x) { return x[i2] * C[i1][j] - x[i1] * C[i2][j]; };
             const Floats extent = a.half[i1] * absC[i2][j] + a.half[i2] * absC[i1][j] +
                                   b.half[j1] * absC[i][j2] + b.half[j2] * absC[i][j1];

@@ -28,14 +28,10 @@ inline Floats minimum(Floats a, Floats b)
 {
     return _mm256_min_ps(a, b);
 }
-/// Approximations, relative error below 3.7e-4.
-inline Floats roughInverse(Floats a)
+// No approximate reciprocals: processors of different makers give different ones.
+inline Floats root(Floats a)
 {
-    return _mm256_rcp_ps(a);
-}
-inline Floats roughInverseRoot(Floats a)
-{
-    return _mm256_rsqrt_ps(a);
+    return _mm256_sqrt_ps(a);
 }
 inline Floats load(const float* p)
 {
@@ -121,13 +117,9 @@ inline Floats minimum(Floats a, Floats b)
 {
     return _mm_min_ps(a, b);
 }
-inline Floats roughInverse(Floats a)
+inline Floats root(Floats a)
 {
-    return _mm_rcp_ps(a);
-}
-inline Floats roughInverseRoot(Floats a)
-{
-    return _mm_rsqrt_ps(a);
+    return _mm_sqrt_ps(a);
 }
 #else
 inline Floats maximum(Floats a, Floats b)
@@ -138,16 +130,12 @@ inline Floats minimum(Floats a, Floats b)
 {
     return a < b ? a : b;
 }
-inline Floats roughInverse(Floats a)
-{
-    return 1.0F / a;
-}
-inline Floats roughInverseRoot(Floats a)
+inline Floats root(Floats a)
 {
     Floats r;
     for (int i = 0; i < kWidth; ++i)
     {
-        r[i] = 1.0F / __builtin_sqrtf(a[i]);
+        r[i] = __builtin_sqrtf(a[i]);
     }
     return r;
 }
@@ -215,12 +203,11 @@ inline Floats alongSign(Floats x, Floats d)
     return (Floats)((Bits)x ^ ((Bits)d & (Bits{} + static_cast<int>(0x80000000U))));
 }
 
-/// Root of x >= 0, not below the exact one and at most 0.1 % above it; exact zero comes out as
-/// 1e-15.
+/// Root of x >= 0 for an x that a few operations have rounded: not below the exact one, and at most
+/// 1e-6 above it.
 inline Floats rootAbove(Floats x)
 {
-    const Floats safe = maximum(x, Floats{} + 1e-30F);
-    return safe * roughInverseRoot(safe) * 1.0005F;
+    return root(x) * 1.000001F;
 }
 }  // namespace
 }  // namespace bullet_ccd

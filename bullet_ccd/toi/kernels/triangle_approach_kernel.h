@@ -210,7 +210,9 @@ inline void takeEdges(const Vector4& a, const Vector4& b, Closest& best)
     }
 }
 
-/// Corners of one triangle above the inside of the other.
+/// Corners of one triangle above the inside of the other. Their feet are convex combinations of its
+/// corners, so they are points of it however small and wrong the normal of a sliver is: the
+/// distance stays an upper bound.
 template <bool kCornersOfA>
 inline void takeFace(const Vector4& face, const Vector4& corners, Closest& best)
 {
@@ -222,12 +224,13 @@ inline void takeFace(const Vector4& face, const Vector4& corners, Closest& best)
     const Vector4 d = corners - origin;
     const Doubles4 first = dot(cross(d, e1), n);
     const Doubles4 second = dot(cross(e0, d), n);
-    const Doubles4 height = dot(d, n);
     const Doubles4 zero{};
     const Longs4 inside =
-        (first >= zero) & (second >= zero) & (first + second <= square) & (square > zero);
-    const Doubles4 candidate = inside ? height * height / orOne(square) : zero + 1e300;
-    const Vector4 foot = corners - (height / orOne(square)) * n;
+        (first >= zero) & (second >= zero) & (first + second <= square) & (square > 1e-280);
+    const Doubles4 scale = 1.0 / (square > 1e-280 ? square : zero + 1.0);
+    const Vector4 foot = origin + (first * scale) * e0 + (second * scale) * e1;
+    const Vector4 away = corners - foot;
+    const Doubles4 candidate = inside ? dot(away, away) : zero + 1e300;
     if constexpr (kCornersOfA)
     {
         best.take(candidate, corners, foot);
@@ -237,6 +240,7 @@ inline void takeFace(const Vector4& face, const Vector4& corners, Closest& best)
         best.take(candidate, foot, corners);
     }
 }
+
 /// The direction perpendicular to two edges, or to a face, that is nearest to n. The vector between
 /// closest points loses digits as they come together, and an error of the direction times the size
 /// of the triangles is an error of the gap; edges and faces keep theirs.
@@ -317,7 +321,8 @@ void approachTriangles(const RelativeMotion& motion,
         x /= distance;
     }
     stepAlong(motion, a, b, n, margin, approach);
-    if (approach.gap < 0.999 * distance)
+    // Above a minimum separation that is large beside what is left, less of the distance counts.
+    if (approach.gap < 0.999 * distance || approach.gap - margin < 0.5 * (distance - margin))
     {
         TriangleApproach aligned = approach;
         alignWithFeatures(a.place, b.place, n);

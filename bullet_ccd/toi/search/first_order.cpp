@@ -100,6 +100,18 @@ double PairScene::firstOrderTime(const NodePair& p, ToiCounters& counters)
     return std::min(best, 2.0);
 }
 
+void PairScene::firstOrderSteps(std::span<const NodePair> nodePairs,
+                                ToiCounters& counters,
+                                float* out)
+{
+    for (std::size_t i = 0; i < nodePairs.size(); ++i)
+    {
+        // Rounded towards zero.
+        out[i] = static_cast<float>(firstOrderTime(nodePairs[i], counters)) * (1.0F - 2e-7F);
+        m_mayStartTouching = m_mayStartTouching || nodePairs[i].time == 0.0;
+    }
+}
+
 double PairScene::firstOrderTime(const NodePair& p, const TriangleDistance& found)
 {
     const ScenePair& pair = m_pairs[static_cast<std::size_t>(p.pair)];

@@ -342,16 +342,6 @@ void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
 void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
 {
     counters.nodePairs += static_cast<std::int64_t>(nodePairs.size());
-    if (m_bound != MotionBound::SecondOrder)
-    {
-        for (std::size_t i = 0; i < nodePairs.size(); ++i)
-        {
-            // Rounded towards zero.
-            out[i] = static_cast<float>(firstOrderTime(nodePairs[i], counters)) * (1.0F - 2e-7F);
-            m_mayStartTouching = m_mayStartTouching || nodePairs[i].time == 0.0;
-        }
-        return;
-    }
     const ScenePair& pair = m_pairs[static_cast<std::size_t>(nodePairs[0].pair)];
     double times[NodeBatch::kLanes];
     for (std::size_t i = 0; i < NodeBatch::kLanes; ++i)
@@ -374,6 +364,11 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
                    static_cast<float>(kSingleRounding),
                    up(kSingleRounding * pair.rigid.reach),
                    m_batch);
+    }
+    else if (m_bound != MotionBound::SecondOrder)
+    {
+        firstOrderSteps(nodePairs, counters, out);
+        return;
     }
     else
     {

@@ -126,6 +126,7 @@ private:
     [[nodiscard]] MovingFrames& framesOf(const LinkMotion& link);
     void setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b);
     void computeState(std::int32_t index, double t);
+    void firstOrderSteps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
     [[nodiscard]] double firstOrderTime(const NodePair& p, ToiCounters& counters);
     [[nodiscard]] double firstOrderTime(const NodePair& p, double gap, const Eigen::Vector3d& n);
     void fillConstants(std::int32_t index);

@@ -1,6 +1,7 @@
 #include "bullet_ccd/toi/search/pair_step.h"
 
 #include "bullet_ccd/distance/ssv_pair.h"
+#include "bullet_ccd/math/check.h"
 
 #include <array>
 #include <cmath>
@@ -54,10 +55,12 @@ double across(double along)
 }
 
 /// Best step over all directions that can separate two triangles; where the closest points are too
-/// close, or too badly conditioned, to give a direction.
+/// close, or too badly conditioned, to give a direction. `across` is that of the closest points:
+/// made perpendicular to an edge it is the direction between the edge and a corner.
 TriangleApproach bestApproach(const RelativeMotion& motion,
                               const TriangleCorners& cornersA,
                               const TriangleCorners& cornersB,
+                              const Vector3d& across,
                               double margin)
 {
     const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(motion.R);
@@ -96,6 +99,14 @@ TriangleApproach bestApproach(const RelativeMotion& motion,
         for (const Vector3d& edgeB : edgesB)
         {
             consider(edgeA.cross(edgeB));
+        }
+    }
+    for (const auto* edges : {&edgesA, &edgesB})
+    {
+        for (const Vector3d& edge : *edges)
+        {
+            const double square = edge.squaredNorm();
+            consider(square > 0.0 ? Vector3d(across - edge.dot(across) / square * edge) : across);
         }
     }
     return best;
@@ -204,8 +215,14 @@ TriangleStep triangleStep(const SsvTree& treeA,
                                             .pointA = vector(approach.pointA),
                                             .pointB = vector(approach.pointB)},
                                .time = approach.time};
-    // The direction of the closest points separates by their distance, or something is wrong.
-    if (approach.gap >= 0.99 * approach.distance && approach.distance > state.rounding)
+    // The direction of the closest points separates by their distance, or something is wrong: a
+    // lower bound may fall short of an upper one, and never exceeds it.
+    // Above a clearance, what counts is the part of the distance that is beyond it.
+    const double room = approach.distance - keep;
+    const bool separates = approach.gap >= 0.99 * approach.distance &&
+                           (room <= 0.0 || approach.gap - keep >= 0.25 * room);
+    if (separates && approach.distance > state.rounding &&
+        approach.gap <= approach.distance + state.rounding)
     {
         return closest;
     }
@@ -215,13 +232,15 @@ TriangleStep triangleStep(const SsvTree& treeA,
         // Slivers may seem to cross where they are known to be apart.
         return apart && approach.distance > 0.0 ? closest : result;
     }
-    const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, keep);
+    const Vector3d across = result.distance.pointB - result.distance.pointA;
+    const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, across, keep);
+    BULLET_CCD_ASSERT(best.gap <= result.distance.distance + state.rounding);
     result.time = (best.gap > approach.gap ? best : approach).time;
-    const double room = result.distance.distance - keep;
-    if (room > 0.0)
+    const double exactRoom = result.distance.distance - keep;
+    if (exactRoom > 0.0)
     {
         result.time =
-            std::max(result.time, anyDirectionTime(state.motion, cornersA, cornersB, room));
+            std::max(result.time, anyDirectionTime(state.motion, cornersA, cornersB, exactRoom));
     }
     return result;
 }

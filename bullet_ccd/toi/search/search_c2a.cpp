@@ -31,7 +31,8 @@ public:
             const double next = advance(time);
             if (next - time < 0.5 * lastStep)
             {
-                m_budget *= 2;
+                // No further than it can be spent: it would overflow.
+                m_budget *= m_budget <= m_state.options.maxIterations / 2 ? 2 : 1;
             }
             lastStep = next - time;
             time = next;

@@ -1,0 +1,46 @@
+#include "bullet_ccd/math/pose.h"
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace bullet_ccd
+{
+namespace
+{
+constexpr double kDrift = 1e-4;
+
+double lackOfOrthogonality(const Eigen::Isometry3d& X)
+{
+    const Eigen::Matrix3d R = X.linear();
+    return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+}
+}  // namespace
+
+bool isPose(const Eigen::Isometry3d& X)
+{
+    // NaN fails every comparison.
+    return X.translation().allFinite() && lackOfOrthogonality(X) <= kDrift &&
+           X.linear().determinant() > 0.0;
+}
+
+void failPose(const std::string& where, const Eigen::Isometry3d& X)
+{
+    if (!X.matrix().allFinite())
+    {
+        throw std::invalid_argument(where + ": a number of the pose is NaN or infinite");
+    }
+    const Eigen::Matrix3d R = X.linear();
+    char text[200];
+    std::snprintf(text,
+                  sizeof(text),
+                  ": the pose is no rotation and translation: axes of length %.7g, %.7g, %.7g, "
+                  "determinant %.7g",
+                  R.col(0).norm(),
+                  R.col(1).norm(),
+                  R.col(2).norm(),
+                  R.determinant());
+    throw std::invalid_argument(
+        where + text +
+        ": scale or mirror the mesh instead, and normalise rotations that have drifted");
+}
+}  // namespace bullet_ccd

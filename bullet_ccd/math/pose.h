@@ -1,0 +1,17 @@
+/// What a pose must be before a query rests its certificate on it.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <string>
+
+namespace bullet_ccd
+{
+/// True if X is a rotation and a translation: all numbers finite, the axes of unit length and at
+/// right angles up to 1e-4, not mirrored. So much may rotations in single precision drift along a
+/// chain; distances err by as much as the axes do.
+[[nodiscard]] bool isPose(const Eigen::Isometry3d& X);
+
+/// Throws std::invalid_argument: what isPose() found wrong with X, and the remedy.
+[[noreturn]] void failPose(const std::string& where, const Eigen::Isometry3d& X);
+}  // namespace bullet_ccd
