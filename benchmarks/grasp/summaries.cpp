@@ -40,7 +40,7 @@ std::vector<double> numbersOf(const Rows& rows, const char* key)
     return numbers;
 }
 
-double sumOf(const Rows& rows, const char* key)
+double totalOf(const Rows& rows, const char* key)
 {
     return sumOf(numbersOf(rows, key));
 }
@@ -69,10 +69,10 @@ json closingTotals(const std::string& hand, const Rows& rows)
 {
     std::map<std::string, int> verdicts = countsOf(rows, "verdicts");
     const auto of = [&](ClosingVerdict verdict) { return verdicts[toString(verdict)]; };
-    const double closings = sumOf(rows, "closings");
+    const double closings = totalOf(rows, "closings");
     const double alike = closings == 0.0 ? 1.0 : of(ClosingVerdict::Alike) / closings;
     const double gap = largestOf(rows, "largest_gap_m");
-    const double inside = sumOf(rows, "inside");
+    const double inside = totalOf(rows, "inside");
     const bool isGood = inside == 0.0 && gap <= kMaxGap && of(ClosingVerdict::FirstPasses) == 0 &&
                         of(ClosingVerdict::Unexplained) == 0 && alike >= kAlikeShare;
     return {{"hand", hand},
@@ -84,10 +84,10 @@ json closingTotals(const std::string& hand, const Rows& rows)
             {"ours", of(ClosingVerdict::FirstPasses)},
             {"unexplained", of(ClosingVerdict::Unexplained)},
             {"inside", inside},
-            {"otherInside", sumOf(rows, "reference_inside")},
+            {"otherInside", totalOf(rows, "reference_inside")},
             {"gap", 1e3 * gap},
             {"difference", largestOf(rows, "largest_difference_rad")},
-            {"ms", 1e3 * sumOf(rows, "seconds") / std::max(1.0, closings)},
+            {"ms", 1e3 * totalOf(rows, "seconds") / std::max(1.0, closings)},
             {"judged", isGood ? "pass" : "FAIL"}};
 }
 
@@ -126,7 +126,7 @@ void printUnheld(const std::string& object, const Rows& rows)
     fmt::print("no hand holds {}: best epsilon {:.4f}; of {} candidates {}\n",
                object,
                largestOf(rows, "best_epsilon"),
-               sumOf(rows, "candidates"),
+               totalOf(rows, "candidates"),
                fmt::join(reasons, ", "));
 }
 
@@ -173,16 +173,16 @@ bool summarizePlans(const Rows& rows)
         "longest [s]=longest:>11.2f");
     for (const auto& [hand, ofHand] : groupedBy("hand", rows))
     {
-        table.print(
-            {{"hand", hand},
-             {"objects", ofHand.size()},
-             {"held", heldOf(ofHand)},
-             {"closures",
-              100.0 * sumOf(ofHand, "force_closures") / std::max(1.0, sumOf(ofHand, "candidates"))},
-             {"median", medianOf(numbersOf(ofHand, "best_epsilon"))},
-             {"best", largestOf(ofHand, "best_epsilon")},
-             {"mean", meanOf(numbersOf(ofHand, "seconds"))},
-             {"longest", largestOf(ofHand, "seconds")}});
+        table.print({{"hand", hand},
+                     {"objects", ofHand.size()},
+                     {"held", heldOf(ofHand)},
+                     {"closures",
+                      100.0 * totalOf(ofHand, "force_closures") /
+                          std::max(1.0, totalOf(ofHand, "candidates"))},
+                     {"median", medianOf(numbersOf(ofHand, "best_epsilon"))},
+                     {"best", largestOf(ofHand, "best_epsilon")},
+                     {"mean", meanOf(numbersOf(ofHand, "seconds"))},
+                     {"longest", largestOf(ofHand, "seconds")}});
     }
     for (const auto& [hand, ofHand] : groupedBy("hand", rows))
     {
