@@ -61,6 +61,7 @@ ORDER = [
     "benchmarks/rigid",
     "benchmarks/articulated",
     "benchmarks/closing",
+    "benchmarks/grasp",
     "benchmarks/bullet",
     "benchmarks/stability",
     "benchmarks/soak",

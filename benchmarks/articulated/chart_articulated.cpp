@@ -1,45 +1,191 @@
 // Points of the articulated chart as JSON; benchmarks/run chart runs this program and draws them.
-#include "benchmarks/articulated/human_chart.h"
-#include "benchmarks/peers/fcl_peer.h"
-#include "benchmarks/rigid/rigid_sets.h"
+#include "benchmarks/articulated/human_peers.h"
+#include "benchmarks/articulated/human_run.h"
+#include "benchmarks/rigid/rigid_targets.h"
+#include "benchmarks/support/chart.h"
+#include "bullet_ccd/distance/tree_distance.h"
 
-#include <CLI/CLI.hpp>
-#include <iostream>
-#include <nlohmann/json.hpp>
+#include <algorithm>
+#include <fmt/format.h>
+#include <memory>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+/// What all methods of a scene share.
+struct World
+{
+    World(const ChartOptions& chartOptions, const std::string& motion)
+        : options(chartOptions),
+          scene(makeHumanScene(options.data, motion)),
+          environment(scene.obstacles),
+          peer(scene)
+    {
+        for (const HumanQuery& query : scene.queries)
+        {
+            const bool isWanted = !options.quick || queries.size() < 12;
+            if (isWanted && query.masks.empty())
+            {
+                queries.push_back(&query);
+            }
+        }
+    }
+
+    ChartOptions options;
+    HumanScene scene;
+    Environment environment;
+    FclHuman peer;
+    std::vector<const HumanQuery*> queries;
+    SharedTruths truths;
+};
+using SharedWorld = std::shared_ptr<const World>;
+
+ChartMethod stageMethod(const SharedWorld& world, const Stage& stage)
+{
+    const auto answer = [=, options = stage.options, work = std::make_shared<ToiWorkspace>()](
+                            std::size_t i, double tolerance) -> ChartAnswer
+    {
+        ArticulatedToiOptions asked = options;
+        asked.toi.tolerance = tolerance;
+        const ArticulatedToiResult result =
+            articulatedToi(world->scene.body(*world->queries[i]), world->environment, asked, *work);
+        return {.hit = isContact(result.status), .time = result.time};
+    };
+    // With bounds of first order, steps shrink with the distance: a query takes a second, small
+    // tolerances take minutes.
+    const bool isFast = stage.options.bound == MotionBound::SecondOrder;
+    const ToiAsking few{.queries = world->options.quick ? 3U : 12U};
+    return toiMethod(stage.name,
+                     world->truths,
+                     tolerances(2, isFast ? 7 : 4),
+                     answer,
+                     isFast ? ToiAsking{.passes = world->options.repeats} : few);
+}
+
+/// kNever is no contact.
+ChartAnswer answerOf(double time)
+{
+    return {.hit = time <= 1.0, .time = std::min(time, 1.0)};
+}
+
+ChartMethod pairwise(const SharedWorld& world)
+{
+    const auto answer =
+        [=, work = std::make_shared<ToiWorkspace>()](std::size_t i, double tolerance)
+    { return answerOf(rigidTime(world->scene, *world->queries[i], tolerance, *work)); };
+    return toiMethod("rigidToi on each pair",
+                     world->truths,
+                     tolerances(2, 7),
+                     answer,
+                     {.passes = world->options.repeats});
+}
+
+ChartMethod sampling(const SharedWorld& world)
+{
+    const auto answer = [=](std::size_t i, double samples)
+    {
+        const int count = static_cast<int>(samples);
+        return answerOf(world->peer.firstSample(*world->queries[i], count));
+    };
+    return toiMethod(
+        "FCL sampling of all links", world->truths, sampleCounts({11, 101, kNaiveSamples}), answer);
+}
+
+/// First overlap from `low` on, where nothing overlaps, up to `high`, where something does.
+double bisect(const World& world, const HumanQuery& query, double low, double high)
+{
+    // The first of steps that double, so that a short overlap right behind `low` is not passed by.
+    for (double step = 1e-9; low + step < high; step *= 2.0)
+    {
+        if (world.peer.overlaps(query, low + step))
+        {
+            high = low + step;
+        }
+    }
+    while (high - low > 1e-12)
+    {
+        const double middle = 0.5 * (low + high);
+        (world.peer.overlaps(query, middle) ? high : low) = middle;
+    }
+    return high;
+}
+
+/// Smallest distance of all pairs at 101 times: a bound from above of the clearance [m].
+double clearanceOf(const World& world, const HumanQuery& query)
+{
+    const HumanScene& scene = world.scene;
+    double clearance = 1.0;
+    for (int sample = 0; sample <= 100; ++sample)
+    {
+        for (std::size_t i = 0; i < scene.links.size(); ++i)
+        {
+            const auto link = static_cast<std::int32_t>(i);
+            const Eigen::Isometry3d X_WL =
+                linkStateAt(scene.tree, query.motion, kNone, link, 0.01 * sample).X_W;
+            for (const RigidBody& obstacle : scene.obstacles)
+            {
+                const Eigen::Isometry3d X_OL = obstacle.motion.X_W0.inverse() * X_WL;
+                clearance = treeDistance(scene.links[i], *obstacle.tree, X_OL, clearance).distance;
+            }
+        }
+    }
+    return clearance;
+}
+
+ChartTruth truthOf(const World& world, const HumanQuery& query, ToiWorkspace& work)
+{
+    const ArticulatedToiResult ours = articulatedToi(
+        world.scene.body(query), world.environment, {.toi = {.tolerance = 1e-9}}, work);
+    const double sampled = world.peer.firstSample(query, kNaiveSamples);
+    if (sampled <= 1.0)
+    {
+        const double low = isContact(ours.status) ? std::min(ours.time, sampled) : 0.0;
+        return {.hit = true, .time = bisect(world, query, low, sampled)};
+    }
+    if (isContact(ours.status))
+    {
+        return {.hit = true, .time = ours.time, .slack = 1e-6};  // between two samples
+    }
+    return {.clearance = clearanceOf(world, query)};
+}
+
+/// The queries of one recorded motion at which nothing intersects at the start, with the whole
+/// query, without its stages, with other bounds, rigidToi() on each pair, and FCL's samples of all
+/// links. Truths are FCL's, from our time at a tolerance of 1e-9 m on. The methods share ownership
+/// of what they need. Throws std::logic_error in a build without FCL.
+ChartScene makeScene(const std::string& motion, const ChartOptions& options)
+{
+    const auto world = std::make_shared<World>(options, motion);
+    ChartScene scene{.name = motion,
+                     .title = fmt::format("human, {}: {} x {} triangles",
+                                          motion,
+                                          world->scene.humanTriangles,
+                                          world->scene.obstacleTriangles),
+                     .methods = {}};
+    ToiWorkspace work;
+    std::vector<ChartTruth> truths;
+    for (const HumanQuery* query : world->queries)
+    {
+        truths.push_back(truthOf(*world, *query, work));
+    }
+    world->truths = std::make_shared<const std::vector<ChartTruth>>(std::move(truths));
+    for (const Stage& stage : humanStages(true))
+    {
+        scene.methods.push_back(stageMethod(world, stage));
+    }
+    scene.methods.push_back(pairwise(world));
+    scene.methods.push_back(sampling(world));
+    return scene;
+}
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
     using namespace bullet_ccd::benchmarks;
-    std::string output;
-    std::string data = defaultDataFolder().string();
-    std::vector<std::string> motions{"walk", "run", "kick"};
-    HumanChartOptions options;
-    CLI::App app("Time against error of times of contact of a human among chessmen");
-    app.add_option("-o,--output", output, "JSON file")->required();
-    app.add_option("--data", data, "folder with motions/ and objects/");
-    app.add_option("--motion", motions, "walk, run, kick");
-    app.add_option("--repeats", options.repeats, "of fast methods")->check(CLI::PositiveNumber);
-    app.add_flag("--quick", options.quick, "12 queries a motion");
-    CLI11_PARSE(app, argc, argv);
-    options.data = data;
-    try
-    {
-        nlohmann::json points = nlohmann::json::array();
-        for (const std::string& motion : motions)
-        {
-            for (const auto& point : chartPoints(makeHumanChartScene(motion, options)))
-            {
-                points.push_back(point);
-            }
-        }
-        ChartFamily family = toiFamily("articulated", "Time of contact of a moving human");
-        family.peers = {fclVersion()};
-        writeChart(output, family, points);
-    }
-    catch (const std::exception& error)
-    {
-        std::cerr << "chart_articulated: " << error.what() << '\n';
-        return 2;
-    }
-    return 0;
+    ChartFamily family = toiFamily("articulated", "Time of contact of a moving human");
+    family.peers = {fclVersion()};
+    return runChart(
+        argc, argv, {.family = family, .scenes = {"walk", "run", "kick"}, .makeScene = makeScene});
 }

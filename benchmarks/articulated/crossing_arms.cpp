@@ -1,6 +1,5 @@
 #include "benchmarks/articulated/crossing_arms.h"
 
-#include "benchmarks/articulated/linkage_run.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/io/urdf_file.h"
 
@@ -90,7 +89,7 @@ Vector3d across(const Arms& arms, const std::vector<double>& positions)
 /// Random positions from which the wrists change sides, starting clear of each other.
 std::vector<LinkageQuery> makeCrossings(const Arms& arms,
                                         const Linkage& linkage,
-                                        const ArmsOptions& options)
+                                        const LinkageOptions& options)
 {
     const KinematicTree& tree = arms.robot.tree;
     const Vector3d sides = across(arms, std::vector<double>(tree.size(), 0.0)).normalized();
@@ -118,14 +117,14 @@ std::vector<LinkageQuery> makeCrossings(const Arms& arms,
 }
 }  // namespace
 
-bool runCrossingArms(const ArmsOptions& options)
+bool runCrossingArms(const LinkageOptions& options)
 {
     const Arms arms(options.data / "arms/combined/dual_iiwa7_sah.urdf");
     fmt::print("two arms with hands that change sides, {} times:\n", options.configurations);
-    printLinkageHeader();
+    const Table table = linkageTable();
     const Linkage linkage(arms.robot.tree, arms.linkTrees, arms.pairs);
     const LinkageTally tally = linkage.run(makeCrossings(arms, linkage, options), options.repeats);
-    printLinkageRow("dual_iiwa7_sah", tally);
+    printLinkage(table, "dual_iiwa7_sah", tally);
     return isRight(tally);
 }
 }  // namespace bullet_ccd::benchmarks

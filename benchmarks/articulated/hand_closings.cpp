@@ -1,6 +1,5 @@
 #include "benchmarks/articulated/hand_closings.h"
 
-#include "benchmarks/articulated/linkage_run.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/hand/hand_file.h"
@@ -118,7 +117,7 @@ std::optional<LinkageQuery> placeObject(const grasp::HandModel& hand,
 std::vector<LinkageQuery> makeClosings(const grasp::HandModel& hand,
                                        const Linkage& linkage,
                                        const Objects& objects,
-                                       const ClosingOptions& options)
+                                       const LinkageOptions& options)
 {
     Random random(options.seed);
     std::vector<LinkageQuery> queries;
@@ -139,21 +138,20 @@ std::vector<LinkageQuery> makeClosings(const grasp::HandModel& hand,
 
 bool runHandClosings(const ClosingOptions& options)
 {
-    const Objects objects = loadObjects(options.data);
+    const Objects objects = loadObjects(options.linkage.data);
     fmt::print("hands closing around {} objects, {} times each:\n",
                objects.size(),
-               options.configurations);
-    printLinkageHeader();
+               options.linkage.configurations);
+    const Table table = linkageTable();
     bool isAllRight = true;
     for (const std::string& name : options.hands)
     {
         const grasp::HandModel hand =
-            grasp::loadHand(fileOf(options.data, name), std::nullopt, options.share);
+            grasp::loadHand(fileOf(options.linkage.data, name), std::nullopt, options.share);
         const Linkage linkage(hand.robot.tree, hand.linkTrees, hand.selfPairs);
-        const LinkageTally tally =
-            linkage.run(makeClosings(hand, linkage, objects, options), options.repeats);
-        printLinkageRow(name, tally);
-        std::fflush(stdout);
+        const LinkageTally tally = linkage.run(
+            makeClosings(hand, linkage, objects, options.linkage), options.linkage.repeats);
+        printLinkage(table, name, tally);
         isAllRight = isRight(tally) && isAllRight;
     }
     return isAllRight;

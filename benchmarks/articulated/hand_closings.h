@@ -1,7 +1,8 @@
 /// Hands that close around household objects, from open to the limits of their joints in one query.
 #pragma once
 
-#include <cstdint>
+#include "benchmarks/articulated/linkage_run.h"
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,15 +11,12 @@ namespace bullet_ccd::benchmarks
 {
 struct ClosingOptions
 {
-    std::filesystem::path data;
+    LinkageOptions linkage;
     std::filesystem::path share;  ///< holds robots/srdf/
     std::vector<std::string> hands{"schunk_sah", "allegro", "shadow", "schunk_svh", "leap"};
-    int configurations = 100;  ///< of each hand
-    int repeats = 5;
-    std::uint64_t seed = 1;
 };
 
-/// Prints a row a hand. Returns whether all answers are right. Throws std::runtime_error for files
-/// that are missing and for hands that are not known.
+/// Prints one row per hand. Returns whether all answers are right. Throws std::runtime_error for
+/// files that are missing and for hands that are not known.
 [[nodiscard]] bool runHandClosings(const ClosingOptions& options);
 }  // namespace bullet_ccd::benchmarks

@@ -23,16 +23,6 @@ TriangleCorners corners(const SsvTree& tree, std::int32_t triangle, const Eigen:
     }
     return result;
 }
-
-std::vector<double> mediansOf(std::vector<std::vector<double>>& times)
-{
-    std::vector<double> medians;
-    for (std::vector<double>& repeats : times)
-    {
-        medians.push_back(medianOf(std::move(repeats)));
-    }
-    return medians;
-}
 }  // namespace
 
 std::vector<Stage> humanStages(bool withBounds)
@@ -57,6 +47,7 @@ std::vector<Stage> humanStages(bool withBounds)
 
 void add(Mix& sum, const Mix& more)
 {
+    sum.method = sum.method.empty() ? more.method : sum.method;
     sum.queries += more.queries;
     sum.contacts += more.contacts;
     sum.exemptContacts += more.exemptContacts;
@@ -66,6 +57,8 @@ void add(Mix& sum, const Mix& more)
     sum.late = std::max(sum.late, more.late);
     sum.early = std::max(sum.early, more.early);
     sum.counters += more.counters;
+    sum.micros += more.micros;
+    sum.microsOfContacts += more.microsOfContacts;
 }
 
 HumanRun::HumanRun(const std::filesystem::path& data, const std::string& name, bool withFcl)
@@ -112,17 +105,12 @@ void HumanRun::askPeers()
     for (const HumanQuery& query : m_scene.queries)
     {
         m_rigidTimes.push_back(rigidTime(m_scene, query, kTolerance, m_work));
-        double sample = kNever;
-        const double micros = microsecondsOf(
-            [&]
-            {
-                if (m_fcl != nullptr)
-                {
-                    sample = m_fcl->firstSample(query, kNaiveSamples);
-                }
-            });
-        m_sampleTimes.push_back(sample);
-        m_fclMicros.push_back(m_fcl != nullptr ? micros : 0.0);
+        m_sampleTimes.push_back(kNever);
+        if (m_fcl != nullptr)
+        {
+            m_fclMicros += microsecondsOf(
+                [&] { m_sampleTimes.back() = m_fcl->firstSample(query, kNaiveSamples); });
+        }
     }
 }
 
@@ -168,19 +156,24 @@ bool HumanRun::isWrong(std::size_t query, const ArticulatedToiResult& result) co
     return distance > kTolerance || distance <= 0.0 || !isApartAt(m_scene.queries[query], contact);
 }
 
-Mix HumanRun::check(const Stage& stage)
+Mix HumanRun::check(const Stage& stage, std::vector<bool>& hits)
 {
-    Mix mix;
-    m_hits.clear();
+    Mix mix{.method = stage.name};
     for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
     {
         const HumanQuery& query = m_scene.queries[f];
         const ArticulatedToiResult result =
             articulatedToi(m_scene.body(query), m_environment, stage.options, m_work);
         const bool isHit = isContact(result.status);
-        m_hits.push_back(isHit);
-        Mix one{.queries = 1, .exempt = query.masks.empty() ? 0 : 1, .counters = result.counters};
-        one.contacts = isHit ? 1 : 0;
+        hits.push_back(isHit);
+        const double time = isHit ? result.time : kNever;
+        Mix one{.queries = 1,
+                .contacts = isHit ? 1 : 0,
+                .exempt = query.masks.empty() ? 0 : 1,
+                .wrong = isWrong(f, result) ? 1 : 0,
+                .late = std::max(0.0, time - m_rigidTimes[f]),
+                .early = std::max(0.0, m_rigidTimes[f] - time),
+                .counters = result.counters};
         if (isHit)
         {
             const LinkContact& contact = result.contacts.at(0);
@@ -188,45 +181,47 @@ Mix HumanRun::check(const Stage& stage)
         }
         const ArticulatedCounters& c = result.counters;
         one.busy = !isHit && c.pairs - c.culledBySpace >= 3 ? 1 : 0;
-        one.wrong = isWrong(f, result) ? 1 : 0;
-        const double time = isHit ? result.time : kNever;
-        one.late = std::max(0.0, time - m_rigidTimes[f]);
-        one.early = std::max(0.0, m_rigidTimes[f] - time);
         add(mix, one);
     }
     return mix;
 }
 
-HumanTimes HumanRun::time(std::span<const Stage> stages, int repeats)
+std::vector<Mix> HumanRun::run(std::span<const Stage> stages, int repeats)
 {
+    askPeers();
+    std::vector<Mix> mixes;
+    std::vector<std::vector<bool>> hits(stages.size());
+    std::vector<TimedMethod> timed;
     const std::size_t count = m_scene.queries.size();
-    std::vector<std::vector<std::vector<double>>> micros(stages.size(),
-                                                         std::vector<std::vector<double>>(count));
-    std::vector<std::vector<double>> rigid(count);
-    for (int repeat = 0; repeat < repeats; ++repeat)
+    for (const Stage& stage : stages)
     {
-        for (std::size_t k = 0; k < stages.size(); ++k)
+        mixes.push_back(check(stage, hits[mixes.size()]));
+        const auto ask = [&](std::size_t f)
         {
-            for (std::size_t f = 0; f < count; ++f)
-            {
-                const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
-                micros[k][f].push_back(microsecondsOf(
-                    [&] {
-                        keep(articulatedToi(body, m_environment, stages[k].options, m_work).time);
-                    }));
-            }
-        }
-        for (std::size_t f = 0; f < count; ++f)
+            const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
+            keep(articulatedToi(body, m_environment, stage.options, m_work).time);
+        };
+        timed.push_back({.queries = count, .passes = repeats, .ask = ask});
+    }
+    const auto askRigid = [&](std::size_t f)
+    { keep(rigidTime(m_scene, m_scene.queries[f], kTolerance, m_work)); };
+    timed.push_back({.queries = count, .passes = repeats, .ask = askRigid});
+    mixes.push_back({.method = "rigidToi on each", .queries = static_cast<int>(count)});
+
+    const std::vector<std::vector<double>> micros = timeInTurns(timed);
+    for (std::size_t k = 0; k < mixes.size(); ++k)
+    {
+        mixes[k].micros = sumOf(micros[k]);
+        for (std::size_t f = 0; k < hits.size() && f < count; ++f)
         {
-            rigid[f].push_back(microsecondsOf(
-                [&] { keep(rigidTime(m_scene, m_scene.queries[f], kTolerance, m_work)); }));
+            mixes[k].microsOfContacts += hits[k][f] ? micros[k][f] : 0.0;
         }
     }
-    HumanTimes times{.stages = {}, .rigid = mediansOf(rigid), .fcl = m_fclMicros};
-    for (std::vector<std::vector<double>>& stage : micros)
+    if (m_fcl != nullptr)
     {
-        times.stages.push_back(mediansOf(stage));
+        mixes.push_back(
+            {.method = "FCL x 1,001", .queries = static_cast<int>(count), .micros = m_fclMicros});
     }
-    return times;
+    return mixes;
 }
 }  // namespace bullet_ccd::benchmarks

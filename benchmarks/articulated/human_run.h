@@ -23,9 +23,10 @@ struct Stage
 /// @param withBounds with the other motion bounds, which take hundreds of times as long
 [[nodiscard]] std::vector<Stage> humanStages(bool withBounds);
 
-/// Sums over queries.
+/// Sums over the queries of a method.
 struct Mix
 {
+    std::string method{};
     int queries = 0;
     int contacts = 0;
     int exemptContacts = 0;  ///< of those, by a pair that intersects at the start, elsewhere on it
@@ -34,18 +35,12 @@ struct Mix
     int wrong = 0;
     double late = 0.0;   ///< largest, against rigidToi() on each pair
     double early = 0.0;  ///< the same
-    ArticulatedCounters counters;
+    ArticulatedCounters counters{};
+    double micros = 0.0;
+    double microsOfContacts = 0.0;  ///< of those queries alone
 };
 
 void add(Mix& sum, const Mix& more);
-
-/// Microseconds: median over the repeats, one entry a query.
-struct HumanTimes
-{
-    std::vector<std::vector<double>> stages;
-    std::vector<double> rigid;
-    std::vector<double> fcl;  ///< asked once; 0 without FCL
-};
 
 /// One motion in its scene.
 class HumanRun
@@ -55,21 +50,13 @@ public:
 
     void describe(bool listExempt) const;
 
-    /// Asks the other methods, once each.
-    void askPeers();
-
-    /// Asks all queries once and compares the answers with those of the others.
-    /// @pre askPeers() was called
-    [[nodiscard]] Mix check(const Stage& stage);
-
-    /// All methods in turns.
-    /// @pre askPeers() was called
-    [[nodiscard]] HumanTimes time(std::span<const Stage> stages, int repeats);
-
-    /// Of the whole query, as check() saw it last.
-    [[nodiscard]] const std::vector<bool>& hits() const { return m_hits; }
+    /// Asks all and compares the answers, then takes the times of all but FCL in turns.
+    /// @return the stages, then rigidToi() on each pair, then FCL if it is asked
+    [[nodiscard]] std::vector<Mix> run(std::span<const Stage> stages, int repeats);
 
 private:
+    void askPeers();
+    [[nodiscard]] Mix check(const Stage& stage, std::vector<bool>& hits);
     [[nodiscard]] bool isWrong(std::size_t query, const ArticulatedToiResult& result) const;
     [[nodiscard]] bool isApartAt(const HumanQuery& query, const LinkContact& contact) const;
     [[nodiscard]] double distanceOf(const HumanQuery& query, const LinkContact& contact) const;
@@ -80,8 +67,7 @@ private:
     std::unique_ptr<FclHuman> m_fcl;
     std::vector<double> m_rigidTimes;   ///< of contact
     std::vector<double> m_sampleTimes;  ///< FCL's first sample that overlaps
-    std::vector<double> m_fclMicros;
-    std::vector<bool> m_hits;
+    double m_fclMicros = 0.0;
     ToiWorkspace m_work;
 };
 }  // namespace bullet_ccd::benchmarks

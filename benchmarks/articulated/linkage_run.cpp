@@ -1,5 +1,6 @@
 #include "benchmarks/articulated/linkage_run.h"
 
+#include "benchmarks/support/counters.h"
 #include "benchmarks/support/timing.h"
 
 #include <algorithm>
@@ -218,66 +219,37 @@ LinkageTally Linkage::run(std::span<const LinkageQuery> queries, int repeats) co
             articulatedToi(body(query), environments.back(), options, work);
         compare(query, result, tally);
     }
-    std::vector<std::vector<double>> times(queries.size());
-    for (int repeat = 0; repeat < repeats; ++repeat)
-    {
-        for (std::size_t i = 0; i < queries.size(); ++i)
-        {
-            const ArticulatedBody moving = body(queries[i]);
-            times[i].push_back(microsecondsOf(
-                [&] { keep(articulatedToi(moving, environments[i], options, work).time); }));
-        }
-    }
-    tally.micros = meanOfMedians(times);
+    const auto ask = [&](std::size_t i)
+    { keep(articulatedToi(body(queries[i]), environments[i], options, work).time); };
+    const TimedMethod timed{.queries = queries.size(), .passes = repeats, .ask = ask};
+    tally.micros = meanOf(timeInTurns(std::span(&timed, 1)).at(0));
     tally.sweepMicros /= std::max(1, tally.queries);
     return tally;
 }
 
-void printLinkageHeader()
+Table linkageTable()
 {
-    fmt::print(
-        "  {:<18} {:>7} {:>5} {:>5} {:>5} {:>5} {:>6} {:>7} {:>7} {:>6} {:>6} {:>7} {:>6} "
-        "{:>9} {:>9}\n",
-        "",
-        "queries",
-        "hits",
-        "self",
-        "late",
-        "wrong",
-        "same",
-        "between",
-        "lag rad",
-        "pairs",
-        "space%",
-        "time %",
-        "halved",
-        "us",
-        "sweep ms");
+    return Table(
+        fmt::format("robot:<18|queries:>7|hits:>5|self:>5|late:>5|wrong:>5|same:>6|between:>7|"
+                    "lag rad=lag:>7.5f|us:>9.0f|sweep ms=sweep:>9.1f|{}",
+                    kCounterColumns));
 }
 
-void printLinkageRow(const std::string& name, const LinkageTally& tally)
+void printLinkage(const Table& table, const std::string& robot, const LinkageTally& tally)
 {
-    const ArticulatedCounters& c = tally.counters;
-    const double count = std::max(1, tally.queries);
-    const double pairs = std::max(1.0, static_cast<double>(c.pairs));
-    fmt::print(
-        "  {:<18} {:>7} {:>5} {:>5} {:>5} {:>5} {:>6} {:>7} {:>7.5f} {:>6.0f} {:>6.1f} "
-        "{:>7.2f} {:>6.1f} {:>9.0f} {:>9.1f}\n",
-        name,
-        tally.queries,
-        tally.hits,
-        tally.selfHits,
-        tally.late,
-        tally.notThere,
-        tally.samePair,
-        tally.betweenSteps,
-        tally.worstLag,
-        static_cast<double>(c.pairs) / count,
-        100.0 * static_cast<double>(c.culledBySpace) / pairs,
-        100.0 * static_cast<double>(c.culledByTime) / pairs,
-        static_cast<double>(c.subdivisions) / count,
-        tally.micros,
-        1e-3 * tally.sweepMicros);
+    nlohmann::json row = rowOf(tally.counters, tally.queries);
+    row.update({{"robot", robot},
+                {"queries", tally.queries},
+                {"hits", tally.hits},
+                {"self", tally.selfHits},
+                {"late", tally.late},
+                {"wrong", tally.notThere},
+                {"same", tally.samePair},
+                {"between", tally.betweenSteps},
+                {"lag", tally.worstLag},
+                {"us", tally.micros},
+                {"sweep", 1e-3 * tally.sweepMicros}});
+    table.print(row);
 }
 
 bool isRight(const LinkageTally& tally)

@@ -3,9 +3,12 @@
 #pragma once
 
 #include "benchmarks/peers/fcl_peer.h"
+#include "benchmarks/support/table.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
+#include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <utility>
@@ -99,9 +102,18 @@ private:
     std::vector<BoundingBall> m_balls;  ///< one entry a link
 };
 
-/// The row of the table, below printLinkageHeader().
-void printLinkageHeader();
-void printLinkageRow(const std::string& name, const LinkageTally& tally);
+/// Of both commands that run linkages.
+struct LinkageOptions
+{
+    std::filesystem::path data;
+    int configurations = 100;  ///< random queries, of each hand
+    int repeats = 5;
+    std::uint64_t seed = 1;
+};
+
+/// The table of both; prints its head.
+[[nodiscard]] Table linkageTable();
+void printLinkage(const Table& table, const std::string& robot, const LinkageTally& tally);
 
 /// Whether nothing was missed or late, and all contacts are where they are said to be.
 [[nodiscard]] bool isRight(const LinkageTally& tally);

@@ -5,101 +5,82 @@
 // over its queries. Processor time of one thread.
 #include "benchmarks/bullet/bench_bullet_queries.h"
 #include "benchmarks/bullet/bench_bullet_worlds.h"
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/table.h"
 
-#include <CLI/CLI.hpp>
-#include <cstdio>
 #include <fmt/format.h>
 
+namespace bullet_ccd::benchmarks
+{
 namespace
 {
-using namespace bullet_ccd::benchmarks;
-
 void printQueries(int count, int repeats)
 {
-    fmt::print("{:<26}{:<30}{:>8} {:>7} {:>6} {:>6} {:>10} {:>10} {:>9}\n",
-               "pair",
-               "method",
-               "hits",
-               "missed",
-               "late",
-               "false",
-               "latest mm",
-               "error mm",
-               "us");
+    const Table table(
+        "pair:<26|method:<30|hits:>4|of=queries:>4|missed:>6|late:>6|false:>6|"
+        "latest mm=latest:>10.4f|error mm=error:>10.4f|us:>9.2f");
     for (const QueryFamily& family : queryFamilies(count, 1))
     {
         if (family.dropped > 0)
         {
             fmt::print("{}: {} queries left out, no proof\n", family.name, family.dropped);
         }
-        for (const CastRow& row : runFamily(family, repeats))
+        for (const nlohmann::json& row : runFamily(family, repeats))
         {
-            fmt::print("{:<26}{:<30}{:>8} {:>7} {:>6} {:>6} {:>10.4f} {:>10.4f} {:>9.2f}\n",
-                       row.family,
-                       row.method,
-                       fmt::format("{}/{}", row.hits, row.queries),
-                       row.missed,
-                       row.late,
-                       row.falseHits,
-                       1e3 * row.latest,
-                       1e3 * row.error,
-                       row.microseconds);
+            table.print(row);
         }
-        std::fflush(stdout);
     }
 }
 
 void printWorlds(const std::vector<int>& bodies, int steps)
 {
-    fmt::print("\n{:>6} {:<14}{:>12} {:>12} {:>10} {:>12} {:>12}\n",
-               "bodies",
-               "world",
-               "median us",
-               "mean us",
-               "got out",
-               "queries/step",
-               "impacts/step");
+    fmt::print("\n");
+    const Table table(
+        "bodies:>6|world:<14|median us=median:>12.1f|mean us=mean:>12.1f|got out=outside:>10|"
+        "queries/step=queries:>12.2f|impacts/step=impacts:>12.2f");
     for (const int count : bodies)
     {
-        for (const WorldRow& row : runWorlds(count, steps))
+        for (const nlohmann::json& row : runWorlds(count, steps))
         {
-            fmt::print("{:>6} {:<14}{:>12.1f} {:>12.1f} {:>10} {:>12.2f} {:>12.2f}\n",
-                       row.bodies,
-                       bullet_ccd::tests::nameOf(row.kind),
-                       row.median,
-                       row.mean,
-                       row.outside,
-                       row.queries,
-                       row.impacts);
+            table.print(row);
         }
-        std::fflush(stdout);
     }
 }
 }  // namespace
+}  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
-    CLI::App app("Bullet's own continuous collision detection beside ours: pairs and worlds.");
+    using namespace bullet_ccd::benchmarks;
     int count = 100;
     int repeats = 11;
     int steps = 240;
     std::vector<int> bodies{10, 100, 1000};
-    bool noQueries = false;
-    app.add_option("-n,--count", count, "Queries a pair of shapes")->check(CLI::PositiveNumber);
-    app.add_option("--repeats", repeats, "Repeats of every query")->check(CLI::PositiveNumber);
-    app.add_option("--steps", steps, "Steps of every world")->check(CLI::PositiveNumber);
-    app.add_option("--bodies", bodies, "Sizes of worlds; 0: none");
-    app.add_flag("--no-queries", noQueries, "Worlds only");
-    CLI11_PARSE(app, argc, argv);
-    fmt::print("btScalar {}\n", bullet_ccd::tests::kDouble ? "double" : "float");
-    if (!noQueries)
+    bool queries = true;
+    const auto run = [&]
     {
-        printQueries(count, repeats);
-    }
-    std::erase(bodies, 0);
-    if (!bodies.empty())
-    {
-        printWorlds(bodies, steps);
-    }
-    return 0;
+        fmt::print("btScalar {}\n", bullet_ccd::tests::kDouble ? "double" : "float");
+        if (queries)
+        {
+            printQueries(count, repeats);
+        }
+        std::erase(bodies, 0);
+        if (!bodies.empty())
+        {
+            printWorlds(bodies, steps);
+        }
+        return true;
+    };
+    return runProgram(
+        argc,
+        argv,
+        {.name = "bench_bullet",
+         .about = "Bullet's own continuous collision detection beside ours: pairs and worlds.",
+         .options = {{"-n,--count", &count, "queries of each pair of shapes"},
+                     {"--repeats", &repeats, "of every query"},
+                     {"--steps", &steps, "of every world"},
+                     {"--bodies", &bodies, "sizes of worlds; 0: none", 0},
+                     {"!--no-queries", &queries, "worlds only"}},
+         .run = run});
 }

@@ -149,74 +149,97 @@ CastMethod motionThreshold(const QueryFamily& family)
         }};
 }
 
+/// Two objects and the algorithm that a dispatcher has for them.
+class AlgorithmPair
+{
+public:
+    using Register = void (*)(btCollisionDispatcher*);
+
+    AlgorithmPair(Register registerAlgorithm,
+                  Register unregisterAlgorithm,
+                  std::unique_ptr<btCollisionShape> shapeA,
+                  std::unique_ptr<btCollisionShape> shapeB)
+        : m_unregister(unregisterAlgorithm),
+          m_shapeA(std::move(shapeA)),
+          m_shapeB(std::move(shapeB))
+    {
+        registerAlgorithm(&m_dispatcher);
+        a.setCollisionShape(m_shapeA.get());
+        b.setCollisionShape(m_shapeB.get());
+        const btCollisionObjectWrapper wrapA = wrap(a);
+        const btCollisionObjectWrapper wrapB = wrap(b);
+        algorithm =
+            m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    }
+    ~AlgorithmPair()
+    {
+        algorithm->~btCollisionAlgorithm();
+        m_dispatcher.freeCollisionAlgorithm(algorithm);
+        m_unregister(&m_dispatcher);
+    }
+    AlgorithmPair(const AlgorithmPair&) = delete;
+    AlgorithmPair& operator=(const AlgorithmPair&) = delete;
+
+    [[nodiscard]] static btCollisionObjectWrapper wrap(const btCollisionObject& object)
+    {
+        return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+    }
+    [[nodiscard]] bool overlapsWithAAt(const btTransform& pose)
+    {
+        a.setWorldTransform(pose);
+        const btCollisionObjectWrapper wrapA = wrap(a);
+        const btCollisionObjectWrapper wrapB = wrap(b);
+        btManifoldResult result(&wrapA, &wrapB);
+        algorithm->processCollision(&wrapA, &wrapB, btDispatcherInfo(), &result);
+        bool found = false;
+        if (btPersistentManifold* manifold = result.getPersistentManifold())
+        {
+            found = manifold->getNumContacts() > 0;
+            manifold->clearManifold();
+        }
+        return found;
+    }
+
+private:
+    btDefaultCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher{&m_configuration};
+    Register m_unregister;
+    std::unique_ptr<btCollisionShape> m_shapeA;
+    std::unique_ptr<btCollisionShape> m_shapeB;
+
+public:
+    btCollisionObject a;
+    btCollisionObject b;
+    btCollisionAlgorithm* algorithm = nullptr;
+};
+
 /// Overlap tests of GImpact along the way; the answer is the last free sample.
 CastMethod gimpactSamples(const QueryFamily& family)
 {
-    struct State
-    {
-        btDefaultCollisionConfiguration configuration;
-        btCollisionDispatcher dispatcher{&configuration};
-        std::unique_ptr<btCollisionShape> shapeA;
-        std::unique_ptr<btCollisionShape> shapeB;
-        btCollisionObject a;
-        btCollisionObject b;
-        btCollisionAlgorithm* algorithm = nullptr;
-        std::vector<btTransform> samples;
-
-        [[nodiscard]] btCollisionObjectWrapper wrap(btCollisionObject& object) const
-        {
-            return {
-                nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
-        }
-        [[nodiscard]] bool overlaps(const btTransform& pose)
-        {
-            a.setWorldTransform(pose);
-            const btCollisionObjectWrapper wrapA = wrap(a);
-            const btCollisionObjectWrapper wrapB = wrap(b);
-            btManifoldResult result(&wrapA, &wrapB);
-            algorithm->processCollision(&wrapA, &wrapB, btDispatcherInfo(), &result);
-            bool found = false;
-            if (btPersistentManifold* manifold = result.getPersistentManifold())
-            {
-                found = manifold->getNumContacts() > 0;
-                manifold->clearManifold();
-            }
-            return found;
-        }
-        ~State()
-        {
-            algorithm->~btCollisionAlgorithm();
-            dispatcher.freeCollisionAlgorithm(algorithm);
-        }
-    };
-    auto state = std::make_shared<State>();
-    btGImpactCollisionAlgorithm::registerAlgorithm(&state->dispatcher);
-    state->shapeA = family.a.gimpact();
-    state->shapeB = family.b.gimpact();
-    state->a.setCollisionShape(state->shapeA.get());
-    state->b.setCollisionShape(state->shapeB.get());
-    const btCollisionObjectWrapper wrapA = state->wrap(state->a);
-    const btCollisionObjectWrapper wrapB = state->wrap(state->b);
-    state->algorithm =
-        state->dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    const auto pair = std::make_shared<AlgorithmPair>(
+        btGImpactCollisionAlgorithm::registerAlgorithm,
+        [](btCollisionDispatcher*) {},
+        family.a.gimpact(),
+        family.b.gimpact());
+    const auto samples = std::make_shared<std::vector<btTransform>>();
     return {.name = "GImpact, 64 samples",
             .prepare =
-                [state](const BulletQuery& query)
+                [=](const BulletQuery& query)
             {
-                state->samples.clear();
+                samples->clear();
                 for (int i = 0; i <= kGImpactSamples; ++i)
                 {
-                    state->samples.push_back(
+                    samples->push_back(
                         btCcdToBullet(query.motionA.at(double(i) / kGImpactSamples).X_W));
                 }
-                state->b.setWorldTransform(btCcdToBullet(query.X_WB));
+                pair->b.setWorldTransform(btCcdToBullet(query.X_WB));
             },
             .ask =
-                [state]
+                [=]
             {
                 for (int i = 0; i <= kGImpactSamples; ++i)
                 {
-                    if (state->overlaps(state->samples[std::size_t(i)]))
+                    if (pair->overlapsWithAAt((*samples)[std::size_t(i)]))
                     {
                         return CastAnswer{true, double(std::max(i - 1, 0)) / kGImpactSamples};
                     }
@@ -264,51 +287,26 @@ CastMethod ownToi(const QueryFamily& family)
 
 CastMethod ownAlgorithm(const QueryFamily& family)
 {
-    struct State
-    {
-        btDefaultCollisionConfiguration configuration;
-        btCollisionDispatcher dispatcher{&configuration};
-        std::unique_ptr<btCollisionShape> shapeA;
-        std::unique_ptr<btCollisionShape> shapeB;
-        btCollisionObject a;
-        btCollisionObject b;
-        btCollisionAlgorithm* algorithm = nullptr;
-
-        ~State()
-        {
-            algorithm->~btCollisionAlgorithm();
-            dispatcher.freeCollisionAlgorithm(algorithm);
-            btCcdCollisionAlgorithm::unregisterAlgorithm(&dispatcher);
-        }
-    };
-    auto state = std::make_shared<State>();
-    btCcdCollisionAlgorithm::registerAlgorithm(&state->dispatcher);
-    state->shapeA = family.a.shape();
-    state->shapeB = family.b.shape();
-    state->a.setCollisionShape(state->shapeA.get());
-    state->b.setCollisionShape(state->shapeB.get());
-    const btCollisionObjectWrapper wrapA(
-        nullptr, state->shapeA.get(), &state->a, state->a.getWorldTransform(), -1, -1);
-    const btCollisionObjectWrapper wrapB(
-        nullptr, state->shapeB.get(), &state->b, state->b.getWorldTransform(), -1, -1);
-    state->algorithm =
-        state->dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    const auto pair = std::make_shared<AlgorithmPair>(btCcdCollisionAlgorithm::registerAlgorithm,
+                                                      btCcdCollisionAlgorithm::unregisterAlgorithm,
+                                                      family.a.shape(),
+                                                      family.b.shape());
     return {.name = "ours, calculateTimeOfImpact",
             .prepare =
-                [state](const BulletQuery& query)
+                [=](const BulletQuery& query)
             {
                 const Way way = wayOf(query);
-                state->a.setWorldTransform(way.fromA);
-                state->a.setInterpolationWorldTransform(way.toA);
-                state->b.setWorldTransform(way.atB);
-                state->b.setInterpolationWorldTransform(way.atB);
+                pair->a.setWorldTransform(way.fromA);
+                pair->a.setInterpolationWorldTransform(way.toA);
+                pair->b.setWorldTransform(way.atB);
+                pair->b.setInterpolationWorldTransform(way.atB);
             },
             .ask =
-                [state]
+                [=]
             {
                 btManifoldResult result;
-                const double time = double(state->algorithm->calculateTimeOfImpact(
-                    &state->a, &state->b, btDispatcherInfo(), &result));
+                const double time = double(pair->algorithm->calculateTimeOfImpact(
+                    &pair->a, &pair->b, btDispatcherInfo(), &result));
                 return CastAnswer{time < 1.0, time};
             }};
 }

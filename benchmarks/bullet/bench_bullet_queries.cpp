@@ -173,9 +173,19 @@ void addQueries(QueryFamily& family, int count, bool turning, Random& random)
     }
 }
 
-void judge(const BulletQuery& query, const CastAnswer& answer, CastRow& row)
+/// What was wrong with the answers of a method; lengths are on the way [m].
+struct Tally
 {
-    ++row.queries;
+    int hits = 0;
+    int missed = 0;
+    int late = 0;
+    int falseHits = 0;
+    double latest = 0.0;
+    double error = 0.0;  ///< sum
+};
+
+void judge(const BulletQuery& query, const CastAnswer& answer, Tally& row)
+{
     const double way = query.motionA.v_W.norm();
     if (!query.hit)
     {
@@ -222,38 +232,37 @@ std::vector<QueryFamily> queryFamilies(int count, std::uint64_t seed)
     return families;
 }
 
-std::vector<CastRow> runFamily(const QueryFamily& family, int repeats)
+std::vector<nlohmann::json> runFamily(const QueryFamily& family, int repeats)
 {
     const std::vector<CastMethod> methods = castMethods(family);
-    std::vector<CastRow> rows;
+    std::vector<nlohmann::json> rows;
+    std::vector<TimedMethod> timed;
     for (const CastMethod& method : methods)
     {
-        CastRow row{.family = family.name, .method = method.name};
+        Tally tally;
         for (const BulletQuery& query : family.queries)
         {
             method.prepare(query);
-            judge(query, method.ask(), row);
+            judge(query, method.ask(), tally);
         }
-        row.error = row.hits > 0 ? row.error / row.hits : 0.0;
-        rows.push_back(std::move(row));
+        rows.push_back({{"pair", family.name},
+                        {"method", method.name},
+                        {"queries", family.queries.size()},
+                        {"hits", tally.hits},
+                        {"missed", tally.missed},
+                        {"late", tally.late},
+                        {"false", tally.falseHits},
+                        {"latest", 1e3 * tally.latest},
+                        {"error", 1e3 * tally.error / std::max(1, tally.hits)}});
+        timed.push_back({.queries = family.queries.size(),
+                         .passes = repeats,
+                         .ask = [&](std::size_t) { keep(method.ask().time); },
+                         .prepare = [&](std::size_t i) { method.prepare(family.queries[i]); }});
     }
-    // Repeats of all methods take turns, so that what slows the machine down slows down all.
-    std::vector<std::vector<std::vector<double>>> times(
-        methods.size(), std::vector<std::vector<double>>(family.queries.size()));
-    for (int repeat = 0; repeat < repeats; ++repeat)
+    const std::vector<std::vector<double>> micros = timeInTurns(timed);
+    for (std::size_t m = 0; m < rows.size(); ++m)
     {
-        for (std::size_t m = 0; m < methods.size(); ++m)
-        {
-            for (std::size_t q = 0; q < family.queries.size(); ++q)
-            {
-                methods[m].prepare(family.queries[q]);
-                times[m][q].push_back(microsecondsOf([&] { keep(methods[m].ask().time); }));
-            }
-        }
-    }
-    for (std::size_t m = 0; m < methods.size(); ++m)
-    {
-        rows[m].microseconds = meanOfMedians(times[m]);
+        rows[m]["us"] = meanOf(micros[m]);
     }
     return rows;
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -64,19 +65,10 @@ struct CastMethod
 /// All methods that can answer the family. They keep references to it.
 [[nodiscard]] std::vector<CastMethod> castMethods(const QueryFamily& family);
 
-struct CastRow
-{
-    std::string family;
-    std::string method;
-    int queries = 0;
-    int hits = 0;         ///< that it found, of those that are
-    int missed = 0;       ///< contacts that it did not see
-    int late = 0;         ///< answers after the contact, by more than 0.2 mm of the way
-    double latest = 0.0;  ///< of its answers, after the contact on the way [m]
-    int falseHits = 0;    ///< hits of bodies that stay 2 mm apart
-    double error = 0.0;   ///< mean distance on the way between its answer and the contact [m]
-    double microseconds = 0.0;
-};
-
-[[nodiscard]] std::vector<CastRow> runFamily(const QueryFamily& family, int repeats);
+/// Answers are checked, then all methods are timed in turns.
+/// @return one row per method: "hits" that it found, "missed", "late" (answers after the contact,
+/// by
+///         more than 0.2 mm of the way), "latest" of them [mm], "false" (hits of bodies that stay 2
+///         mm apart), "error" (mean distance on the way between answer and contact [mm]), "us"
+[[nodiscard]] std::vector<nlohmann::json> runFamily(const QueryFamily& family, int repeats);
 }  // namespace bullet_ccd::benchmarks

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 namespace bullet_ccd::benchmarks
 {
@@ -57,7 +56,7 @@ int outside(Scene& scene, double half)
 }
 }  // namespace
 
-std::vector<WorldRow> runWorlds(int bodies, int steps)
+std::vector<nlohmann::json> runWorlds(int bodies, int steps)
 {
     std::vector<Run> runs;
     for (const Kind kind : tests::kAllKinds)
@@ -74,19 +73,18 @@ std::vector<WorldRow> runWorlds(int bodies, int steps)
             run.times.push_back(microsecondsOf([&] { run.scene->step(kTimeStep); }));
         }
     }
-    std::vector<WorldRow> rows;
+    std::vector<nlohmann::json> rows;
     for (std::size_t i = 0; i < runs.size(); ++i)
     {
         const Run& run = runs[i];
-        const tests::Kind kind = tests::kAllKinds[i];
         const btCcdCounters counters = run.scene->counters();
-        rows.push_back({.kind = kind,
-                        .bodies = bodies,
-                        .median = medianOf(run.times),
-                        .mean = std::accumulate(run.times.begin(), run.times.end(), 0.0) / steps,
-                        .outside = outside(*run.scene, binHalf(bodies)),
-                        .queries = double(counters.m_queries) / steps,
-                        .impacts = double(counters.m_impacts) / steps});
+        rows.push_back({{"bodies", bodies},
+                        {"world", tests::nameOf(tests::kAllKinds[i])},
+                        {"median", medianOf(run.times)},
+                        {"mean", meanOf(run.times)},
+                        {"outside", outside(*run.scene, binHalf(bodies))},
+                        {"queries", double(counters.m_queries) / steps},
+                        {"impacts", double(counters.m_impacts) / steps}});
     }
     return rows;
 }

@@ -1,8 +1,8 @@
 /// The tunnelling table: how many of its runs each kind of world lets through.
 #include "benchmarks/reference/bullet/pile.h"
 #include "benchmarks/reference/bullet/tunnelling.h"
+#include "benchmarks/support/program.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -29,13 +29,13 @@ struct Cell
     double lag = 0.0;   ///< worst run: the same of the centre of mass, seen from outside
 };
 
-void add(Cell& cell, const RunOutcome& outcome)
+Cell cellOf(const RunOutcome& outcome)
 {
-    ++cell.runs;
-    cell.through += outcome.through ? 1 : 0;
-    cell.ghosts += isGhostStop(outcome) ? 1 : 0;
-    cell.lost = std::max(cell.lost, outcome.lost / outcome.simulated);
-    cell.lag = std::max(cell.lag, outcome.lag / outcome.simulated);
+    return {.runs = 1,
+            .through = outcome.through ? 1 : 0,
+            .ghosts = isGhostStop(outcome) ? 1 : 0,
+            .lost = outcome.lost / outcome.simulated,
+            .lag = outcome.lag / outcome.simulated};
 }
 
 void add(Cell& sum, const Cell& cell)
@@ -62,7 +62,7 @@ void runCell(
     for (int phase = 0; phase < phases; ++phase)
     {
         const RunOutcome outcome = row.run(kind, setting, double(phase) / phases);
-        add(cell, outcome);
+        add(cell, cellOf(outcome));
         const bool frozen = kind == Kind::World && outcome.lost > kMaxLost * outcome.simulated;
         if (options.list && isOurs(kind) && (outcome.through || isGhostStop(outcome) || frozen))
         {
@@ -165,7 +165,7 @@ bool fallsFreely(Kind kind)
     return std::abs(ratio - 1.0) <= 0.01;
 }
 
-int run(const Options& options)
+bool run(const Options& options)
 {
     printHead();
     std::vector<Cell> all(kAllKinds.size());
@@ -204,22 +204,24 @@ int run(const Options& options)
         good = isGood(kAllKinds[i], all[i]) && good;
         good = fallsFreely(kAllKinds[i]) && good;
     }
-    return good ? 0 : 1;
+    return good;
 }
 }  // namespace
 
 int main(int argc, char** argv)
 {
-    CLI::App app(
-        "Tunnelling table: runs that went through, stock Bullet beside bullet_ccd. The exit "
-        "code is not 0 if ours let anything through, stopped anything in the air, or (the "
-        "world) lost more than 1 % of the time.");
     Options options;
-    app.add_option("-n,--phases", options.phases, "Runs a setting, default 50")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--only", options.only, "Rows whose name contains this");
-    app.add_flag("--settings", options.settings, "A line for every time step and speed");
-    app.add_flag("--list", options.list, "Name every run of ours that failed");
-    CLI11_PARSE(app, argc, argv);
-    return run(options);
+    return bullet_ccd::benchmarks::runProgram(
+        argc,
+        argv,
+        {.name = "bullet_table",
+         .about = "Tunnelling table: runs that went through, stock Bullet beside bullet_ccd. The "
+                  "exit code is not 0 if ours let anything through, stopped anything in the air, "
+                  "or (the world) lost more than 1 % of the time.",
+         .options =
+             {{"-n,--phases", &options.phases, "runs of each setting; 0: as the row says", 0},
+              {"--only", &options.only, "rows whose name contains this"},
+              {"--settings", &options.settings, "a line for every time step and speed"},
+              {"--list", &options.list, "name every run of ours that failed"}},
+         .run = [&] { return run(options); }});
 }

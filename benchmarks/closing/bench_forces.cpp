@@ -1,32 +1,29 @@
-/// Microseconds to find contact forces, by exact cones and by linear program, over the number of
-/// contacts; answers are checked before they are timed.
+// Microseconds to find contact forces, by exact cones and by linear program, over the number of
+// contacts; answers are checked before they are timed.
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/table.h"
+#include "benchmarks/support/timing.h"
 #include "grasp/force/grasp_forces.h"
 
-#include <Eigen/Geometry>
-#include <benchmark/benchmark.h>
+#include <nlohmann/json.hpp>
 
-#include <random>
-
+namespace bullet_ccd::benchmarks
+{
 namespace
 {
 using namespace bullet_ccd::grasp;
-
-Eigen::Vector3d randomVector(std::mt19937& random)
-{
-    std::normal_distribution<double> normal;
-    return {normal(random), normal(random), normal(random)};
-}
+using tests::Random;
 
 /// Contacts all over a lumpy ball of 5 cm, a weight, twelve joints of 2 N m.
-ForceProblem problemOf(int contacts, std::mt19937& random)
+ForceProblem problemOf(int contacts, Random& random)
 {
     ForceProblem problem;
     for (int i = 0; i < contacts; ++i)
     {
-        const Eigen::Vector3d out = randomVector(random).normalized();
-        problem.contacts.push_back({.link = i,
-                                    .point = 0.05 * out,
-                                    .normal = (0.2 * randomVector(random) - out).normalized()});
+        const Eigen::Vector3d out = random.direction();
+        problem.contacts.push_back(
+            {.link = i, .point = 0.05 * out, .normal = (random.inBox(0.35) - out).normalized()});
     }
     problem.load << 0.0, 0.0, -5.0, 0.0, 0.0, 0.0;
     problem.jacobian.resize(12 * problem.contacts.size());
@@ -34,20 +31,19 @@ ForceProblem problemOf(int contacts, std::mt19937& random)
     {
         for (double& entry : twist)
         {
-            entry = 0.03 * randomVector(random).x();
+            entry = random.uniform(-0.05, 0.05);
         }
     }
     problem.torqueLimits.assign(12, 2.0);
     return problem;
 }
 
-/// Problems that have an answer, by either solver.
-std::vector<ForceProblem> solvableProblems(int contacts)
+/// Problems that have an answer, by either solver; the cone's is no worse than the pyramid's.
+std::vector<ForceProblem> solvableProblems(int contacts, std::size_t count, std::uint64_t seed)
 {
-    constexpr int kCount = 50;
-    std::mt19937 random(1);
+    Random random(seed);
     std::vector<ForceProblem> problems;
-    for (int attempt = 0; attempt < 100 * kCount && problems.size() < kCount; ++attempt)
+    for (std::size_t attempt = 0; attempt < 100 * count && problems.size() < count; ++attempt)
     {
         ForceProblem problem = problemOf(contacts, random);
         const GraspForces cone = solveGraspForces(problem);
@@ -62,43 +58,70 @@ std::vector<ForceProblem> solvableProblems(int contacts)
     return problems;
 }
 
-void forces(benchmark::State& state, ForceSolver solver, ForceObjective objective)
+struct Method
 {
-    const std::vector<ForceProblem> problems = solvableProblems(static_cast<int>(state.range(0)));
-    if (problems.empty())
-    {
-        state.SkipWithError("no problem has an answer");
-        return;
-    }
-    std::size_t next = 0;
-    double iterations = 0.0;
-    for (auto _ : state)
-    {
-        const GraspForces answer =
-            solveGraspForces(problems[next++ % problems.size()],
-                             {.objective = objective, .solver = solver, .coneEdges = 8});
-        iterations += answer.iterations;
-        benchmark::DoNotOptimize(answer.value);
-    }
-    state.counters["iterations"] =
-        benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
-    state.counters["problems"] = static_cast<double>(problems.size());
-}
+    const char* name;
+    ForceSolver solver;
+    ForceObjective objective;
+};
+constexpr std::array<Method, 4> kMethods{
+    {{"cone_total", ForceSolver::Cone, ForceObjective::Total},
+     {"cone_firm", ForceSolver::Cone, ForceObjective::Firm},
+     {"lp_total", ForceSolver::LinearProgram, ForceObjective::Total},
+     {"lp_firm", ForceSolver::LinearProgram, ForceObjective::Firm}}};
 
-void contacts(benchmark::internal::Benchmark* benchmark)
+/// False if there is no problem to time.
+bool run(const std::vector<int>& contacts, int problemCount, std::uint64_t seed, int repeats)
 {
-    for (const int count : {4, 6, 8, 12, 16})
+    const Table table("contacts:>8|method:<12|us:>9.1f|iterations:>10.1f|problems:>8");
+    for (const int count : contacts)
     {
-        benchmark->Arg(count);
+        const std::vector<ForceProblem> problems =
+            solvableProblems(count, static_cast<std::size_t>(problemCount), seed);
+        std::vector<TimedMethod> timed;
+        std::array<double, kMethods.size()> iterations{};
+        for (std::size_t m = 0; m < kMethods.size(); ++m)
+        {
+            const ForceOptions options{
+                .objective = kMethods[m].objective, .solver = kMethods[m].solver, .coneEdges = 8};
+            const auto ask = [&, options, m](std::size_t i)
+            { iterations[m] += solveGraspForces(problems[i], options).iterations; };
+            timed.push_back({.queries = problems.size(), .passes = repeats, .ask = ask});
+        }
+        const std::vector<std::vector<double>> micros = timeInTurns(timed);
+        for (std::size_t m = 0; m < kMethods.size() && !problems.empty(); ++m)
+        {
+            const double asked = repeats * static_cast<double>(problems.size());
+            table.print({{"contacts", count},
+                         {"method", kMethods[m].name},
+                         {"us", meanOf(micros[m])},
+                         {"iterations", iterations[m] / asked},
+                         {"problems", problems.size()}});
+        }
+        if (problems.empty())
+        {
+            return false;
+        }
     }
-    benchmark->Unit(benchmark::kMicrosecond);
+    return true;
 }
 }  // namespace
+}  // namespace bullet_ccd::benchmarks
 
-BENCHMARK_CAPTURE(forces, cone_total, ForceSolver::Cone, ForceObjective::Total)->Apply(contacts);
-BENCHMARK_CAPTURE(forces, cone_firm, ForceSolver::Cone, ForceObjective::Firm)->Apply(contacts);
-BENCHMARK_CAPTURE(forces, lp_total, ForceSolver::LinearProgram, ForceObjective::Total)
-    ->Apply(contacts);
-BENCHMARK_CAPTURE(forces, lp_firm, ForceSolver::LinearProgram, ForceObjective::Firm)
-    ->Apply(contacts);
-BENCHMARK_MAIN();
+int main(int argc, char** argv)
+{
+    using namespace bullet_ccd::benchmarks;
+    std::vector<int> contacts{4, 6, 8, 12, 16};
+    int problems = 50;
+    int repeats = 11;
+    std::uint64_t seed = 1;
+    return runProgram(argc,
+                      argv,
+                      {.name = "bench_forces",
+                       .about = "Contact forces by exact cones and by linear program",
+                       .options = {{"--contacts", &contacts, "numbers of contacts"},
+                                   {"-n,--problems", &problems, "of each number of contacts"},
+                                   {"--repeats", &repeats, "the median counts"},
+                                   {"--seed", &seed, "of the problems"}},
+                       .run = [&] { return run(contacts, problems, seed, repeats); }});
+}

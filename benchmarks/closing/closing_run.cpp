@@ -130,16 +130,6 @@ private:
     grasp::CloseHand m_close;
     ToiWorkspace m_work;
 };
-
-double meanOf(const std::vector<ClosingOutcome>& outcomes)
-{
-    double sum = 0.0;
-    for (const ClosingOutcome& outcome : outcomes)
-    {
-        sum += outcome.microseconds;
-    }
-    return outcomes.empty() ? 0.0 : sum / static_cast<double>(outcomes.size());
-}
 }  // namespace
 
 std::vector<ClosingStart> closingStarts(const ClosingCase& scene)
@@ -201,11 +191,13 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
     const auto add = [&](std::string name, const RunClosing& run)
     {
         MethodResult method{.name = std::move(name), .outcomes = {}};
+        std::vector<double> micros;
         for (const ClosingStart& start : starts)
         {
             method.outcomes.push_back(run(start));
+            micros.push_back(method.outcomes.back().microseconds);
         }
-        method.meanMicroseconds = meanOf(method.outcomes);
+        method.meanMicroseconds = meanOf(micros);
         comparison.methods.push_back(std::move(method));
     };
     add("ours", runContinuous(scene, kTolerance));

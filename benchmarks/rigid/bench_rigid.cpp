@@ -4,28 +4,29 @@
 // cold: a repeat asks every query of a set once, so that the caches hold the data of other queries;
 // the number of a query is the median over the repeats, the number of a set the mean over its
 // queries. Repeats of FCL and of the strategies take turns. Processor time of one thread.
+#include "benchmarks/rigid/rigid_growth.h"
 #include "benchmarks/rigid/rigid_run.h"
-#include "benchmarks/rigid/rigid_scaling.h"
 #include "benchmarks/rigid/rigid_sets.h"
 #include "benchmarks/rigid/rigid_targets.h"
-#include "benchmarks/support/timing.h"
+#include "benchmarks/support/data_folder.h"
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/report.h"
+#include "benchmarks/support/table.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
-#include <iostream>
-#include <nlohmann/json.hpp>
 
+namespace bullet_ccd::benchmarks
+{
 namespace
 {
-using namespace bullet_ccd;
-using namespace bullet_ccd::benchmarks;
+using nlohmann::json;
 
 struct Arguments
 {
     std::vector<std::string> sets;
-    std::string data = defaultDataFolder().string();
+    std::vector<std::string> strategies{"best-first"};
+    std::filesystem::path data = defaultDataFolder();
     std::string json;
     std::string fclCache;
     std::string exportFolder;
@@ -35,170 +36,116 @@ struct Arguments
     bool quick = false;
     bool list = false;
     bool scaling = false;
+    bool kinds = false;
     int complaints = 3;
 };
 
-std::string bound(double value)
+/// What a row is measured against.
+void addTarget(json& row)
 {
-    return value > 0.0 ? fmt::format("{:.3f}", value) : "-";
-}
-
-void printHeader()
-{
-    fmt::print(
-        "{:<21}{:<11}{:>8} {:>16} {:>9} {:>10} {:>7} {:>6} {:>6} {:>7} {:>8} {:>8} {:>7} "
-        "{:>7} {:>7}\n",
-        "set",
-        "strategy",
-        "hits",
-        "mis/lat/fal/ear/x",
-        "us",
-        "FCL us",
-        "ratio",
-        "must",
-        "goal",
-        "x C2A",
-        "err med",
-        "err max",
-        "nodes",
-        "tris",
-        "states");
-}
-
-void printRow(const RigidRow& row)
-{
-    const RigidTarget* target = findTarget(row.set);
-    const double ratio = row.ratio();
-    const double c2a = target != nullptr && ratio > 0.0 ? target->originalC2A / ratio : 0.0;
-    const CheckResult& check = row.check;
-    fmt::print(
-        "{:<21}{:<11}{:>8} {:>16} {:>9.1f} {:>10} {:>7.4f} {:>6} {:>6} {:>7} {:>8.1e} "
-        "{:>8.1e} {:>7.0f} {:>7.0f} {:>7.0f}{}\n",
-        row.set,
-        row.strategy,
-        fmt::format("{}/{}", check.hits, row.queries),
-        fmt::format("{}/{}/{}/{}/{}",
-                    check.missed,
-                    check.late,
-                    check.falseHits,
-                    check.early,
-                    check.badGaps + check.gaveUp),
-        row.micros,
-        fmt::format("{:.1f}{}", row.fclMicros, row.isFclCached ? "*" : ""),
-        ratio,
-        target != nullptr ? bound(target->must) : "-",
-        target != nullptr ? bound(target->goal) : "-",
-        c2a > 0.0 ? fmt::format("{:.1f}", c2a) : "-",
-        medianOf(check.errors),
-        check.errors.empty() ? 0.0 : std::ranges::max(check.errors),
-        row.nodePairs,
-        row.trianglePairs,
-        row.states,
-        target != nullptr && target->must > 0.0 && ratio > target->must ? "  ABOVE MUST" : "");
-}
-
-nlohmann::json toJson(const RigidRow& row)
-{
-    const CheckResult& check = row.check;
-    return {{"set", row.set},
-            {"strategy", row.strategy},
-            {"queries", row.queries},
-            {"hits", check.hits},
-            {"missed", check.missed},
-            {"late", check.late},
-            {"false", check.falseHits},
-            {"early", check.early},
-            {"badGaps", check.badGaps},
-            {"gaveUp", check.gaveUp},
-            {"microseconds", row.micros},
-            {"fclMicroseconds", row.fclMicros},
-            {"ratio", row.ratio()},
-            {"medianToiError", medianOf(check.errors)},
-            {"maxToiError", check.errors.empty() ? 0.0 : std::ranges::max(check.errors)},
-            {"nodePairs", row.nodePairs},
-            {"trianglePairs", row.trianglePairs},
-            {"states", row.states}};
-}
-
-Arguments parse(int argc, char** argv)
-{
-    Arguments arguments;
-    CLI::App app("Rigid time of impact, checked and timed against FCL at 1,001 samples");
-    app.add_option(
-        "--set", arguments.sets, "names of sets; default: all but the convex and the 1M ones");
-    app.add_option("--strategy", arguments.run.strategies, "best-first, interval, c2a, or all")
-        ->delimiter(',');
-    app.add_option("--data", arguments.data, "folder with motions/ and rigid_queries/");
-    app.add_option("--tolerance", arguments.run.tolerance, "distance in model units")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--repeats", arguments.run.repeats, "of ours")->check(CLI::PositiveNumber);
-    app.add_option("--fcl-repeats", arguments.run.fclRepeats, "of FCL")->check(CLI::PositiveNumber);
-    app.add_option("--fcl-cache", arguments.fclCache, "file that keeps FCL's times and answers");
-    app.add_option("--seed-shift", arguments.seedShift, "other queries of the generated recipes");
-    app.add_option("--limit", arguments.limit, "only the first queries of each set");
-    app.add_option("--json", arguments.json, "write the table to this file");
-    app.add_option("--export", arguments.exportFolder, "write poses of the sets there, as CSV");
-    app.add_option("--complaints", arguments.complaints, "wrong answers to print a row");
-    app.add_flag("--quick", arguments.quick, "20 queries a set, 2 repeats");
-    app.add_flag("--scaling", arguments.scaling, "growth with the number of triangles instead");
-    app.add_flag("!--no-check", arguments.run.check, "do not check the answers (profiling)");
-    app.add_flag("--list", arguments.list, "print the names of all sets");
-    try
-    {
-        app.parse(argc, argv);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        std::exit(app.exit(error));
-    }
-    if (arguments.run.strategies == std::vector<std::string>{"all"})
-    {
-        arguments.run.strategies = {"best-first", "interval", "c2a"};
-    }
-    if (arguments.quick)
-    {
-        arguments.limit = 20;
-        arguments.run.repeats = 2;
-    }
-    for (const std::string& strategy : arguments.run.strategies)
-    {
-        static_cast<void>(strategyNamed(strategy));  // throws for an unknown one
-    }
-    if (arguments.sets.empty())
-    {
-        arguments.sets = setsOfTable();
-    }
-    return arguments;
-}
-
-void writeJson(const Arguments& arguments, const nlohmann::json& rows)
-{
-    if (arguments.json.empty())
+    const RigidTarget* target = findTarget(row["set"].get<std::string>());
+    const double ratio = row["ratio"];
+    if (target == nullptr)
     {
         return;
     }
-    std::ofstream out(arguments.json);
-    out << nlohmann::json{{"tolerance", arguments.run.tolerance},
-                          {"yardstick", fclVersion()},
-                          {"rows", rows}}
-               .dump(1)
-        << '\n';
-    if (!out)
+    for (const auto& [key, value] : {std::pair("must", target->must), {"goal", target->goal}})
     {
-        throw std::runtime_error(arguments.json + ": cannot be written: name another file");
+        row[key] = value > 0.0 ? json(value) : json();
+    }
+    if (target->originalC2A > 0.0 && ratio > 0.0)
+    {
+        row["originalC2A"] = target->originalC2A / ratio;
+    }
+    if (target->must > 0.0 && ratio > target->must)
+    {
+        row["note"] = row["note"].get<std::string>() + " ABOVE MUST";
     }
 }
 
-int runScaling(const Arguments& arguments)
+void writeRows(const Arguments& arguments, json rows)
+{
+    if (!arguments.json.empty())
+    {
+        writeReport(arguments.json,
+                    {{"tolerance", arguments.run.tolerance},
+                     {"yardstick", fclVersion()},
+                     {"rows", std::move(rows)}});
+    }
+}
+
+bool runScaling(Arguments& arguments)
 {
     MeshLibrary meshes(arguments.data);
-    writeJson(arguments,
-              printScaling(meshes,
-                           {.tolerance = arguments.run.tolerance,
-                            .strategy = strategyNamed(arguments.run.strategies.front()),
-                            .repeats = arguments.run.repeats,
-                            .quick = arguments.quick}));
-    return 0;
+    arguments.run.methods.resize(1);
+    json rows = printGrowth(meshes, arguments.run, arguments.quick);
+    const bool isRight =
+        std::ranges::all_of(rows, [](const json& row) { return row["wrong"] == 0; });
+    writeRows(arguments, std::move(rows));
+    return isRight;
+}
+
+RigidSet limitedSet(const std::string& name, const Arguments& arguments, MeshLibrary& meshes)
+{
+    RigidSet set = makeRigidSet(name, meshes, arguments.seedShift);
+    const auto limit = static_cast<std::size_t>(arguments.limit);
+    if (limit > 0 && set.queries.size() > limit)
+    {
+        set.queries.resize(limit);
+        set.references.resize(std::min(set.references.size(), limit));
+    }
+    if (!arguments.exportFolder.empty())
+    {
+        writePoses(set, std::filesystem::path(arguments.exportFolder) / (name + ".csv"));
+    }
+    return set;
+}
+
+/// Kinds of volumes beside each other: what the hierarchy costs and what it saves. All must agree
+/// on hits.
+bool runKinds(Arguments& arguments)
+{
+    if (arguments.sets.empty())
+    {
+        arguments.sets = {
+            "near_knot_16k", "pass_knot_16k", "pass_sphere_20k", "pass_torus", "pass_cylinder"};
+        if (std::filesystem::exists(arguments.data / "rigid_queries"))
+        {
+            arguments.sets.insert(arguments.sets.begin(), {"bunny_ident", "bunny_near"});
+        }
+    }
+    arguments.run.methods = allKinds();
+    arguments.run.fcl = false;
+    MeshLibrary meshes(arguments.data);
+    NaiveCache cache("");
+    const Table table(
+        "set:<16|kind=strategy:<16|build ms=buildMilliseconds:>9.1f|bytes/t=bytesPerTriangle:>8.0f|"
+        "node pairs=nodePairs:>11.0f|triangle pairs=trianglePairs:>14.1f|us=microseconds:>10.1f|"
+        "hits=contacts:>6");
+    json rows = json::array();
+    bool isRight = true;
+    for (const std::string& name : arguments.sets)
+    {
+        const RigidSet set = limitedSet(name, arguments, meshes);
+        Hierarchies hierarchies;
+        std::vector<RigidRow> ofSet =
+            runTogether(std::span(&set, 1), arguments.run, hierarchies, cache);
+        for (std::size_t k = 0; k < ofSet.size(); ++k)
+        {
+            const SsvKind kind = arguments.run.methods[k].kind;
+            json& row = ofSet[k].values;
+            row["buildMilliseconds"] = buildMilliseconds(*set.meshA, {.kind = kind});
+            row["bytesPerTriangle"] = bytesOf(hierarchies.tree(set.meshA, kind)) /
+                                      static_cast<double>(set.meshA->triangles.size());
+            isRight = isRight && ofSet[k].check.wrong() == 0 &&
+                      row["contacts"] == ofSet.front().values["contacts"];
+            table.print(row);
+            rows.push_back(row);
+        }
+    }
+    fmt::print("{}\n", isRight ? "the kinds agree" : "WRONG: the kinds do not agree");
+    writeRows(arguments, std::move(rows));
+    return isRight;
 }
 
 /// Sets that are compared with each other: "x" and "x_rest" stay together.
@@ -219,58 +166,38 @@ std::vector<std::vector<std::string>> groupsOf(const std::vector<std::string>& n
     return groups;
 }
 
-RigidSet limitedSet(const std::string& name, const Arguments& arguments, MeshLibrary& meshes)
-{
-    RigidSet set = makeRigidSet(name, meshes, arguments.seedShift);
-    const auto limit = static_cast<std::size_t>(arguments.limit);
-    if (limit > 0 && set.queries.size() > limit)
-    {
-        set.queries.resize(limit);
-        set.references.resize(std::min(set.references.size(), limit));
-    }
-    if (!arguments.exportFolder.empty())
-    {
-        writePoses(set, std::filesystem::path(arguments.exportFolder) / (name + ".csv"));
-    }
-    return set;
-}
-
-void printComplaints(const RigidRow& row, int most)
-{
-    const auto& complaints = row.check.complaints;
-    for (std::size_t i = 0; i < complaints.size() && i < static_cast<std::size_t>(most); ++i)
-    {
-        fmt::print("    {}\n", complaints[i]);
-    }
-}
-
 /// Rows of "x" before those of "x_rest", strategy by strategy.
 void printBothMoving(const std::vector<RigidRow>& rows)
 {
-    for (std::size_t k = 0; 2 * k + 1 < rows.size(); ++k)
+    const std::size_t half = rows.size() / 2;
+    for (std::size_t k = 0; k < half; ++k)
     {
-        const RigidRow& rest = rows[rows.size() / 2 + k];
+        const auto micros = [&](std::size_t row)
+        { return rows[row].values["microseconds"].get<double>(); };
         fmt::print("    {}: both bodies moving take {:.2f} x the time of one at rest (must: {})\n",
-                   rows[k].strategy,
-                   rows[k].micros / rest.micros,
+                   rows[k].values["strategy"].get<std::string>(),
+                   micros(k) / micros(half + k),
                    kBothMovingMust);
     }
 }
 
-int runSets(const Arguments& arguments)
+bool runSets(const Arguments& arguments)
 {
     if (!isFclPresent())
     {
-        fmt::print(
-            "FCL is not part of this build (libfcl-dev): no yardstick, generated sets are "
-            "not checked.\n");
+        fmt::print("FCL is not part of this build (libfcl-dev): no yardstick\n");
     }
     MeshLibrary meshes(arguments.data);
     Hierarchies hierarchies;
     NaiveCache cache(arguments.fclCache);
-    nlohmann::json table = nlohmann::json::array();
+    json all = json::array();
     int wrong = 0;
-    printHeader();
+    const Table table(
+        "set:<21|strategy:<11|hits:>4|of=queries:>4|mis=missed:>3|lat=late:>3|fal=false:>3|"
+        "ear=early:>3|x:>3|us=microseconds:>9.1f|FCL us=fclMicroseconds:>9.1f|ratio:>7.4f|"
+        "must:>6.3f|goal:>6.3f|x C2A=originalC2A:>7.1f|err med=medianToiError:>8.1e|"
+        "err max=maxToiError:>8.1e|nodes=nodePairs:>7.0f|tris=trianglePairs:>7.0f|states:>7.0f|"
+        "note:<4");
     for (const std::vector<std::string>& group : groupsOf(arguments.sets))
     {
         std::vector<RigidSet> sets;
@@ -278,50 +205,95 @@ int runSets(const Arguments& arguments)
         {
             sets.push_back(limitedSet(name, arguments, meshes));
         }
-        const std::vector<RigidRow> rows = runTogether(sets, arguments.run, hierarchies, cache);
-        for (const RigidRow& row : rows)
+        std::vector<RigidRow> rows = runTogether(sets, arguments.run, hierarchies, cache);
+        for (RigidRow& row : rows)
         {
-            printRow(row);
-            printComplaints(row, arguments.complaints);
+            addTarget(row.values);
+            row.values["x"] = row.check.badGaps + row.check.gaveUp;
+            table.print(row.values);
+            const std::vector<std::string>& complaints = row.check.complaints;
+            const auto most = static_cast<std::size_t>(arguments.complaints);
+            for (std::size_t i = 0; i < std::min(most, complaints.size()); ++i)
+            {
+                fmt::print("    {}\n", complaints[i]);
+            }
             wrong += row.check.wrong();
-            table.push_back(toJson(row));
+            all.push_back(row.values);
         }
         if (group.size() > 1)
         {
             printBothMoving(rows);
         }
-        std::fflush(stdout);
         cache.save();
     }
-    writeJson(arguments, table);
+    writeRows(arguments, std::move(all));
     fmt::print("{} wrong answers{}\n",
                wrong,
                arguments.fclCache.empty() ? "" : "; * FCL times from an earlier run");
-    return wrong == 0 ? 0 : 1;
+    return wrong == 0;
+}
+
+bool run(Arguments& arguments)
+{
+    if (arguments.list)
+    {
+        for (const auto* names : {&fileSetNames(), &generatedSetNames()})
+        {
+            fmt::print("{}\n", fmt::join(*names, "\n"));
+        }
+        return true;
+    }
+    arguments.run.methods = strategiesNamed(arguments.strategies);
+    if (arguments.quick)
+    {
+        arguments.limit = 20;
+        arguments.run.repeats = 2;
+    }
+    if (arguments.scaling)
+    {
+        return runScaling(arguments);
+    }
+    if (arguments.kinds)
+    {
+        return runKinds(arguments);
+    }
+    if (arguments.sets.empty())
+    {
+        arguments.sets = setsOfTable();
+    }
+    return runSets(arguments);
 }
 }  // namespace
+}  // namespace bullet_ccd::benchmarks
 
 int main(int argc, char** argv)
 {
-    try
-    {
-        const Arguments arguments = parse(argc, argv);
-        if (arguments.list)
-        {
-            for (const auto* names : {&fileSetNames(), &generatedSetNames()})
-            {
-                for (const std::string& name : *names)
-                {
-                    fmt::print("{}\n", name);
-                }
-            }
-            return 0;
-        }
-        return arguments.scaling ? runScaling(arguments) : runSets(arguments);
-    }
-    catch (const std::exception& error)
-    {
-        std::cerr << "bench_rigid: " << error.what() << '\n';
-        return 2;
-    }
+    using namespace bullet_ccd::benchmarks;
+    Arguments arguments;
+    RunOptions& options = arguments.run;
+    return runProgram(
+        argc,
+        argv,
+        {.name = "bench_rigid",
+         .about = "Rigid time of impact, checked and timed against FCL at 1,001 samples",
+         .options =
+             {{"--set", &arguments.sets, "names of sets; default: all but convex and 1M ones"},
+              {"--strategy", &arguments.strategies, "best-first, interval, c2a, or all"},
+              {"--data", &arguments.data, "folder with motions/ and rigid_queries/"},
+              {"--tolerance", &options.tolerance, "distance in model units"},
+              {"--repeats,--repeat", &options.repeats, "of ours"},
+              {"--fcl-repeats", &options.fclRepeats, "of FCL"},
+              {"--fcl-cache", &arguments.fclCache, "file that keeps FCL's times and answers"},
+              {"--seed-shift", &arguments.seedShift, "other queries of the generated recipes"},
+              {"--limit", &arguments.limit, "only the first queries of each set", 0},
+              {"--json", &arguments.json, "write the table to this file"},
+              {"--export", &arguments.exportFolder, "write poses of the sets there, as CSV"},
+              {"--complaints", &arguments.complaints, "wrong answers to print a row", 0},
+              {"--quick", &arguments.quick, "20 queries a set, 2 repeats"},
+              {"--scaling", &arguments.scaling, "growth with the number of triangles instead"},
+              {"--kinds", &arguments.kinds, "kinds of bounding volumes instead"},
+              {"!--no-fcl", &options.fcl, "without FCL"},
+              {"!--no-check", &options.check, "do not check the answers (profiling)"},
+              {"--list", &arguments.list, "print the names of all sets"}},
+         .run = [&] { return run(arguments); }});
 }

@@ -4,7 +4,6 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -298,6 +297,14 @@ const std::vector<Recipe>& recipes()
         {"tunnel_flat", "plate", "plate", 200, 6, tunnelOf(true)},
         {"bunny_both", "bunny", "bunny", 200, 7, drawBoth},
         {"bunny_both_rest", "bunny", "bunny", 200, 7, drawBothAtRest},
+        {"pass_knot_1k", "knot_1k", "knot_1k", 200, 8, flightOf(2.0)},
+        {"pass_knot_4k", "knot_4k", "knot_4k", 200, 8, flightOf(2.0)},
+        {"pass_knot_16k", "knot_16k", "knot_16k", 200, 8, flightOf(2.0)},
+        {"pass_knot_64k", "knot_64k", "knot_64k", 200, 8, flightOf(2.0)},
+        {"near_knot_16k", "knot_16k", "knot_16k", 200, 9, drawNear},
+        {"pass_sphere_20k", "sphere_20k", "sphere_20k", 200, 10, flightOf(2.0)},
+        {"pass_torus", "torus", "torus", 200, 11, flightOf(2.0)},
+        {"pass_cylinder", "cylinder", "cylinder", 200, 12, flightOf(2.0)},
     };
     return kRecipes;
 }

@@ -1,26 +1,21 @@
 #include "benchmarks/rigid/naive_cache.h"
 
-#include <array>
-#include <cstring>
+#include "benchmarks/support/hash.h"
+
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
 namespace
 {
-/// Name of a set by the content of its queries (FNV-1a).
+/// Name of a set by the content of its queries.
 std::string keyOf(const RigidSet& set)
 {
-    std::uint64_t hash = 0xcbf29ce484222325ULL;
-    const auto mix = [&hash](double value)
-    {
-        std::uint64_t bits = 0;
-        std::memcpy(&bits, &value, sizeof bits);
-        hash = (hash ^ bits) * 0x100000001b3ULL;
-    };
+    ContentHash hash;
     for (const RigidQuery& query : set.queries)
     {
         for (const RigidMotion* motion : {&query.motionA, &query.motionB})
@@ -28,14 +23,11 @@ std::string keyOf(const RigidSet& set)
             for (const double t : {0.0, 1.0})
             {
                 const Eigen::Matrix4d X = motion->at(t).X_W.matrix();
-                for (const double value : X.reshaped())
-                {
-                    mix(value);
-                }
+                hash.add(std::span(X.data(), 16));
             }
         }
     }
-    return fmt::format("{}:{}:{:016x}", set.name, set.queries.size(), hash);
+    return fmt::format("{}:{}:{:016x}", set.name, set.queries.size(), hash.value());
 }
 }  // namespace
 

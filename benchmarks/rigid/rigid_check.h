@@ -3,6 +3,7 @@
 
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_sets.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/toi/toi.h"
 
 #include <span>
@@ -11,12 +12,14 @@
 
 namespace bullet_ccd::benchmarks
 {
-/// The peer's view of a set; absent in a build without FCL.
-struct PeerView
+/// Who judges the answers: FCL, or our own exact distance in a build without it.
+struct Judges
 {
-    const FclModel& modelA;
-    const FclModel& modelB;
-    std::span<const FclAnswer> naive;  ///< one a query
+    const SsvTree& treeA;
+    const SsvTree& treeB;
+    const FclModel* modelA = nullptr;
+    const FclModel* modelB = nullptr;
+    std::span<const FclAnswer> naive{};  ///< FCL's samples: one entry per query
 };
 
 struct CheckResult
@@ -36,9 +39,9 @@ struct CheckResult
 
 /// File sets: against their references. Others: against the peer's first overlapping sample, which
 /// is an upper bound of the time of contact, and a bisection from the reported time. All: against
-/// the peer's exact distances, where there is a peer.
+/// exact distances.
 [[nodiscard]] CheckResult checkAnswers(const RigidSet& set,
                                        std::span<const ToiResult> answers,
                                        double tolerance,
-                                       const PeerView* peer);
+                                       const Judges& judges);
 }  // namespace bullet_ccd::benchmarks

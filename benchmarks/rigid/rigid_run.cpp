@@ -4,6 +4,7 @@
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -11,19 +12,19 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-/// Times of one method: per query, one entry a repeat.
-using Times = std::vector<std::vector<double>>;
-
 class SetRun
 {
 public:
     SetRun(const RigidSet& set, Hierarchies& hierarchies, const RunOptions& options)
-        : m_set(set),
-          m_options(options),
-          m_treeA(hierarchies.tree(set.meshA)),
-          m_treeB(hierarchies.tree(set.meshB))
+        : m_set(set), m_options(options)
     {
-        if (isFclPresent())
+        for (const RigidMethod& method : options.methods)
+        {
+            m_methods.push_back({.method = method,
+                                 .treeA = hierarchies.tree(set.meshA, method.kind),
+                                 .treeB = hierarchies.tree(set.meshB, method.kind)});
+        }
+        if (options.fcl && isFclPresent())
         {
             m_modelA = &hierarchies.model(set.meshA);
             m_modelB = &hierarchies.model(set.meshB);
@@ -31,151 +32,166 @@ public:
     }
 
     /// Asks and checks; warms the workspace.
-    void begin(const NaiveCache& cache)
+    void answerAll(const NaiveCache& cache)
     {
-        m_isCached = findNaive(cache);
-        for (const std::string& strategy : m_options.strategies)
+        findNaive(cache);
+        for (const Method& method : m_methods)
         {
-            m_rows.push_back(answer(strategy));
-        }
-        m_times.assign(m_rows.size(), Times(m_set.queries.size()));
-    }
-
-    void timeRepeat(int repeat)
-    {
-        if (!m_isCached && repeat < m_options.fclRepeats)
-        {
-            timeNaiveOnce();
-        }
-        for (std::size_t k = 0; k < m_rows.size(); ++k)
-        {
-            timeOnce(m_rows[k].strategy, m_times[k]);
+            m_rows.push_back(answer(method));
         }
     }
 
-    std::vector<RigidRow> finish(NaiveCache& cache)
+    /// What is to be timed: the peer, then all methods.
+    void addTo(std::vector<TimedMethod>& timed)
     {
-        if (!m_isCached)
+        const std::size_t count = m_set.queries.size();
+        timed.push_back({.queries = m_isKnown ? 0 : count,
+                         .passes = m_options.fclRepeats,
+                         .ask = [this](std::size_t i) { keep(askPeer(i).time); }});
+        for (const Method& method : m_methods)
         {
-            m_fclMicros = meanOfMedians(m_naiveTimes);
+            timed.push_back({.queries = count,
+                             .passes = m_options.repeats,
+                             .ask = [this, &method](std::size_t i) { keep(ask(i, method).time); }});
+        }
+    }
+
+    /// @param micros of what addTo() added
+    std::vector<RigidRow> finish(std::span<const std::vector<double>> micros, NaiveCache& cache)
+    {
+        if (!m_isKnown)
+        {
+            m_fclMicros = meanOf(micros.front());
             cache.store(m_set, {.answers = m_naive, .meanMicros = m_fclMicros});
         }
         for (std::size_t k = 0; k < m_rows.size(); ++k)
         {
-            m_rows[k].micros = meanOfMedians(m_times[k]);
-            m_rows[k].fclMicros = m_fclMicros;
-            m_rows[k].isFclCached = m_isCached && m_modelA != nullptr;
+            nlohmann::json& values = m_rows[k].values;
+            const double mean = meanOf(micros[k + 1]);
+            values["microseconds"] = mean;
+            values["fclMicroseconds"] = m_fclMicros;
+            values["ratio"] = m_fclMicros > 0.0 ? mean / m_fclMicros : 0.0;
+            values["note"] = m_isKnown && m_modelA != nullptr ? "*" : "";
         }
-        return m_rows;
+        return std::move(m_rows);
     }
 
 private:
-    ToiResult ask(const RigidQuery& query, ToiStrategy strategy)
+    struct Method
     {
-        const RigidBody a{.tree = &m_treeA, .motion = query.motionA};
-        const RigidBody b{.tree = &m_treeB, .motion = query.motionB};
-        return rigidToi(a, b, {.tolerance = m_options.tolerance, .strategy = strategy}, m_work);
+        const RigidMethod& method;
+        const SsvTree& treeA;
+        const SsvTree& treeB;
+    };
+
+    ToiResult ask(std::size_t i, const Method& method)
+    {
+        const RigidQuery& query = m_set.queries[i];
+        return rigidToi({.tree = &method.treeA, .motion = query.motionA},
+                        {.tree = &method.treeB, .motion = query.motionB},
+                        {.tolerance = m_options.tolerance, .strategy = method.method.strategy},
+                        m_work);
     }
 
-    /// Answers all queries, warms the workspace, checks.
-    RigidRow answer(const std::string& strategy)
+    [[nodiscard]] FclAnswer askPeer(std::size_t i) const
     {
-        RigidRow row{.set = m_set.name, .strategy = strategy, .queries = m_set.queries.size()};
+        const RigidQuery& query = m_set.queries[i];
+        return fclNaive({*m_modelA, query.motionA}, {*m_modelB, query.motionB}, kNaiveSamples);
+    }
+
+    RigidRow answer(const Method& method)
+    {
         std::vector<ToiResult> answers;
-        for (const RigidQuery& query : m_set.queries)
+        for (std::size_t i = 0; i < m_set.queries.size(); ++i)
         {
-            answers.push_back(ask(query, strategyNamed(strategy)));
-            row.nodePairs += static_cast<double>(answers.back().counters.nodePairs);
-            row.trianglePairs += static_cast<double>(answers.back().counters.trianglePairs);
-            row.states += static_cast<double>(answers.back().counters.states);
+            answers.push_back(ask(i, method));
         }
-        const double n = static_cast<double>(row.queries);
-        row.nodePairs /= n;
-        row.trianglePairs /= n;
-        row.states /= n;
-        if (!m_options.check)
+        RigidRow row;
+        if (m_options.check)
         {
-            return row;
+            row.check = checkAnswers(m_set,
+                                     answers,
+                                     m_options.tolerance,
+                                     {method.treeA, method.treeB, m_modelA, m_modelB, m_naive});
         }
-        std::optional<PeerView> peer;
-        if (m_modelA != nullptr)
+        const auto mean = [&](std::int64_t ToiCounters::*number)
         {
-            peer.emplace(PeerView{*m_modelA, *m_modelB, m_naive});
-        }
-        row.check = checkAnswers(m_set, answers, m_options.tolerance, peer ? &*peer : nullptr);
+            double sum = 0.0;
+            for (const ToiResult& result : answers)
+            {
+                sum += static_cast<double>(result.counters.*number);
+            }
+            return sum / static_cast<double>(answers.size());
+        };
+        const std::vector<double>& errors = row.check.errors;
+        const bool isJudged = m_modelA != nullptr || !m_set.references.empty();
+        const auto contacts = std::ranges::count_if(
+            answers, [](const ToiResult& result) { return isContact(result.status); });
+        row.values = {{"set", m_set.name},
+                      {"strategy", method.method.name},
+                      {"queries", answers.size()},
+                      {"contacts", contacts},
+                      {"hits", isJudged && m_options.check ? row.check.hits : contacts},
+                      {"missed", row.check.missed},
+                      {"late", row.check.late},
+                      {"false", row.check.falseHits},
+                      {"early", row.check.early},
+                      {"badGaps", row.check.badGaps},
+                      {"gaveUp", row.check.gaveUp},
+                      {"medianToiError", medianOf(errors)},
+                      {"maxToiError", errors.empty() ? 0.0 : std::ranges::max(errors)},
+                      {"nodePairs", mean(&ToiCounters::nodePairs)},
+                      {"trianglePairs", mean(&ToiCounters::trianglePairs)},
+                      {"states", mean(&ToiCounters::states)}};
         return row;
     }
 
-    void timeOnce(const std::string& strategyName, Times& times)
-    {
-        const ToiStrategy strategy = strategyNamed(strategyName);
-        for (std::size_t i = 0; i < m_set.queries.size(); ++i)
-        {
-            times[i].push_back(microsecondsOf([&] { keep(ask(m_set.queries[i], strategy).time); }));
-        }
-    }
-
-    /// Answers of the peer, which the check needs; true if they and their times were known.
-    bool findNaive(const NaiveCache& cache)
+    /// Answers of the peer, which the check needs; its times, too, if they are known.
+    void findNaive(const NaiveCache& cache)
     {
         if (m_modelA == nullptr)
         {
-            return true;
+            m_isKnown = true;
         }
-        if (const NaiveRun* cached = cache.find(m_set))
+        else if (const NaiveRun* cached = cache.find(m_set))
         {
             m_naive = cached->answers;
             m_fclMicros = cached->meanMicros;
-            return true;
+            m_isKnown = true;
         }
-        for (const RigidQuery& query : m_set.queries)
+        else
         {
-            m_naive.push_back(
-                fclNaive({*m_modelA, query.motionA}, {*m_modelB, query.motionB}, kNaiveSamples));
-        }
-        m_naiveTimes.resize(m_set.queries.size());
-        return false;
-    }
-
-    void timeNaiveOnce()
-    {
-        for (std::size_t i = 0; i < m_set.queries.size(); ++i)
-        {
-            const RigidQuery& query = m_set.queries[i];
-            const FclBody a{*m_modelA, query.motionA};
-            const FclBody b{*m_modelB, query.motionB};
-            m_naiveTimes[i].push_back(
-                microsecondsOf([&] { keep(fclNaive(a, b, kNaiveSamples).time); }));
+            for (std::size_t i = 0; i < m_set.queries.size(); ++i)
+            {
+                m_naive.push_back(askPeer(i));
+            }
         }
     }
 
     const RigidSet& m_set;
     const RunOptions& m_options;
-    const SsvTree& m_treeA;
-    const SsvTree& m_treeB;
+    std::vector<Method> m_methods;
     const FclModel* m_modelA = nullptr;
     const FclModel* m_modelB = nullptr;
     ToiWorkspace m_work;
     std::vector<FclAnswer> m_naive;
-    Times m_naiveTimes;
     double m_fclMicros = 0.0;
-    bool m_isCached = false;
+    bool m_isKnown = false;  ///< the peer's time, or there is no peer
     std::vector<RigidRow> m_rows;
-    std::vector<Times> m_times;
 };
 }  // namespace
 
-const SsvTree& Hierarchies::tree(const std::shared_ptr<const TriangleMesh>& mesh)
+const SsvTree& Hierarchies::tree(const Mesh& mesh, SsvKind kind)
 {
-    auto& entry = m_trees[mesh];
+    auto& entry = m_trees[{mesh, kind}];
     if (!entry)
     {
-        entry = std::make_unique<SsvTree>(buildSsvTree(*mesh));
+        entry = std::make_unique<SsvTree>(buildSsvTree(*mesh, {.kind = kind}));
     }
     return *entry;
 }
 
-const FclModel& Hierarchies::model(const std::shared_ptr<const TriangleMesh>& mesh)
+const FclModel& Hierarchies::model(const Mesh& mesh)
 {
     auto& entry = m_models[mesh];
     if (!entry)
@@ -185,21 +201,39 @@ const FclModel& Hierarchies::model(const std::shared_ptr<const TriangleMesh>& me
     return *entry;
 }
 
-ToiStrategy strategyNamed(const std::string& name)
+std::vector<RigidMethod> strategiesNamed(const std::vector<std::string>& names)
 {
-    if (name == "best-first")
+    static const std::vector<RigidMethod> kAll{{"best-first", ToiStrategy::BestFirst},
+                                               {"interval", ToiStrategy::Interval},
+                                               {"c2a", ToiStrategy::C2A}};
+    if (names == std::vector<std::string>{"all"})
     {
-        return ToiStrategy::BestFirst;
+        return kAll;
     }
-    if (name == "interval")
+    std::vector<RigidMethod> methods;
+    for (const std::string& name : names)
     {
-        return ToiStrategy::Interval;
+        const auto found = std::ranges::find(kAll, name, &RigidMethod::name);
+        if (found == kAll.end())
+        {
+            throw std::invalid_argument("strategy '" + name +
+                                        "' is unknown: best-first, interval, c2a or all");
+        }
+        methods.push_back(*found);
     }
-    if (name == "c2a")
-    {
-        return ToiStrategy::C2A;
-    }
-    throw std::invalid_argument("strategy '" + name + "' is unknown: best-first, interval or c2a");
+    return methods;
+}
+
+const std::vector<RigidMethod>& allKinds()
+{
+    static const std::vector<RigidMethod> kKinds{
+        {.name = "box", .kind = SsvKind::Box},
+        {.name = "rounded box", .kind = SsvKind::RoundedBox},
+        {.name = "swept rectangle", .kind = SsvKind::SweptRectangle},
+        {.name = "swept line", .kind = SsvKind::SweptLine},
+        {.name = "swept point", .kind = SsvKind::SweptPoint},
+        {.name = "cheapest", .kind = SsvKind::Cheapest}};
+    return kKinds;
 }
 
 std::vector<RigidRow> runTogether(std::span<const RigidSet> sets,
@@ -208,22 +242,20 @@ std::vector<RigidRow> runTogether(std::span<const RigidSet> sets,
                                   NaiveCache& cache)
 {
     std::vector<std::unique_ptr<SetRun>> runs;
+    std::vector<TimedMethod> timed;
     for (const RigidSet& set : sets)
     {
         runs.push_back(std::make_unique<SetRun>(set, hierarchies, options));
-        runs.back()->begin(cache);
+        runs.back()->answerAll(cache);
+        runs.back()->addTo(timed);
     }
-    for (int repeat = 0; repeat < options.repeats; ++repeat)
-    {
-        for (const auto& run : runs)
-        {
-            run->timeRepeat(repeat);
-        }
-    }
+    const std::vector<std::vector<double>> micros = timeInTurns(timed);
+    const std::size_t ofOneSet = options.methods.size() + 1;
     std::vector<RigidRow> rows;
-    for (const auto& run : runs)
+    for (std::size_t i = 0; i < runs.size(); ++i)
     {
-        for (RigidRow& row : run->finish(cache))
+        for (RigidRow& row :
+             runs[i]->finish(std::span(micros).subspan(i * ofOneSet, ofOneSet), cache))
         {
             rows.push_back(std::move(row));
         }

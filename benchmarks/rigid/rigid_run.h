@@ -8,55 +8,60 @@
 
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd::benchmarks
 {
+/// A way to answer: a strategy of the query, on volumes of a kind.
+struct RigidMethod
+{
+    std::string name;
+    ToiStrategy strategy = ToiStrategy::BestFirst;
+    SsvKind kind = SsvOptions{}.kind;
+};
+
+/// The strategies of those names. Throws std::invalid_argument for an unknown one.
+[[nodiscard]] std::vector<RigidMethod> strategiesNamed(const std::vector<std::string>& names);
+/// The default strategy on every kind of volumes.
+[[nodiscard]] const std::vector<RigidMethod>& allKinds();
+
 struct RunOptions
 {
-    std::vector<std::string> strategies{"best-first"};
+    std::vector<RigidMethod> methods{{.name = "best-first"}};
     double tolerance = 1e-4;
     int repeats = 7;
     int fclRepeats = 3;
     bool check = true;
+    bool fcl = true;  ///< if it is present
 };
 
-/// One set by one strategy.
+/// One set by one method.
 struct RigidRow
 {
-    std::string set;
-    std::string strategy;
-    std::size_t queries = 0;
-    CheckResult check{};
-    double micros = 0.0;     ///< mean
-    double fclMicros = 0.0;  ///< mean; 0 without FCL
-    bool isFclCached = false;
-    double nodePairs = 0.0;
-    double trianglePairs = 0.0;
-    double states = 0.0;
-
-    [[nodiscard]] double ratio() const { return fclMicros > 0.0 ? micros / fclMicros : 0.0; }
+    nlohmann::json values;  ///< "set", "strategy", "hits", "microseconds", ..
+    CheckResult check;
 };
 
 /// Hierarchies of both sides, shared between sets with the same mesh.
 class Hierarchies
 {
 public:
-    const SsvTree& tree(const std::shared_ptr<const TriangleMesh>& mesh);
+    const SsvTree& tree(const std::shared_ptr<const TriangleMesh>& mesh, SsvKind kind);
     const FclModel& model(const std::shared_ptr<const TriangleMesh>& mesh);
 
 private:
-    std::map<std::shared_ptr<const TriangleMesh>, std::unique_ptr<SsvTree>> m_trees;
-    std::map<std::shared_ptr<const TriangleMesh>, std::unique_ptr<FclModel>> m_models;
+    using Mesh = std::shared_ptr<const TriangleMesh>;
+
+    std::map<std::pair<Mesh, SsvKind>, std::unique_ptr<SsvTree>> m_trees;
+    std::map<Mesh, std::unique_ptr<FclModel>> m_models;
 };
 
-/// The strategy of that name; throws std::invalid_argument for an unknown one.
-[[nodiscard]] ToiStrategy strategyNamed(const std::string& name);
-
 /// Answers and checks all sets, then times them in turns, so that sets which are compared with each
-/// other see the same machine. Rows by set, then by strategy.
+/// other see the same machine. Rows by set, then by method.
 [[nodiscard]] std::vector<RigidRow> runTogether(std::span<const RigidSet> sets,
                                                 const RunOptions& options,
                                                 Hierarchies& hierarchies,

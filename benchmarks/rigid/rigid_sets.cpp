@@ -7,9 +7,11 @@
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <algorithm>
-#include <cstdlib>
+#include <array>
 #include <fmt/format.h>
 #include <fstream>
+#include <functional>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -23,69 +25,47 @@ namespace fs = std::filesystem;
 /// mesh, but in another way.
 constexpr double kBunnyRounding = 1e-5;
 
-struct KnotSize
-{
-    const char* name;
-    int along;
-    int around;
-};
-constexpr std::array<KnotSize, 6> kKnots{{{"knot_1k", 64, 8},
-                                          {"knot_4k", 128, 16},
-                                          {"knot_16k", 256, 32},
-                                          {"knot_64k", 512, 64},
-                                          {"knot_256k", 1024, 128},
-                                          {"knot_1m", 2048, 256}}};
+/// Of families with a resolution, smallest first.
+constexpr std::array kKnotSizes{
+    "knot_1k", "knot_4k", "knot_16k", "knot_64k", "knot_256k", "knot_1m"};
+constexpr std::array kSphereSizes{
+    "sphere_1k", "sphere_5k", "sphere_20k", "sphere_80k", "sphere_320k", "sphere_1m"};
 
-struct SphereSize
+/// Place in the family; none if the mesh is not of it.
+std::optional<int> sizeIn(const std::array<const char*, 6>& family, const std::string& mesh)
 {
-    const char* name;
-    int subdivisions;
-};
-constexpr std::array<SphereSize, 6> kSpheres{{{"sphere_1k", 3},
-                                              {"sphere_5k", 4},
-                                              {"sphere_20k", 5},
-                                              {"sphere_80k", 6},
-                                              {"sphere_320k", 7},
-                                              {"sphere_1m", 8}}};
+    const auto* found = std::ranges::find(family, mesh);
+    return found == family.end() ? std::nullopt
+                                 : std::optional(static_cast<int>(found - family.begin()));
+}
 
 TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
 {
-    if (name == "bunny")
+    if (const std::optional<int> size = sizeIn(kKnotSizes, name))
     {
-        return loadMeshFile(dataFolder / "motions/c2a_torusknot/bunny_noholes.ply").mesh;
+        return makeKnotTube(64 << *size, 8 << *size);
     }
-    if (name == "finger")
+    if (const std::optional<int> size = sizeIn(kSphereSizes, name))
     {
-        return makeFinger();
+        return makeBumpySphere(3 + *size, 80.0, 0.15);
     }
-    if (name == "plate")
-    {
-        return makePlate(15, 120.0, 0.2);
-    }
-    if (name == "box")
-    {
-        return makeBox({1.0, 0.6, 0.3});
-    }
-    if (name == "hull42" || name == "hull162")
-    {
-        return makeBumpySphere(name == "hull42" ? 1 : 2, 1.0, 0.0);
-    }
-    for (const KnotSize& knot : kKnots)
-    {
-        if (name == knot.name)
-        {
-            return makeKnotTube(knot.along, knot.around);
-        }
-    }
-    for (const SphereSize& sphere : kSpheres)
-    {
-        if (name == sphere.name)
-        {
-            return makeBumpySphere(sphere.subdivisions, 80.0, 0.15);
-        }
-    }
-    throw std::invalid_argument("mesh '" + name +
-                                "' is unknown: see benchmarks/rigid/rigid_sets.cpp");
+    const std::map<std::string, std::function<TriangleMesh()>> others{
+        {"bunny",
+         [&] { return loadMeshFile(dataFolder / "motions/c2a_torusknot/bunny_noholes.ply").mesh; }},
+        {"finger", makeFinger},
+        {"plate", [] { return makePlate(15, 120.0, 0.2); }},
+        {"box",
+         [] {
+             return makeBox({1.0, 0.6, 0.3});
+         }},
+        {"torus", [] { return makeTorus(80.0, 24.0, 128, 32); }},
+        {"cylinder", [] { return makeCylinder(15.0, 225.0, 64); }},
+        {"hull42", [] { return makeSphere(1.0, 1); }},
+        {"hull162", [] { return makeSphere(1.0, 2); }}};
+    const auto found = others.find(name);
+    require(found != others.end(),
+            "mesh '" + name + "' is unknown: see benchmarks/rigid/rigid_sets.cpp");
+    return found->second();
 }
 
 /// Rows of numbers under a header line.
@@ -194,29 +174,18 @@ std::shared_ptr<const TriangleMesh> MeshLibrary::mesh(const std::string& name)
 
 const std::vector<std::string>& fileSetNames()
 {
-    static const std::vector<std::string> kNames{
-        "bunny_ident",
-        "bunny_ani",
-        "plate",
-        "knot_1k",
-        "knot_4k",
-        "knot_16k",
-        "knot_64k",
-        "knot_256k",
-        "knot_1m",
-        "sphere_1k",
-        "sphere_5k",
-        "sphere_20k",
-        "sphere_80k",
-        "sphere_320k",
-        "sphere_1m",
-        "convex_box_trans",
-        "convex_box_rot40",
-        "convex_hull42_trans",
-        "convex_hull42_rot40",
-        "convex_hull162_trans",
-        "convex_hull162_rot40",
-    };
+    static const std::vector<std::string> kNames = []
+    {
+        std::vector<std::string> names{"bunny_ident", "bunny_ani", "plate"};
+        names.insert(names.end(), kKnotSizes.begin(), kKnotSizes.end());
+        names.insert(names.end(), kSphereSizes.begin(), kSphereSizes.end());
+        for (const char* mesh : {"box", "hull42", "hull162"})
+        {
+            names.push_back(fmt::format("convex_{}_trans", mesh));
+            names.push_back(fmt::format("convex_{}_rot40", mesh));
+        }
+        return names;
+    }();
     return kNames;
 }
 
@@ -267,11 +236,5 @@ void writePoses(const RigidSet& set, const fs::path& file)
     {
         throw std::runtime_error(file.string() + ": cannot be written: make its folder first");
     }
-}
-
-fs::path defaultDataFolder()
-{
-    const char* folder = std::getenv("BULLET_CCD_TEST_DATA");
-    return folder != nullptr ? fs::path(folder) : fs::path(BULLET_CCD_BENCHMARK_DATA);
 }
 }  // namespace bullet_ccd::benchmarks

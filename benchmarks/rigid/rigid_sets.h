@@ -44,7 +44,7 @@ struct RigidSet
     double vertexRounding = 0.0;
 };
 
-/// Meshes by name ("bunny", "finger", "plate", "box", "knot_64k", "sphere_320k", ..), made once.
+/// Meshes by name ("bunny", "finger", "plate", "torus", "knot_64k", ..), made once.
 class MeshLibrary
 {
 public:
@@ -73,7 +73,4 @@ private:
 
 /// Writes start and end poses in the form that the recorded sets have. Throws std::runtime_error.
 void writePoses(const RigidSet& set, const std::filesystem::path& file);
-
-/// The data folder: $BULLET_CCD_TEST_DATA, or ../shared/data beside the checkout.
-[[nodiscard]] std::filesystem::path defaultDataFolder();
 }  // namespace bullet_ccd::benchmarks

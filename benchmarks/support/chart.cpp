@@ -1,12 +1,12 @@
 #include "benchmarks/support/chart.h"
 
+#include "benchmarks/support/data_folder.h"
 #include "benchmarks/support/report.h"
 #include "benchmarks/support/sandbox.h"
-#include "benchmarks/support/timing.h"
+#include "benchmarks/support/table.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -70,6 +70,40 @@ nlohmann::json pointOf(const std::vector<ChartOutcome>& outcomes)
         {"medianError", medianOf(errors)},
         {"maxError", errors.empty() ? 0.0 : std::ranges::max(errors)}};
 }
+
+void addPoints(const ChartScene& scene, const Table& table, nlohmann::json& points)
+{
+    for (const ChartMethod& method : scene.methods)
+    {
+        for (const ChartSetting& setting : method.settings)
+        {
+            nlohmann::json point = pointOf(setting.run());
+            point["scene"] = scene.name;
+            point["title"] = scene.title;
+            point["method"] = method.name;
+            point["setting"] = setting.label;
+            table.print(point);
+            points.push_back(std::move(point));
+        }
+    }
+}
+
+nlohmann::json measured(const ChartFamily& family, nlohmann::json points)
+{
+    std::vector<std::string> peers = family.peers;
+    std::erase(peers, std::string());
+    return {{"family", family.name},
+            {"title", family.title},
+            {"time", family.time},
+            {"error", family.error},
+            {"flaws",
+             {{"missed", family.missed},
+              {"late", family.late},
+              {"false", family.falseHit},
+              {"timedOut", family.timedOut}}},
+            {"peers", peers},
+            {"points", std::move(points)}};
+}
 }  // namespace
 
 ChartFamily toiFamily(const std::string& name, const std::string& title)
@@ -118,53 +152,87 @@ std::vector<ChartAnswer> runWithLimit(std::size_t count,
     return answers;
 }
 
-nlohmann::json chartPoints(const ChartScene& scene)
+std::vector<ToiSetting> tolerances(int first, int last, double unit)
 {
-    nlohmann::json points = nlohmann::json::array();
-    for (const ChartMethod& method : scene.methods)
+    std::vector<ToiSetting> settings;
+    for (int exponent = first; exponent <= last; ++exponent)
     {
-        for (const ChartSetting& setting : method.settings)
-        {
-            nlohmann::json point = pointOf(setting.run());
-            fmt::print(
-                "{:<22}{:<30}{:<14}{:>12.1f} us  error {:.1e}  missed {} late {} false {} "
-                "timed out {} of {}\n",
-                scene.name,
-                method.name,
-                setting.label,
-                point["meanMicroseconds"].get<double>(),
-                point["medianError"].get<double>(),
-                point["missed"].get<int>(),
-                point["late"].get<int>(),
-                point["false"].get<int>(),
-                point["timedOut"].get<int>(),
-                point["queries"].get<int>());
-            std::fflush(stdout);
-            point["scene"] = scene.name;
-            point["title"] = scene.title;
-            point["method"] = method.name;
-            point["setting"] = setting.label;
-            points.push_back(std::move(point));
-        }
+        const double tolerance = unit * std::pow(10.0, -exponent);
+        settings.push_back(
+            {.label = fmt::format("1e-{}", exponent), .value = tolerance, .reach = tolerance});
     }
-    return points;
+    return settings;
 }
 
-void writeChart(const std::string& output, const ChartFamily& family, const nlohmann::json& points)
+std::vector<ToiSetting> sampleCounts(const std::vector<int>& counts)
 {
-    std::vector<std::string> peers = family.peers;
-    std::erase(peers, std::string());
-    writeReport(output,
-                {{"family", family.name},
-                 {"title", family.title},
-                 {"time", family.time},
-                 {"error", family.error},
-                 {"flaws",
-                  {{"missed", family.missed},
-                   {"late", family.late},
-                   {"false", family.falseHit},
-                   {"timedOut", family.timedOut}}},
-                 {"peers", peers},
-                 {"points", points}});
+    std::vector<ToiSetting> settings;
+    for (const int count : counts)
+    {
+        settings.push_back({.label = fmt::format("x{}", count), .value = double(count)});
+    }
+    return settings;
+}
+
+ChartMethod toiMethod(const std::string& name,
+                      const SharedTruths& truths,
+                      const std::vector<ToiSetting>& settings,
+                      const std::function<ChartAnswer(std::size_t, double)>& answer,
+                      const ToiAsking& asking)
+{
+    ChartMethod method{.name = name, .settings = {}};
+    for (const ToiSetting& setting : settings)
+    {
+        const auto ask = [answer, value = setting.value](std::size_t i)
+        {
+            ChartAnswer result;
+            const double micros = microsecondsOf([&] { result = answer(i, value); });
+            result.micros = micros;
+            return result;
+        };
+        method.settings.push_back(toiSetting(
+            setting.label,
+            setting.reach,
+            truths,
+            [=] { return askAll(std::min(asking.queries, truths->size()), asking.passes, ask); }));
+    }
+    return method;
+}
+
+int runChart(int argc, char** argv, const ChartProgram& program)
+{
+    std::string output;
+    ChartOptions options{.data = defaultDataFolder()};
+    std::vector<std::string> scenes = program.scenes;
+    std::vector<ProgramOption> all{
+        {.names = "-o,--output", .value = &output, .help = "JSON file", .isRequired = true},
+        {"--data", &options.data, "data folder"},
+        {"--scene,--set,--motion", &scenes, "names of scenes"},
+        {"--repeats", &options.repeats, "of fast methods"},
+        {"--quick", &options.quick, "few queries a scene"}};
+    all.insert(all.end(), program.options.begin(), program.options.end());
+    const auto run = [&]
+    {
+        if (options.quick)
+        {
+            scenes.resize(std::min(scenes.size(), program.quickScenes));
+        }
+        const Table table(
+            "scene:<22|method:<30|setting:<14|us=meanMicroseconds:>12.1f|error=medianError:>9.1e|"
+            "missed:>6|late:>6|false:>6|timed out=timedOut:>9|queries:>7");
+        nlohmann::json points = nlohmann::json::array();
+        for (const std::string& scene : scenes)
+        {
+            addPoints(program.makeScene(scene, options), table, points);
+        }
+        writeReport(output, measured(program.family, std::move(points)));
+        return true;
+    };
+    return runProgram(argc,
+                      argv,
+                      {.name = "chart_" + program.family.name,
+                       .about = "Time against error: " + program.family.title,
+                       .options = all,
+                       .run = run});
 }
 }  // namespace bullet_ccd::benchmarks

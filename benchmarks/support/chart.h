@@ -4,10 +4,13 @@
 /// is the same for all.
 #pragma once
 
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/timing.h"
+
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,6 +94,27 @@ struct ChartAnswer
 /// A family of queries for times of contact, with its flaws and errors.
 [[nodiscard]] ChartFamily toiFamily(const std::string& name, const std::string& title);
 
+/// All queries in sequence, `passes` times; of what the call returns, the median time counts.
+template <typename Call>
+auto askAll(std::size_t queries, int passes, const Call& call)
+{
+    std::vector<decltype(call(queries))> answers(queries);
+    std::vector<std::vector<double>> times(queries);
+    for (int pass = 0; pass < passes; ++pass)
+    {
+        for (std::size_t i = 0; i < queries; ++i)
+        {
+            answers[i] = call(i);
+            times[i].push_back(answers[i].micros);
+        }
+    }
+    for (std::size_t i = 0; i < queries; ++i)
+    {
+        answers[i].micros = medianOf(times[i]);
+    }
+    return answers;
+}
+
 /// A setting that is asked for times of contact.
 /// @param reach distance up to which it may call a near miss a hit
 [[nodiscard]] ChartSetting toiSetting(std::string label,
@@ -102,12 +126,52 @@ struct ChartAnswer
 [[nodiscard]] std::vector<ChartAnswer> runWithLimit(
     std::size_t count, double seconds, const std::function<ChartAnswer(std::size_t)>& ask);
 
-/// Runs every setting of every method of a scene; prints a line for each.
-/// @return the points, as the drawing script reads them; a point that missed, was late or timed out
-///         says so and is never left out
-[[nodiscard]] nlohmann::json chartPoints(const ChartScene& scene);
+/// One value of what a method for times of contact can be set to.
+struct ToiSetting
+{
+    std::string label;
+    double value = 0.0;
+    double reach = 0.0;  ///< see toiSetting()
+};
+/// Tolerances of `unit` times 1e-first to 1e-last.
+[[nodiscard]] std::vector<ToiSetting> tolerances(int first, int last, double unit = 1.0);
+[[nodiscard]] std::vector<ToiSetting> sampleCounts(const std::vector<int>& counts);
 
-/// Writes the file that benchmarks/run chart draws: points of all scenes of a family, and what
-/// built them. Throws std::runtime_error if it cannot be written.
-void writeChart(const std::string& output, const ChartFamily& family, const nlohmann::json& points);
+/// How a method is asked.
+struct ToiAsking
+{
+    int passes = 1;                         ///< the median time counts
+    std::size_t queries = std::size_t(-1);  ///< at most so many, the first ones
+};
+
+/// A method that answers query i with a setting; the time of the call counts.
+[[nodiscard]] ChartMethod toiMethod(const std::string& name,
+                                    const SharedTruths& truths,
+                                    const std::vector<ToiSetting>& settings,
+                                    const std::function<ChartAnswer(std::size_t, double)>& answer,
+                                    const ToiAsking& asking = {});
+
+/// What every family can be asked.
+struct ChartOptions
+{
+    std::filesystem::path data;
+    bool quick = false;
+    int repeats = 3;  ///< of fast methods; the median counts
+};
+
+/// The program of a family.
+struct ChartProgram
+{
+    ChartFamily family;
+    std::vector<std::string> scenes;            ///< names of all
+    std::size_t quickScenes = std::size_t(-1);  ///< with --quick only so many
+    std::vector<ProgramOption> options{};       ///< beyond those of ChartOptions
+    std::function<ChartScene(const std::string& scene, const ChartOptions& options)> makeScene;
+};
+
+/// Runs every setting of every method of the scenes that are asked for, prints a line for each, and
+/// writes the file that benchmarks/run chart draws: all points, and what built them. A point that
+/// missed, was late or timed out says so and is never left out.
+/// @return exit code
+[[nodiscard]] int runChart(int argc, char** argv, const ChartProgram& program);
 }  // namespace bullet_ccd::benchmarks

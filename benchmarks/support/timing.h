@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <functional>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -67,14 +69,55 @@ inline double quantileOf(std::vector<double> values, double share)
     return values[static_cast<std::size_t>(std::lround(std::ceil(share * last - 1e-9)))];
 }
 
-/// Mean over queries of the median over repeats; 0 for none.
-inline double meanOfMedians(std::span<const std::vector<double>> times)
+inline double sumOf(std::span<const double> values)
 {
-    double sum = 0.0;
-    for (const std::vector<double>& repeats : times)
+    return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+/// 0 for none.
+inline double meanOf(std::span<const double> values)
+{
+    return values.empty() ? 0.0 : sumOf(values) / static_cast<double>(values.size());
+}
+
+/// One way to answer the queries of a set.
+struct TimedMethod
+{
+    std::size_t queries = 0;
+    int passes = 1;
+    std::function<void(std::size_t)> ask;
+    std::function<void(std::size_t)> prepare = nullptr;  ///< not timed
+};
+
+/// Microseconds of every query by every method, the median over the passes. The methods take turns,
+/// pass by pass, so that what slows the machine down slows down all of them.
+inline std::vector<std::vector<double>> timeInTurns(std::span<const TimedMethod> methods)
+{
+    std::vector<std::vector<std::vector<double>>> times(methods.size());
+    bool isDone = false;
+    for (int pass = 0; !isDone; ++pass)
     {
-        sum += medianOf(repeats);
+        isDone = true;
+        for (std::size_t m = 0; m < methods.size(); ++m)
+        {
+            const TimedMethod& method = methods[m];
+            times[m].resize(method.queries);
+            for (std::size_t i = 0; i < method.queries && pass < method.passes; ++i)
+            {
+                if (method.prepare)
+                {
+                    method.prepare(i);
+                }
+                times[m][i].push_back(microsecondsOf([&] { method.ask(i); }));
+            }
+            isDone = isDone && pass + 1 >= method.passes;
+        }
     }
-    return times.empty() ? 0.0 : sum / static_cast<double>(times.size());
+    std::vector<std::vector<double>> medians(methods.size());
+    for (std::size_t m = 0; m < methods.size(); ++m)
+    {
+        std::ranges::transform(times[m], std::back_inserter(medians[m]), medianOf);
+    }
+    return medians;
 }
 }  // namespace bullet_ccd::benchmarks

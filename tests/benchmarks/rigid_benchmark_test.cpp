@@ -92,8 +92,8 @@ protected:
 
     [[nodiscard]] CheckResult check() const
     {
-        const PeerView peer{*m_model, *m_model, m_naive};
-        return checkAnswers(m_set, m_answers, 1e-4, &peer);
+        return checkAnswers(
+            m_set, m_answers, 1e-4, {m_tree, m_tree, &*m_model, &*m_model, m_naive});
     }
 
     /// Index of a query that collides.
@@ -111,6 +111,7 @@ protected:
 
     RigidSet m_set = plates();
     std::vector<ToiResult> m_answers = answersOf(m_set);
+    SsvTree m_tree = buildSsvTree(*m_set.meshA);
     std::optional<FclModel> m_model;
     std::vector<FclAnswer> m_naive;
 };
@@ -146,6 +147,16 @@ TEST_F(RigidCheck, SeesAWrongGap)
 {
     m_answers[collision()].gap *= 0.5;
     EXPECT_EQ(check().badGaps, 1);
+}
+
+TEST_F(RigidCheck, SeesAWrongGapAndAFalseContactWithoutThePeer)
+{
+    const auto checkAlone = [&] { return checkAnswers(m_set, m_answers, 1e-4, {m_tree, m_tree}); };
+    EXPECT_EQ(checkAlone().wrong(), 0);
+    m_answers[collision()].time -= 1e-4;
+    EXPECT_EQ(checkAlone().falseHits, 1);
+    m_answers[collision()].time += 1e-4 + 1e-5;
+    EXPECT_EQ(checkAlone().late, 1);
 }
 }  // namespace
 }  // namespace bullet_ccd::benchmarks

@@ -18,7 +18,7 @@ expect 'bin/soak_articulated is missing' tools/soak_articulated --build "$folder
 expect 'bin/bullet_table_single is missing' tools/bullet_table --build "$folder"
 expect 'rigid|articulated|bullet' benchmarks/run soak
 expect 'accuracy|agreement' benchmarks/run grasps --build "$folder"
-mkdir "$folder/bin" && touch "$folder/bin/grasp"
+mkdir "$folder/bin" && touch "$folder/bin/bench_grasps"
 BULLET_CCD_TEST_DATA=$folder expect 'is the data complete?' tools/table --build "$folder"
 mkdir "$folder/none" && echo 'raise ImportError' >"$folder/none/matplotlib.py"
 PYTHONPATH=$folder/none expect 'apt-get install python3-matplotlib' benchmarks/run chart --draw

@@ -90,7 +90,6 @@ TEST_F(GraspConfig, WhatIsPrintedCanBeFedBackForEveryVerb)
           "check f.jsonl --max-gap 1e-3",
           "force f.jsonl --mass 0.4 --gravity 0 1 0 --effort 5 --effort j=2 --objective firm",
           "quality f.jsonl --model soft --rank 1 --rank 3",
-          "table --hand a --hand b --object c -n 7",
           "hand h.urdf",
           "hand check h.urdf --samples 50"})
     {

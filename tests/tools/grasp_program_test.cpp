@@ -83,11 +83,11 @@ TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
     const Outcome help = run("--help");
     EXPECT_EQ(help.exitCode, 0);
     for (const char* word :
-         {"plan", "close", "check", "force", "hand", "quality", "table", "Exit codes", "Examples"})
+         {"plan", "close", "check", "force", "hand", "quality", "Exit codes", "Examples"})
     {
         EXPECT_THAT(help.out, HasSubstr(word));
     }
-    for (const char* verb : {"plan", "close", "check", "force", "hand", "quality", "table"})
+    for (const char* verb : {"plan", "close", "check", "force", "hand", "quality"})
     {
         const Outcome ofVerb = run(std::string(verb) + " --help");
         EXPECT_EQ(ofVerb.exitCode, 0);
@@ -132,8 +132,6 @@ TEST_F(GraspProgram, NumbersThatMakeNoSenseExitWith2AndAreNamed)
                           Case{"plan", "--pictures", "-1"},
                           Case{"plan", "--models", "-1"},
                           Case{"plan", "--models", "100"},
-                          Case{"table", "--friction", "nan"},
-                          Case{"table", "--object-scale", "nan"},
                           Case{"check", "--max-gap", "nan"},
                           Case{"check", "--max-gap", "-1"}})
     {
@@ -333,39 +331,6 @@ TEST_F(GraspProgram, SaysWhichSrdfWasUsed)
     ASSERT_EQ(plan(out, "-q").exitCode, 0);
     EXPECT_THAT(contentOf(out / "report.html"), HasSubstr(expected));
     EXPECT_THAT(contentOf(out / "grasps.jsonl"), HasSubstr(expected + "\",\"root_link\""));
-}
-
-TEST_F(GraspProgram, TablesEveryPair)
-{
-    const fs::path out = m_folder / "out";
-    const Outcome table =
-        run("table --hand three_finger_gripper --hand parallel_gripper --object '" +
-            m_ball.string() + "' -n 3 -q -o '" + out.string() + "'");
-    EXPECT_EQ(table.exitCode, 0) << table.err;
-    EXPECT_THAT(table.out, HasSubstr("postures penetrate"));
-    EXPECT_TRUE(fs::exists(out / "table.md"));
-    EXPECT_TRUE(fs::exists(out / "parallel_gripper_ball.jsonl"));
-    EXPECT_THAT(contentOf(out / "parallel_gripper_ball.jsonl"),
-                HasSubstr("parallel_gripper.srdf\",\"root_link\""));
-    const std::string csv = contentOf(out / "table.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
-}
-
-TEST_F(GraspProgram, ATableThatFailsACriterionExitsWith1)
-{
-    // One of two objects can be held: less than two thirds.
-    const fs::path house = m_folder / "house.obj";
-    writeObj(makeSphere(3.0, 3), house);
-    const std::string table =
-        "table --hand three_finger_gripper --object '" + m_ball.string() + "' -n 3 -q";
-    const Outcome good = run(table);
-    EXPECT_EQ(good.exitCode, 0) << good.out << good.err;
-    EXPECT_THAT(good.out, ::testing::Not(HasSubstr("FAIL")));
-    const Outcome bad = run(table + " --object '" + house.string() + "'");
-    EXPECT_EQ(bad.exitCode, 1) << bad.out << bad.err;
-    EXPECT_THAT(bad.out, HasSubstr("force closure on 1 of 2 objects"));
-    EXPECT_THAT(bad.out, HasSubstr("FAIL  0 of 1 hands"));
-    EXPECT_THAT(run("table --help").out, HasSubstr("no contact is wider than 0.2 mm"));
 }
 
 TEST_F(GraspProgram, RepairsOfAMeshAreSaidOnce)

@@ -19,7 +19,6 @@ enum ExitCode
     kBadInput = 3,
 };
 
-void addBenchCommand(CLI::App& app, int& exitCode);
 void addPlanCommand(CLI::App& app, int& exitCode);
 void addCloseCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
@@ -28,9 +27,8 @@ void addHandCommand(CLI::App& app, int& exitCode);
 /// The verb `check` below the verb `hand`.
 void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addQualityCommand(CLI::App& app, int& exitCode);
-void addTableCommand(CLI::App& app, int& exitCode);
 
-/// Options that plan and table share: candidates, seed, jobs, engine, quality.
+/// Options of all that plans: candidates, seed, jobs, engine, quality.
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options);
 /// Those of them that say where the hand comes from.
 void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options);

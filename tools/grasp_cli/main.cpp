@@ -3,7 +3,12 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fmt/format.h>
+#include <string>
+#include <string_view>
+#include <unistd.h>
+#include <vector>
 
 namespace
 {
@@ -13,9 +18,8 @@ constexpr const char* kFooter =
     "object that ships; what ships is found beside the program or in $BULLET_CCD_SHARE.\n"
     "docs/glossary.md defines tolerance, gap, margin, friction, mass and effort.\n"
     "\n"
-    "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; table: a criterion failed; force: "
-    "no\n"
-    "grasp can hold the load; close: nothing touched), 2 usage, 3 bad input.\n"
+    "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; force: no grasp can hold the load;\n"
+    "close: nothing touched), 2 usage, 3 bad input.\n"
     "\n"
     "Examples:\n"
     "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out/\n"
@@ -41,8 +45,6 @@ int run(int argc, char** argv)
     addForceCommand(app, exitCode);
     addHandCommand(app, exitCode);
     addQualityCommand(app, exitCode);
-    addTableCommand(app, exitCode);
-    addBenchCommand(app, exitCode);
     for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
     {
         addConfigOptions(*verb);
@@ -57,12 +59,36 @@ int run(int argc, char** argv)
     }
     return exitCode;
 }
+
+/// The verbs `bench` and `table` are a program of their own since 0.2; for one more release they
+/// run it, with the arguments behind them. Returns if they cannot.
+int runMoved(int argc, char** argv)
+{
+    const bool isTable = std::string_view(argv[1]) == "table";
+    const std::string program =
+        (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "bench_grasps").string();
+    fmt::print(stderr, "grasp: {} is a verb of the program bench_grasps now\n", argv[1]);
+    std::vector<char*> arguments(argv + (isTable ? 1 : 2), argv + argc);
+    arguments.insert(arguments.begin(), const_cast<char*>(program.c_str()));
+    arguments.push_back(nullptr);
+    execv(program.c_str(), arguments.data());
+    fmt::print(stderr,
+               "grasp: {}: cannot be run: build it with cmake --build build/release --target "
+               "bench_grasps\n",
+               program);
+    return bullet_ccd::tools::kUsage;
+}
 }  // namespace
 
 int main(int argc, char** argv)
 {
     try
     {
+        if (argc > 1 &&
+            (argv[1] == std::string_view("bench") || argv[1] == std::string_view("table")))
+        {
+            return runMoved(argc, argv);
+        }
         return run(argc, argv);
     }
     catch (const std::exception& error)

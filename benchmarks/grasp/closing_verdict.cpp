@@ -1,4 +1,4 @@
-#include "tools/grasp_cli/closing_verdict.h"
+#include "benchmarks/grasp/closing_verdict.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/closing/closing_drives.h"
@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
@@ -69,7 +69,7 @@ Parting partingOf(const ClosingResult& first, const ClosingResult& other)
 }
 
 /// Distance of a link from the object and from the links that it is paired with.
-double gapOf(const ClosingStart& start, const std::vector<double>& positions, std::int32_t link)
+double gapOf(const PosedClosing& start, const std::vector<double>& positions, std::int32_t link)
 {
     const HandModel& hand = start.hand;
     const std::vector<Isometry3d> X_WL = linkPoses(hand.robot.tree, start.X_WH, positions);
@@ -96,7 +96,7 @@ double gapOf(const ClosingStart& start, const std::vector<double>& positions, st
 }
 
 /// True if the closing gets into something after the time, before all its joints rest.
-bool goesInside(const ClosingStart& start, const ClosingResult& closing, double time)
+bool goesInside(const PosedClosing& start, const ClosingResult& closing, double time)
 {
     double step = kFirstStep;
     std::vector<double> before;
@@ -135,7 +135,7 @@ const char* toString(ClosingVerdict verdict)
     return "unexplained";
 }
 
-std::vector<double> positionsDuring(const ClosingStart& start,
+std::vector<double> positionsDuring(const PosedClosing& start,
                                     std::span<const StopEvent> stops,
                                     double time)
 {
@@ -153,13 +153,13 @@ std::vector<double> positionsDuring(const ClosingStart& start,
     return drives.positions();
 }
 
-bool isInside(const ClosingStart& start, const std::vector<double>& positions)
+bool isInside(const PosedClosing& start, const std::vector<double>& positions)
 {
     return grasp::handOverlaps(start.hand, start.object, start.X_WH, positions) ||
            !start.check.at(start.X_WH, positions).clean();
 }
 
-double largestStopGap(const ClosingStart& start, const ClosingResult& closing)
+double largestStopGap(const PosedClosing& start, const ClosingResult& closing)
 {
     double largest = 0.0;
     for (const StopEvent& stop : closing.stops)
@@ -169,7 +169,7 @@ double largestStopGap(const ClosingStart& start, const ClosingResult& closing)
     return largest;
 }
 
-ClosingVerdict compareClosings(const ClosingStart& start,
+ClosingVerdict compareClosings(const PosedClosing& start,
                                const ClosingResult& first,
                                const ClosingResult& other,
                                const ClosingLikeness& likeness)
@@ -194,4 +194,4 @@ ClosingVerdict compareClosings(const ClosingStart& start,
     return gapOf(start, there, parting.link) <= likeness.reach ? ClosingVerdict::Touches
                                                                : ClosingVerdict::Unexplained;
 }
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

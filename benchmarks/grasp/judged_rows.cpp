@@ -1,25 +1,27 @@
-#include "tools/grasp_cli/bench_pairs.h"
+#include "benchmarks/grasp/judged_rows.h"
 
+#include "benchmarks/grasp/closing_verdict.h"
+#include "benchmarks/support/timing.h"
 #include "grasp/approach/approach_motion.h"
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
-#include "tools/grasp_cli/closing_verdict.h"
 #include "tools/grasp_cli/plan_run.h"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
 using grasp::ClosingResult;
 using nlohmann::json;
+using tools::LoadedHand;
+using tools::LoadedObject;
 
 constexpr double kFineStep = 0.001;  // [s], at 1 rad/s
 
@@ -86,7 +88,7 @@ struct ClosingCounts
 
 void count(ClosingCounts& counts,
            int number,
-           const ClosingStart& start,
+           const PosedClosing& start,
            const ClosingResult& ours,
            const ClosingResult& other,
            const ClosingLikeness& likeness)
@@ -124,10 +126,10 @@ const char* toString(ClosingReference reference)
     return reference == ClosingReference::Sweep ? "sweep" : "simulated";
 }
 
-json benchClosing(const LoadedHand& hand,
-                  const LoadedObject& object,
-                  ClosingReference reference,
-                  const grasp::PlannerOptions& options)
+json judgeClosings(const LoadedHand& hand,
+                   const LoadedObject& object,
+                   ClosingReference reference,
+                   const grasp::PlannerOptions& options)
 {
     const bool sweep = reference == ClosingReference::Sweep;
     const ClosingLikeness likeness{.angle = sweep ? 0.02 : 0.01,
@@ -151,24 +153,35 @@ json benchClosing(const LoadedHand& hand,
                                                                          number,
                                                                          options.candidates,
                                                                          options.approach);
-        ClosingStart start{.hand = hand.hand,
+        PosedClosing start{.hand = hand.hand,
                            .object = object.object,
                            .check = check,
                            .X_WH = candidate.X_WStart,
                            .open = hand.hand.preshapes[candidate.preshape].positions};
         const Eigen::Vector3d shift = candidate.distance * candidate.direction_W;
-        const auto begin = std::chrono::steady_clock::now();
-        const ArticulatedToiResult found = grasp::approachUntilContact(
-            hand.hand, environment, start.X_WH, start.open, shift, options.closing.tolerance, work);
+        ArticulatedToiResult found;
+        ClosingResult ours;
+        const double micros = wallMicrosecondsOf(
+            [&]
+            {
+                found = grasp::approachUntilContact(hand.hand,
+                                                    environment,
+                                                    start.X_WH,
+                                                    start.open,
+                                                    shift,
+                                                    options.closing.tolerance,
+                                                    work);
+                if (found.status == ToiStatus::Hit)
+                {
+                    start.X_WH.translation() += found.time * shift;
+                    ours = close(hand.hand, object.object, start.X_WH, start.open, options.closing);
+                }
+            });
         if (found.status != ToiStatus::Hit)
         {
             continue;
         }
-        start.X_WH.translation() += found.time * shift;
-        const ClosingResult ours =
-            close(hand.hand, object.object, start.X_WH, start.open, options.closing);
-        counts.seconds +=
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        counts.seconds += 1e-6 * micros;
         const ClosingResult other =
             closeReference(hand.hand, object.object, start.X_WH, start.open, options.closing);
         if (began(ours) && began(other))
@@ -179,15 +192,17 @@ json benchClosing(const LoadedHand& hand,
     return named(counts.row(), hand, object);
 }
 
-json benchPlanning(const LoadedHand& hand,
-                   const LoadedObject& object,
-                   const grasp::PlannerOptions& options)
+json judgePlans(const LoadedHand& hand,
+                const LoadedObject& object,
+                const grasp::PlannerOptions& options)
 {
-    const auto begin = std::chrono::steady_clock::now();
-    const std::vector<grasp::Grasp> grasps =
-        grasp::planGrasps(hand.hand, object.object, options, closingEngine(options.engine));
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    std::vector<grasp::Grasp> grasps;
+    const double micros = wallMicrosecondsOf(
+        [&]
+        {
+            grasps = grasp::planGrasps(
+                hand.hand, object.object, options, tools::closingEngine(options.engine));
+        });
     json rejected = json::object();
     double best = 0.0;
     for (const grasp::Grasp& grasp : grasps)
@@ -200,11 +215,11 @@ json benchPlanning(const LoadedHand& hand,
         }
     }
     return named({{"candidates", grasps.size()},
-                  {"force_closures", forceClosures(grasps)},
+                  {"force_closures", tools::forceClosures(grasps)},
                   {"best_epsilon", best},
                   {"rejected", rejected},
-                  {"seconds", seconds}},
+                  {"seconds", 1e-6 * micros}},
                  hand,
                  object);
 }
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

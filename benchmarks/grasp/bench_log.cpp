@@ -1,10 +1,10 @@
-#include "tools/grasp_cli/bench_log.h"
+#include "benchmarks/grasp/bench_log.h"
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <stdexcept>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -89,4 +89,4 @@ void BenchLog::add(const json& row)
             fmt::format("{}: cannot be written: is the disk full?", m_file.string()));
     }
 }
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

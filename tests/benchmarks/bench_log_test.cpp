@@ -1,4 +1,4 @@
-#include "tools/grasp_cli/bench_log.h"
+#include "benchmarks/grasp/bench_log.h"
 
 #include "tests/support/temp_folder.h"
 
@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
@@ -75,4 +75,4 @@ TEST_F(BenchLogTest, RefusesWhatItMustNotTouch)
     EXPECT_TRUE(BenchLog(m_file, m_settings, true).has("a", "x")) << "something was lost";
 }
 }  // namespace
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

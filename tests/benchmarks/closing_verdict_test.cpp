@@ -1,4 +1,4 @@
-#include "tools/grasp_cli/closing_verdict.h"
+#include "benchmarks/grasp/closing_verdict.h"
 
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/closing/discrete_closing.h"
@@ -9,7 +9,7 @@
 
 #include <optional>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
@@ -26,7 +26,7 @@ protected:
         transformMesh(mesh, Eigen::Affine3d(Eigen::Translation3d(center)));
         return grasp::makeGraspObject("plate", std::move(mesh));
     }
-    [[nodiscard]] ClosingStart startWith(const grasp::GraspObject& object)
+    [[nodiscard]] PosedClosing startWith(const grasp::GraspObject& object)
     {
         m_check.emplace(m_hand, object);
         return {.hand = m_hand,
@@ -35,12 +35,12 @@ protected:
                 .X_WH = Eigen::Isometry3d::Identity(),
                 .open = m_hand.preshapes.front().positions};
     }
-    [[nodiscard]] ClosingResult ours(const ClosingStart& start, double tolerance) const
+    [[nodiscard]] ClosingResult ours(const PosedClosing& start, double tolerance) const
     {
         return grasp::kinematicClosing()(
             m_hand, start.object, start.X_WH, start.open, {.tolerance = tolerance});
     }
-    [[nodiscard]] ClosingResult stepped(const ClosingStart& start, double step) const
+    [[nodiscard]] ClosingResult stepped(const PosedClosing& start, double step) const
     {
         return grasp::discreteClosing(*grasp::treeProximity(m_hand, start.object),
                                       m_hand,
@@ -56,7 +56,7 @@ protected:
 
 TEST_F(ClosingVerdictTest, ClosingsToTheSamePlateAreAlike)
 {
-    const ClosingStart start = startWith(m_plate);
+    const PosedClosing start = startWith(m_plate);
     const ClosingResult first = ours(start, 2e-5);
     ASSERT_EQ(first.stops.size(), 2U);
     EXPECT_EQ(compareClosings(start, first, stepped(start, 0.01), {.sameLinks = true}),
@@ -69,7 +69,7 @@ TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
 {
     // 1 mm of plate, jaws of 10 mm: in steps of 25 mm the second ends beyond it.
     const grasp::GraspObject plate = plateAt({0.0005, 0.05, 0.028}, {-0.027, 0.0, 0.03});
-    const ClosingStart start = startWith(plate);
+    const PosedClosing start = startWith(plate);
     const ClosingResult first = ours(start, 2e-5);
     const ClosingResult other = stepped(start, 0.25);
     ASSERT_GT(grasp::postureDifference(m_hand, first.positions, other.positions), 0.02);
@@ -81,7 +81,7 @@ TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
 {
     // The plate lies 40 um above the jaws' tips, at z = 60 mm: they slide along it.
     const grasp::GraspObject plate = plateAt({0.01, 0.05, 0.001}, {0.0, 0.0, 0.06104});
-    const ClosingStart start = startWith(plate);
+    const PosedClosing start = startWith(plate);
     const ClosingResult wide = ours(start, 1e-4);
     const ClosingResult narrow = ours(start, 2e-5);
     ASSERT_GT(grasp::postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
@@ -89,4 +89,4 @@ TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
     EXPECT_EQ(compareClosings(start, wide, narrow, {.reach = 1e-5}), ClosingVerdict::Unexplained);
 }
 }  // namespace
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

@@ -1,4 +1,4 @@
-/// What `grasp bench` does with one hand and one object.
+/// What is measured of one hand and one object: rows of the log.
 #pragma once
 
 #include "grasp/planner/grasp_planner.h"
@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 enum class ClosingReference : std::uint8_t
 {
@@ -20,15 +20,15 @@ enum class ClosingReference : std::uint8_t
 /// right where they differ. Joints may differ by 0.02 rad from the sweep; by 0.01 rad, and not in
 /// the links that are stopped, from the simulation.
 /// @return a row of the log
-[[nodiscard]] nlohmann::json benchClosing(const LoadedHand& hand,
-                                          const LoadedObject& object,
-                                          ClosingReference reference,
-                                          const grasp::PlannerOptions& options);
+[[nodiscard]] nlohmann::json judgeClosings(const tools::LoadedHand& hand,
+                                           const tools::LoadedObject& object,
+                                           ClosingReference reference,
+                                           const grasp::PlannerOptions& options);
 
 /// Plans grasps: how many of the candidates are force closures, the best epsilon, the time, and the
 /// reasons of the rejected ones.
 /// @return a row of the log
-[[nodiscard]] nlohmann::json benchPlanning(const LoadedHand& hand,
-                                           const LoadedObject& object,
-                                           const grasp::PlannerOptions& options);
-}  // namespace bullet_ccd::tools
+[[nodiscard]] nlohmann::json judgePlans(const tools::LoadedHand& hand,
+                                        const tools::LoadedObject& object,
+                                        const grasp::PlannerOptions& options);
+}  // namespace bullet_ccd::benchmarks

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 class BenchLog
 {
@@ -35,4 +35,4 @@ private:
 
     void read(const nlohmann::json& settings);
 };
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd::benchmarks
 {
 enum class ClosingVerdict : std::uint8_t
 {
@@ -22,7 +22,7 @@ enum class ClosingVerdict : std::uint8_t
 inline constexpr int kClosingVerdicts = 5;
 
 /// The case in which two closings began.
-struct ClosingStart
+struct PosedClosing
 {
     const grasp::HandModel& hand;
     const grasp::GraspObject& object;
@@ -32,16 +32,16 @@ struct ClosingStart
 };
 
 /// Where a closing with these stops has its joints at a time [s], one position a link.
-[[nodiscard]] std::vector<double> positionsDuring(const ClosingStart& start,
+[[nodiscard]] std::vector<double> positionsDuring(const PosedClosing& start,
                                                   std::span<const grasp::StopEvent> stops,
                                                   double time);
 
 /// True if a link intersects the object, or is inside it, by the independent check; or a link that
 /// it is paired with, by the exact distance.
-[[nodiscard]] bool isInside(const ClosingStart& start, const std::vector<double>& positions);
+[[nodiscard]] bool isInside(const PosedClosing& start, const std::vector<double>& positions);
 
 /// The largest distance of a link from what stopped it, at the end of a closing [m].
-[[nodiscard]] double largestStopGap(const ClosingStart& start, const grasp::ClosingResult& closing);
+[[nodiscard]] double largestStopGap(const PosedClosing& start, const grasp::ClosingResult& closing);
 
 /// When two closings are alike.
 struct ClosingLikeness
@@ -53,8 +53,8 @@ struct ClosingLikeness
 
 /// Looks at the way of the closing that went on past the first stop in which the two differ, from
 /// that stop to its end, in steps that begin at a nanosecond.
-[[nodiscard]] ClosingVerdict compareClosings(const ClosingStart& start,
+[[nodiscard]] ClosingVerdict compareClosings(const PosedClosing& start,
                                              const grasp::ClosingResult& first,
                                              const grasp::ClosingResult& other,
                                              const ClosingLikeness& likeness);
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd::benchmarks

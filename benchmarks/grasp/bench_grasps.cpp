@@ -1,0 +1,254 @@
+// Closings and plans of many hands and objects: judged, counted, timed.
+#include "benchmarks/grasp/bench_log.h"
+#include "benchmarks/grasp/grasp_table.h"
+#include "benchmarks/grasp/judged_rows.h"
+#include "benchmarks/grasp/summaries.h"
+#include "benchmarks/support/program.h"
+#include "tools/ccd_cli/progress_line.h"
+#include "tools/grasp_cli/commands.h"
+#include "tools/grasp_cli/config_option.h"
+#include "tools/grasp_cli/finger_option.h"
+#include "tools/grasp_cli/input_options.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kBenchCriteria =
+    "Of closings, exit code 1 if one of ours ends inside something or leaves a gap above 0.1 mm,\n"
+    "goes on through a contact, differs without a reason, or if fewer than 95 % of a hand's\n"
+    "closings are alike; of plans, if no object is held.";
+
+struct BenchArguments : TableOptions
+{
+    bool resume = false;
+    ClosingReference against = ClosingReference::Sweep;
+};
+
+/// Files of one stem may lie in several folders.
+std::string keyOf(const fs::path& file)
+{
+    return (file.parent_path().filename() / file.stem()).generic_string();
+}
+
+using JudgePair =
+    std::function<json(const tools::LoadedHand& hand, const tools::LoadedObject& object)>;
+
+/// Takes objects one by one, with all hands.
+class PairRunner
+{
+public:
+    PairRunner(const BenchArguments& arguments, const JudgePair& judge, BenchLog& log)
+        : m_arguments(arguments),
+          m_judge(judge),
+          m_log(log),
+          m_progress(arguments.hands.size() * arguments.objects.size()),
+          m_done(log.rows().size())
+    {
+        for (const std::string& hand : arguments.hands)
+        {
+            m_hands.push_back(tools::loadNamedHand(hand, std::nullopt));
+        }
+        // A misspelt name must not cost an hour.
+        for (const std::string& object : arguments.objects)
+        {
+            static_cast<void>(tools::resolveObject(object));
+        }
+    }
+
+    void run()
+    {
+        const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+        const int jobs = m_arguments.planner.jobs > 0 ? m_arguments.planner.jobs : cores;
+        {
+            std::vector<std::jthread> threads;
+            for (int i = 0; i < jobs; ++i)
+            {
+                threads.emplace_back([this] { work(); });
+            }
+        }
+        if (m_error)
+        {
+            std::rethrow_exception(m_error);
+        }
+    }
+
+private:
+    const BenchArguments& m_arguments;
+    const JudgePair& m_judge;
+    BenchLog& m_log;
+    std::vector<tools::LoadedHand> m_hands;
+    tools::ProgressLine m_progress;
+    std::atomic<std::size_t> m_next = 0;
+    std::atomic<std::size_t> m_done;
+    std::atomic<bool> m_failed = false;
+    std::exception_ptr m_error;
+
+    void work()
+    {
+        try
+        {
+            for (std::size_t i = m_next++; i < m_arguments.objects.size() && !m_failed;
+                 i = m_next++)
+            {
+                take(m_arguments.objects[i]);
+            }
+        }
+        catch (...)
+        {
+            if (!m_failed.exchange(true))
+            {
+                m_error = std::current_exception();
+            }
+        }
+    }
+
+    void take(const std::string& name)
+    {
+        std::optional<tools::LoadedObject> object;
+        for (const tools::LoadedHand& hand : m_hands)
+        {
+            const std::string handKey = hand.file.stem().string();
+            const std::string objectKey = keyOf(tools::resolveObject(name));
+            if (m_failed || m_log.has(handKey, objectKey))
+            {
+                continue;
+            }
+            if (!object)
+            {
+                object = tools::loadNamedObject(name, m_arguments.objectScale);
+            }
+            json row = m_judge(hand, *object);
+            row["hand"] = handKey;
+            row["object"] = objectKey;
+            m_log.add(row);
+            m_progress.show(++m_done);
+        }
+    }
+};
+
+/// What the rows depend on, beside hands and objects.
+json settingsOf(const char* what, const BenchArguments& arguments)
+{
+    const grasp::PlannerOptions& options = arguments.planner;
+    return {{"bench", what},
+            {"candidates", options.candidates},
+            {"seed", options.seed},
+            {"object_scale", arguments.objectScale},
+            {"engine", grasp::toString(options.engine)},
+            {"friction", options.friction},
+            {"cone_edges", options.coneEdges},
+            {"min_epsilon", options.forceClosureThreshold},
+            {"against", toString(arguments.against)}};
+}
+
+bool run(const char* what,
+         const BenchArguments& arguments,
+         const JudgePair& judge,
+         bool (*summarize)(const std::vector<json>& rows))
+{
+    BenchLog log(arguments.output, settingsOf(what, arguments), arguments.resume);
+    PairRunner(arguments, judge, log).run();
+    const bool isGood = summarize(log.rows());
+    fmt::print("rows: {}\n", arguments.output.string());
+    return isGood;
+}
+
+/// Threads take objects; each plans alone.
+grasp::PlannerOptions alone(grasp::PlannerOptions options)
+{
+    options.jobs = 1;
+    options.volumes = 0;
+    return options;
+}
+
+bool runClosings(const BenchArguments& arguments)
+{
+    const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
+    { return judgeClosings(hand, object, arguments.against, alone(arguments.planner)); };
+    return run("closing", arguments, judge, &summarizeClosings);
+}
+
+bool runPlans(const BenchArguments& arguments)
+{
+    const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
+    { return judgePlans(hand, object, alone(arguments.planner)); };
+    return run("planning", arguments, judge, &summarizePlans);
+}
+
+using Verb = bool (*)(const BenchArguments& arguments);
+
+Program verbOf(const std::string& name, const std::string& about, Verb verb)
+{
+    const auto arguments = std::make_shared<BenchArguments>();
+    const auto extend = [=](CLI::App& app)
+    {
+        BenchArguments& a = *arguments;
+        const bool isTable = name == "table";
+        a.output = isTable ? "" : "bench.jsonl";
+        tools::addInputOptions(app, a.hands, a.objects, a.objectScale);
+        tools::addPlannerOptions(app, a.planner);
+        app.add_option("-o,--output",
+                       a.output,
+                       isTable ? "folder for the table and all grasps"
+                               : "JSON Lines: the settings, then one row per pair")
+            ->group("Output");
+        app.footer(isTable ? kTableCriteria : kBenchCriteria);
+        if (isTable)
+        {
+            tools::addFingersOption(app, a.planner.closing);
+            app.add_flag("-q,--quiet", a.quiet, "no progress and no notes on stderr")
+                ->group("Output");
+        }
+        else
+        {
+            app.add_flag("--resume", a.resume, "keep the rows that are there and add the rest")
+                ->group("Output");
+        }
+        if (name == "closing")
+        {
+            app.add_option("--against", a.against, "sweep (0.001 rad) or simulated")
+                ->transform(
+                    tools::wordFor<ClosingReference>({{"sweep", ClosingReference::Sweep},
+                                                      {"simulated", ClosingReference::Simulated}}))
+                ->default_str("sweep");
+        }
+        tools::addConfigOptions(app);
+    };
+    return {.name = name,
+            .about = about,
+            .options = {},
+            .run = [=] { return verb(*arguments); },
+            .extend = extend};
+}
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
+
+int main(int argc, char** argv)
+{
+    using namespace bullet_ccd::benchmarks;
+    return runProgram(
+        argc,
+        argv,
+        {.name = "bench_grasps",
+         .about = "Judges closings and plans of many hands and objects.",
+         .options = {},
+         .verbs = {
+             verbOf("closing", "closings against a fine sweep or the simulation", &runClosings),
+             verbOf("planning", "force closures of many hands and objects", &runPlans),
+             verbOf("table",
+                    "plan every hand with every object and compare",
+                    [](const BenchArguments& arguments) { return tableGrasps(arguments); })}});
+}

@@ -1,0 +1,204 @@
+#include "benchmarks/grasp/summaries.h"
+
+#include "benchmarks/grasp/closing_verdict.h"
+#include "benchmarks/support/table.h"
+#include "benchmarks/support/timing.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+using nlohmann::json;
+using Rows = std::vector<json>;
+
+constexpr double kMaxGap = 1e-4;      // [m]
+constexpr double kAlikeShare = 0.95;  // of a hand's closings, against the simulation
+
+std::map<std::string, Rows> groupedBy(const char* key, const Rows& rows)
+{
+    std::map<std::string, Rows> groups;
+    for (const json& row : rows)
+    {
+        groups[row[key].get<std::string>()].push_back(row);
+    }
+    return groups;
+}
+
+/// One entry per row.
+std::vector<double> numbersOf(const Rows& rows, const char* key)
+{
+    std::vector<double> numbers;
+    for (const json& row : rows)
+    {
+        numbers.push_back(row[key].get<double>());
+    }
+    return numbers;
+}
+
+double totalOf(const Rows& rows, const char* key)
+{
+    return sumOf(numbersOf(rows, key));
+}
+
+double largestOf(const Rows& rows, const char* key)
+{
+    return std::ranges::max(numbersOf(rows, key));
+}
+
+/// Sums of the numbers that stand below the key, such as those of the verdicts or of the reasons.
+std::map<std::string, int> countsOf(const Rows& rows, const char* key)
+{
+    std::map<std::string, int> counts;
+    for (const json& row : rows)
+    {
+        for (const auto& [name, number] : row[key].items())
+        {
+            counts[name] += number.get<int>();
+        }
+    }
+    return counts;
+}
+
+/// Of one hand, or of all.
+json closingTotals(const std::string& hand, const Rows& rows)
+{
+    std::map<std::string, int> verdicts = countsOf(rows, "verdicts");
+    const auto of = [&](ClosingVerdict verdict) { return verdicts[toString(verdict)]; };
+    const double closings = totalOf(rows, "closings");
+    const double alike = closings == 0.0 ? 1.0 : of(ClosingVerdict::Alike) / closings;
+    const double gap = largestOf(rows, "largest_gap_m");
+    const double inside = totalOf(rows, "inside");
+    const bool isGood = inside == 0.0 && gap <= kMaxGap && of(ClosingVerdict::FirstPasses) == 0 &&
+                        of(ClosingVerdict::Unexplained) == 0 && alike >= kAlikeShare;
+    return {{"hand", hand},
+            {"objects", rows.size()},
+            {"closings", closings},
+            {"alike", 100.0 * alike},
+            {"touches", of(ClosingVerdict::Touches)},
+            {"other", of(ClosingVerdict::OtherPasses)},
+            {"ours", of(ClosingVerdict::FirstPasses)},
+            {"unexplained", of(ClosingVerdict::Unexplained)},
+            {"inside", inside},
+            {"otherInside", totalOf(rows, "reference_inside")},
+            {"gap", 1e3 * gap},
+            {"difference", largestOf(rows, "largest_difference_rad")},
+            {"ms", 1e3 * totalOf(rows, "seconds") / std::max(1.0, closings)},
+            {"judged", isGood ? "pass" : "FAIL"}};
+}
+
+/// The objects that a hand does not hold, by the reason that rejected most of their candidates.
+void printNotHeld(const std::string& hand, const Rows& rows)
+{
+    std::map<std::string, std::vector<std::string>> objects;
+    for (const json& row : rows)
+    {
+        const std::map<std::string, int> rejected = countsOf({row}, "rejected");
+        if (row["force_closures"] == 0 && !rejected.empty())
+        {
+            const auto most = std::ranges::max_element(
+                rejected, {}, [](const auto& entry) { return entry.second; });
+            objects[most->first].push_back(row["object"].get<std::string>());
+        }
+    }
+    for (const auto& [reason, names] : objects)
+    {
+        fmt::print("{} does not hold {}, mostly {}: {}\n",
+                   hand,
+                   names.size(),
+                   reason,
+                   fmt::join(names, ", "));
+    }
+}
+
+/// All that is known of an object that no hand holds.
+void printUnheld(const std::string& object, const Rows& rows)
+{
+    std::vector<std::string> reasons;
+    for (const auto& [reason, number] : countsOf(rows, "rejected"))
+    {
+        reasons.push_back(fmt::format("{} {}", number, reason));
+    }
+    fmt::print("no hand holds {}: best epsilon {:.4f}; of {} candidates {}\n",
+               object,
+               largestOf(rows, "best_epsilon"),
+               totalOf(rows, "candidates"),
+               fmt::join(reasons, ", "));
+}
+
+std::ptrdiff_t heldOf(const Rows& rows)
+{
+    return std::ranges::count_if(rows, [](const json& row) { return row["force_closures"] > 0; });
+}
+}  // namespace
+
+bool summarizeClosings(const Rows& rows)
+{
+    const Table table(
+        "hand:<24|objects:>7|closings:>8.0f|alike [%]=alike:>9.2f|only touch=touches:>10|"
+        "reference passes=other:>16|ours passes=ours:>11|unexplained:>11|"
+        "ours inside=inside:>11.0f|reference inside=otherInside:>16.0f|"
+        "largest gap [mm]=gap:>16.4f|largest difference [rad]=difference:>24.4f|"
+        "ours [ms]=ms:>9.2f|judged:<6");
+    bool isGood = true;
+    for (const auto& [hand, ofHand] : groupedBy("hand", rows))
+    {
+        const json totals = closingTotals(hand, ofHand);
+        isGood = isGood && totals["judged"] == "pass";
+        table.print(totals);
+    }
+    table.print(closingTotals("all", rows));
+    for (const json& row : rows)
+    {
+        for (const json& number : row["unexplained"])
+        {
+            fmt::print("unexplained: {} x {}, candidate {}\n",
+                       row["hand"].get<std::string>(),
+                       row["object"].get<std::string>(),
+                       number.get<int>());
+        }
+    }
+    return isGood;
+}
+
+bool summarizePlans(const Rows& rows)
+{
+    const Table table(
+        "hand:<24|objects:>7|held:>5|force closures [%]=closures:>18.1f|"
+        "median best epsilon=median:>19.4f|best epsilon=best:>12.4f|mean [s]=mean:>8.2f|"
+        "longest [s]=longest:>11.2f");
+    for (const auto& [hand, ofHand] : groupedBy("hand", rows))
+    {
+        table.print({{"hand", hand},
+                     {"objects", ofHand.size()},
+                     {"held", heldOf(ofHand)},
+                     {"closures",
+                      100.0 * totalOf(ofHand, "force_closures") /
+                          std::max(1.0, totalOf(ofHand, "candidates"))},
+                     {"median", medianOf(numbersOf(ofHand, "best_epsilon"))},
+                     {"best", largestOf(ofHand, "best_epsilon")},
+                     {"mean", meanOf(numbersOf(ofHand, "seconds"))},
+                     {"longest", largestOf(ofHand, "seconds")}});
+    }
+    for (const auto& [hand, ofHand] : groupedBy("hand", rows))
+    {
+        printNotHeld(hand, ofHand);
+    }
+    const std::map<std::string, Rows> objects = groupedBy("object", rows);
+    const auto held = std::ranges::count_if(
+        objects, [](const auto& object) { return heldOf(object.second) > 0; });
+    fmt::print("{} of {} objects are held by at least one hand\n", held, objects.size());
+    for (const auto& [object, ofObject] : objects)
+    {
+        if (heldOf(ofObject) == 0)
+        {
+            printUnheld(object, ofObject);
+        }
+    }
+    return held > 0;
+}
+}  // namespace bullet_ccd::benchmarks
