@@ -21,7 +21,7 @@
 ///
 /// Actions and vehicles that were added before see the motion that is taken back. Remove it from
 /// the world before it is destroyed.
-class btCcdAction : public btActionInterface, public btCcdControl
+class BULLET_CCD_API btCcdAction : public btActionInterface, public btCcdControl
 {
 public:
     explicit btCcdAction(btDiscreteDynamicsWorld* world);

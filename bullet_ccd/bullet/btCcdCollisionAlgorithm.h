@@ -28,7 +28,7 @@ struct btCcdPairToi
 };
 
 /// What calculateTimeOfImpact() has to say beside the fraction: pass one as its result.
-class btCcdImpactResult : public btManifoldResult
+class BULLET_CCD_API btCcdImpactResult : public btManifoldResult
 {
 public:
     btCcdPairToi m_toi;
@@ -39,7 +39,7 @@ public:
 /// Where stock Bullet has discrete contacts for the two shapes, they stay as they are, bit for bit.
 /// Where it has none (two meshes), and for every pair with a btCcdMeshShape or GImpact mesh,
 /// contacts come from exact distances.
-class btCcdCollisionAlgorithm : public btActivatingCollisionAlgorithm
+class BULLET_CCD_API btCcdCollisionAlgorithm : public btActivatingCollisionAlgorithm
 {
 public:
     /// Registers the algorithm for all pairs of covered shapes, in both orders and both tables

@@ -43,7 +43,7 @@ struct btCcdCounters
 /// part. Covered: boxes, spheres, capsules, cylinders, cones, convex hulls, meshes, height fields,
 /// planes and compounds of these on rigid bodies, multibodies (revolute, prismatic, spherical,
 /// planar and fixed joints, fixed or floating base) and objects at rest.
-class btCcdControl
+class BULLET_CCD_API btCcdControl
 {
 public:
     static constexpr int kDefaultMaxEvents = 24;

@@ -7,7 +7,7 @@
 /// Drop-in for btDiscreteDynamicsWorld; what btCcdMultiBodyDynamicsWorld says of rigid bodies is
 /// true here.
 ATTRIBUTE_ALIGNED16(class)
-btCcdDiscreteDynamicsWorld : public btDiscreteDynamicsWorld, public btCcdControl
+BULLET_CCD_API btCcdDiscreteDynamicsWorld : public btDiscreteDynamicsWorld, public btCcdControl
 {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();

@@ -21,7 +21,7 @@ class btStridingMeshInterface;
 /// btCcdMultiBodyDynamicsWorld::setCcdTolerance), then the solver holds what rests and the time of
 /// impact stops what is too fast for it.
 ATTRIBUTE_ALIGNED16(class)
-btCcdMeshShape : public btConcaveShape
+BULLET_CCD_API btCcdMeshShape : public btConcaveShape
 {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();

@@ -18,7 +18,7 @@
 ///
 /// Covered rigid bodies are exempt from Bullet's own continuous motion clamping.
 ATTRIBUTE_ALIGNED16(class)
-btCcdMultiBodyDynamicsWorld : public btMultiBodyDynamicsWorld, public btCcdControl
+BULLET_CCD_API btCcdMultiBodyDynamicsWorld : public btMultiBodyDynamicsWorld, public btCcdControl
 {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();

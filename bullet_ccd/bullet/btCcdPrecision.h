@@ -8,11 +8,13 @@
 #ifndef BT_CCD_PRECISION_H
 #define BT_CCD_PRECISION_H
 
+#include "bullet_ccd/export.h"
+
 #ifdef BT_USE_DOUBLE_PRECISION
-extern "C" const char btCcdBuiltForDouble;
+extern "C" BULLET_CCD_API const char btCcdBuiltForDouble;
 #define BT_CCD_BUILT_FOR btCcdBuiltForDouble
 #else
-extern "C" const char btCcdBuiltForSingle;
+extern "C" BULLET_CCD_API const char btCcdBuiltForSingle;
 #define BT_CCD_BUILT_FOR btCcdBuiltForSingle
 #endif
 

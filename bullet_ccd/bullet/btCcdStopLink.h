@@ -12,6 +12,6 @@
 /// a fixed base. All of these links and the base need a collider; false (and nothing done) if one
 /// is missing. Undo with setLinkDynamicType(i, CF_DYNAMIC_OBJECT) and setBaseDynamicType.
 /// @param link -1: the base alone
-bool btCcdStopLink(btMultiBody& body, int link);
+BULLET_CCD_API bool btCcdStopLink(btMultiBody& body, int link);
 
 #endif  // BT_CCD_STOP_LINK_H

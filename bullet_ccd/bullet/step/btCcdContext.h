@@ -15,7 +15,8 @@ class btDispatcher;
 class btCcdContext
 {
 public:
-    static constexpr double kDefaultTolerance = 2e-4;  ///< [m]
+    /// [m]; ten times that of the core, because btScalar may be single (docs/glossary.md).
+    static constexpr double kDefaultTolerance = 10.0 * bullet_ccd::kDefaultTolerance;
 
     /// Made if there is none. Different dispatchers may be used by different threads.
     static btCcdContext& of(const btDispatcher& dispatcher);
