@@ -31,9 +31,9 @@ constexpr bool kIsDouble = sizeof(btScalar) == sizeof(double);
 constexpr double kStep = 1.0 / 240.0;
 
 /// A stock world whose mesh contacts are the library's.
-struct Scene
+struct ManifoldScene
 {
-    explicit Scene(bool multiBody) : dispatcher(&configuration)
+    explicit ManifoldScene(bool multiBody) : dispatcher(&configuration)
     {
         btCcdCollisionAlgorithm::registerAlgorithm(&dispatcher);
         if (multiBody)
@@ -51,9 +51,9 @@ struct Scene
         }
         world->setGravity(btVector3(0, 0, btScalar(-9.81)));
     }
-    Scene(const Scene&) = delete;
-    Scene& operator=(const Scene&) = delete;
-    ~Scene()
+    ManifoldScene(const ManifoldScene&) = delete;
+    ManifoldScene& operator=(const ManifoldScene&) = delete;
+    ~ManifoldScene()
     {
         for (const auto& body : bodies)
         {
@@ -180,7 +180,7 @@ TEST(Manifolds, ABoxMeshComesToRestAtTheShell)
 {
     for (const bool multiBody : {false, true})
     {
-        Scene scene(multiBody);
+        ManifoldScene scene(multiBody);
         scene.addMesh(raggedFloor(40, 0.5), 0, Vector3d::Zero());
         btRigidBody& box = scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {0.01, 0.02, 0.053});
         const double start = energy(box);
@@ -210,7 +210,7 @@ struct Slide
     double turn = 0.0;
 };
 
-Slide slide(Scene& scene, btRigidBody& ground, btRigidBody& box)
+Slide slide(ManifoldScene& scene, btRigidBody& ground, btRigidBody& box)
 {
     ground.setFriction(0);
     box.setFriction(0);
@@ -238,7 +238,7 @@ TEST(Manifolds, ABoxSlidesOverTheEdgesOfTheFloorWithoutABump)
     const TriangleMesh floor = raggedFloor(60, 1.5);
     for (const bool multiBody : {false, true})
     {
-        Scene scene(multiBody);
+        ManifoldScene scene(multiBody);
         btRigidBody& ground = scene.addMesh(floor, 0, Vector3d::Zero());
         btRigidBody& box =
             scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {-0.5, -0.4, 0.05 + kShell});
@@ -248,7 +248,7 @@ TEST(Manifolds, ABoxSlidesOverTheEdgesOfTheFloorWithoutABump)
         EXPECT_LT(worst.turn, 1e-5);
     }
     // The control: Bullet's own contacts of a box with such a floor do show its edges.
-    Scene scene(false);
+    ManifoldScene scene(false);
     btTriangleMesh triangles;
     for (const Triangle& t : floor.triangles)
     {
@@ -270,7 +270,7 @@ TEST(Manifolds, AStackOfFiveBoxMeshesStands)
 {
     for (const bool multiBody : {false, true})
     {
-        Scene scene(multiBody);
+        ManifoldScene scene(multiBody);
         scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
         std::vector<btRigidBody*> stack;
         for (int i = 0; i < 5; ++i)
@@ -295,7 +295,7 @@ TEST(Manifolds, AStackOfFiveBoxMeshesStands)
 
 TEST(Manifolds, ATubeStandsOnItsRing)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.addMesh(raggedFloor(40, 0.5), 0, Vector3d::Zero());
     // A mug without a handle: outer wall, foot ring below a raised bottom.
     const TriangleMesh mug = makeRevolved({{0.0, -0.04},
@@ -321,7 +321,7 @@ TEST(Manifolds, ATubeStandsOnItsRing)
 
 TEST(Manifolds, ABumpyFootComesToRest)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.addMesh(raggedFloor(40, 0.5), 0, Vector3d::Zero());
     // A disc with bumps of 40 micrometres, of which three or four carry it.
     Random random(9);
@@ -349,7 +349,7 @@ TEST(Manifolds, ABumpyFootComesToRest)
 
 TEST(Manifolds, ConvexShapesRestOnAMeshByTheirOwnSize)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
     btRigidBody& ball = scene.add(
         std::make_unique<btSphereShape>(btScalar(0.03)), 1, {0.1, 0.1, 0.03 + 1.2 * kMargin});
@@ -377,7 +377,7 @@ TEST(Manifolds, ConvexShapesRestOnAMeshByTheirOwnSize)
 
 TEST(Manifolds, ABoxMeshRestsOnAPlaneAndOnABox)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.add(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0)), 0, {0, 0, 0});
     auto plate = std::make_unique<btBoxShape>(btVector3(0.2F, 0.2F, 0.01F));
     scene.add(std::move(plate), 0, {1, 0, 0.1});
@@ -394,7 +394,7 @@ TEST(Manifolds, ABoxMeshRestsOnAPlaneAndOnABox)
 
 TEST(Manifolds, ImpulsesAreInheritedFromTheSecondStepOn)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
     scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {0.01, 0.02, 0.05 + kShell});
     scene.step(1);
@@ -632,7 +632,7 @@ struct Closest : btCollisionWorld::ContactResultCallback
 
 TEST(Manifolds, AContactTestReachesAsFarAsItAsks)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     btRigidBody& ground = scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
     btRigidBody& box = scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {0.01, 0.02, 0.05 + 0.02});
     Closest near;
@@ -651,7 +651,7 @@ int destroyed = 0;
 
 TEST(Manifolds, CallbacksTellOfTheStartAndTheEndOfContactOnce)
 {
-    Scene scene(false);
+    ManifoldScene scene(false);
     scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
     btRigidBody& box = scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {0.01, 0.02, 0.05 + kShell});
     gContactStartedCallback = [](btPersistentManifold* const&) { ++started; };
@@ -686,7 +686,7 @@ TEST(Manifolds, ChildrenOfCompoundsHaveContactsInEitherOrder)
 {
     for (const bool floorFirst : {true, false})
     {
-        Scene scene(false);
+        ManifoldScene scene(false);
         const auto addFloor = [&] { scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero()); };
         if (floorFirst)
         {
