@@ -17,8 +17,8 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr double kTolerance = 1e-6;
-constexpr int kScenes = 250;
+constexpr double kSearchTolerance = 1e-6;
+constexpr int kInvariantScenes = 250;
 
 double distanceAt(const RigidScene& scene, double t)
 {
@@ -33,7 +33,7 @@ void expectSameContact(const RigidScene& scene,
                        const ToiResult& second,
                        const std::string& what)
 {
-    const double allowed = kTolerance + roundingOf(scene);
+    const double allowed = kSearchTolerance + roundingOf(scene);
     if (first.status == second.status)
     {
         if (first.status == ToiStatus::Hit)
@@ -53,7 +53,8 @@ void expectSameContact(const RigidScene& scene,
 class RigidToiInvariance : public testing::TestWithParam<ToiStrategy>
 {
 protected:
-    [[nodiscard]] ToiResult query(const RigidScene& scene, double tolerance = kTolerance) const
+    [[nodiscard]] ToiResult query(const RigidScene& scene,
+                                  double tolerance = kSearchTolerance) const
     {
         return queryToi(scene, {.tolerance = tolerance, .strategy = GetParam()});
     }
@@ -76,7 +77,7 @@ TEST_P(RigidToiInvariance, SwappingTheBodiesKeepsTheTime)
     Random random(80);
     int same = 0;
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         const ToiResult first = query(scene);
@@ -85,7 +86,7 @@ TEST_P(RigidToiInvariance, SwappingTheBodiesKeepsTheTime)
         hits += first.status == ToiStatus::Hit ? 1 : 0;
         same += first.status == ToiStatus::Hit && std::abs(first.time - second.time) < 1e-5 ? 1 : 0;
     }
-    EXPECT_GT(hits, kScenes / 4);
+    EXPECT_GT(hits, kInvariantScenes / 4);
     EXPECT_GT(same, hits * 95 / 100);
 }
 
@@ -93,7 +94,7 @@ TEST_P(RigidToiInvariance, MovingTheWholeSceneKeepsTheTime)
 {
     Random random(81);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         const ToiResult first = query(scene);
@@ -101,16 +102,16 @@ TEST_P(RigidToiInvariance, MovingTheWholeSceneKeepsTheTime)
         const RigidScene other = moved(scene, X);
         const ToiResult second = query(other);
         expectSameContact(other, first, second, std::to_string(i));
-        expectHonest(other, second, kTolerance, std::to_string(i));
+        expectHonest(other, second, kSearchTolerance, std::to_string(i));
         hits += first.status == ToiStatus::Hit ? 1 : 0;
     }
-    EXPECT_GT(hits, kScenes / 4);
+    EXPECT_GT(hits, kInvariantScenes / 4);
 }
 
 TEST_P(RigidToiInvariance, CommonVelocityKeepsTheTime)
 {
     Random random(82);
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         RigidScene other = scene;
@@ -125,7 +126,7 @@ TEST_P(RigidToiInvariance, OrderOfTrianglesDoesNotChangeABit)
 {
     Random random(83);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         RigidScene other = scene;
@@ -138,19 +139,19 @@ TEST_P(RigidToiInvariance, OrderOfTrianglesDoesNotChangeABit)
         EXPECT_EQ(first.gap, second.gap) << i;
         hits += first.status == ToiStatus::Hit ? 1 : 0;
     }
-    EXPECT_GT(hits, kScenes / 4);
+    EXPECT_GT(hits, kInvariantScenes / 4);
 }
 
 TEST_P(RigidToiInvariance, UnitOfLengthDoesNotChangeTheTime)
 {
     Random random(84);
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         const ToiResult first = query(scene);
         for (const double factor : {0x1p-20, 0x1p20, 1e-3, 1e3})
         {
-            const ToiResult second = query(scaled(scene, factor), kTolerance * factor);
+            const ToiResult second = query(scaled(scene, factor), kSearchTolerance * factor);
             const bool isPowerOfTwo = factor == 0x1p-20 || factor == 0x1p20;
             EXPECT_EQ(first.status, second.status) << i;
             EXPECT_NEAR(first.time, second.time, isPowerOfTwo ? 1e-12 : 1e-6) << i;
@@ -177,7 +178,7 @@ TEST_P(RigidToiInvariance, AUserMotionGivesTheAnswerOfTheMotionThatItEquals)
 {
     Random random(88);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         RigidScene scene = randomRigidScene(random);
         scene.motionA.reference_B =
@@ -187,7 +188,7 @@ TEST_P(RigidToiInvariance, AUserMotionGivesTheAnswerOfTheMotionThatItEquals)
         const SsvTree treeA = buildSsvTree(scene.meshA);
         const SsvTree treeB = buildSsvTree(scene.meshB);
         ToiWorkspace work;
-        const ToiOptions options{.tolerance = kTolerance, .strategy = GetParam()};
+        const ToiOptions options{.tolerance = kSearchTolerance, .strategy = GetParam()};
         const ToiResult known = query(scene);
         const ToiResult user = rigidToi({.tree = &treeA, .userMotion = &userA},
                                         {.tree = &treeB, .userMotion = &userB},
@@ -198,7 +199,7 @@ TEST_P(RigidToiInvariance, AUserMotionGivesTheAnswerOfTheMotionThatItEquals)
         EXPECT_EQ(judgement.verdict, Verdict::Right) << i << ": " << judgement.text();
         hits += user.status == ToiStatus::Hit ? 1 : 0;
     }
-    EXPECT_GT(hits, kScenes / 5);
+    EXPECT_GT(hits, kInvariantScenes / 5);
 }
 
 /// Swings there and back on a circle of radius 1 about the origin: angle sin(pi t).
@@ -255,34 +256,34 @@ TEST(RigidToi, AllStrategiesFindTheSameContact)
 {
     Random random(89);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
-        const ToiResult first = queryToi(scene, kTolerance);
+        const ToiResult first = queryToi(scene, kSearchTolerance);
         hits += first.status == ToiStatus::Hit ? 1 : 0;
         for (const ToiStrategy strategy : {ToiStrategy::Interval, ToiStrategy::C2A})
         {
             const ToiResult other =
-                queryToi(scene, {.tolerance = kTolerance, .strategy = strategy});
+                queryToi(scene, {.tolerance = kSearchTolerance, .strategy = strategy});
             expectSameContact(scene, first, other, nameOf(strategy) + std::to_string(i));
         }
     }
-    EXPECT_GT(hits, kScenes / 4);
+    EXPECT_GT(hits, kInvariantScenes / 4);
 }
 
 TEST(RigidToi, RepeatingAQueryGivesTheSameBits)
 {
     Random random(85);
     ToiWorkspace work;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         const SsvTree treeA = buildSsvTree(scene.meshA);
         const SsvTree treeB = buildSsvTree(scene.meshB);
-        const ToiOptions options{.tolerance = kTolerance};
+        const ToiOptions options{.tolerance = kSearchTolerance};
         const ToiResult first =
             rigidToi({&treeA, scene.motionA}, {&treeB, scene.motionB}, options, work);
-        const ToiResult second = queryToi(scene, kTolerance);
+        const ToiResult second = queryToi(scene, kSearchTolerance);
         EXPECT_EQ(first.status, second.status);
         EXPECT_EQ(first.time, second.time);
         EXPECT_EQ(first.triangleA, second.triangleA);
@@ -296,7 +297,7 @@ TEST(RigidToi, SmallerTolerancesAreReachedLater)
 {
     Random random(86);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
         double previous = 0.0;
@@ -314,17 +315,17 @@ TEST(RigidToi, SmallerTolerancesAreReachedLater)
             previous = result.time;
         }
     }
-    EXPECT_GT(hits, kScenes);
+    EXPECT_GT(hits, kInvariantScenes);
 }
 
 TEST(RigidToi, ALongerHorizonKeepsTheContact)
 {
     Random random(87);
     int hits = 0;
-    for (int i = 0; i < kScenes; ++i)
+    for (int i = 0; i < kInvariantScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
-        const ToiResult first = queryToi(scene, kTolerance);
+        const ToiResult first = queryToi(scene, kSearchTolerance);
         if (first.status != ToiStatus::Hit)
         {
             continue;
@@ -336,12 +337,12 @@ TEST(RigidToi, ALongerHorizonKeepsTheContact)
             motion->v_W *= 2.0;
             motion->w_W *= 2.0;
         }
-        const ToiResult second = queryToi(longer, kTolerance);
+        const ToiResult second = queryToi(longer, kSearchTolerance);
         ASSERT_EQ(second.status, ToiStatus::Hit) << i;
         EXPECT_NEAR(2.0 * second.time, first.time, 0.02) << i;
-        EXPECT_LE(distanceAt(longer, second.time), kTolerance + roundingOf(longer)) << i;
+        EXPECT_LE(distanceAt(longer, second.time), kSearchTolerance + roundingOf(longer)) << i;
     }
-    EXPECT_GT(hits, kScenes / 4);
+    EXPECT_GT(hits, kInvariantScenes / 4);
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -15,9 +15,9 @@ namespace
 {
 using tests::makeGripper;
 
-std::vector<Grasp> plan(const HandModel& hand,
-                        const GraspObject& object,
-                        const PlannerOptions& options)
+std::vector<Grasp> planTogether(const HandModel& hand,
+                                const GraspObject& object,
+                                const PlannerOptions& options)
 {
     return planGrasps(hand, object, options, [] { return kinematicClosing(); });
 }
@@ -33,9 +33,9 @@ TEST(PlannedApproaches, DoNotDependOnTheNumberOfThreads)
                                .jobs = 1,
                                .approach = {.source = source, .tableTop = true, .standoff = 0.05},
                                .volumes = 0};
-        const std::vector<Grasp> alone = plan(hand, object, options);
+        const std::vector<Grasp> alone = planTogether(hand, object, options);
         options.jobs = 3;
-        const std::vector<Grasp> together = plan(hand, object, options);
+        const std::vector<Grasp> together = planTogether(hand, object, options);
         ASSERT_EQ(alone.size(), 12U);
         ASSERT_EQ(together.size(), 12U);
         for (std::size_t k = 0; k < alone.size(); ++k)
@@ -56,14 +56,14 @@ TEST(PlannedApproaches, ThatMeetNothingWithinTheirReachAreRejected)
     const GraspObject object = makeGraspObject("box", makeBox({0.02, 0.03, 0.05}));
     PlannerOptions options{.candidates = 8, .volumes = 0};
     std::vector<double> travels;
-    for (const Grasp& grasp : plan(hand, object, options))
+    for (const Grasp& grasp : planTogether(hand, object, options))
     {
         ASSERT_NE(grasp.reject, RejectReason::NoApproachHit);
         travels.push_back(grasp.approachDistance);
     }
     std::sort(travels.begin(), travels.end());
     options.approach.reach = 0.5 * (travels[3] + travels[4]);
-    const std::vector<Grasp> grasps = plan(hand, object, options);
+    const std::vector<Grasp> grasps = planTogether(hand, object, options);
     EXPECT_EQ(std::count_if(grasps.begin(),
                             grasps.end(),
                             [](const Grasp& g) { return g.reject == RejectReason::NoApproachHit; }),
@@ -74,7 +74,7 @@ TEST(PlannedApproaches, RefuseOptionsThatCannotBe)
 {
     const HandModel hand = makeGripper(true);
     const GraspObject object = makeGraspObject("box", makeBox({0.02, 0.03, 0.05}));
-    EXPECT_THROW(static_cast<void>(plan(hand, object, {.approach = {.reach = -1.0}})),
+    EXPECT_THROW(static_cast<void>(planTogether(hand, object, {.approach = {.reach = -1.0}})),
                  std::invalid_argument);
 }
 
