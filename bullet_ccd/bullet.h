@@ -1,5 +1,5 @@
-/// The Bullet adapter: worlds, an action for any world, shapes for meshes that move. Link
-/// bullet_ccd::bullet (Bullet in single precision) or bullet_ccd::bullet_float64 (double).
+/// Umbrella of the Bullet adapter: worlds, an action for any world, and a shape for moving meshes.
+/// Link bullet_ccd::bullet (Bullet in single precision) or bullet_ccd::bullet_float64 (double).
 #pragma once
 
 #include "bullet_ccd/bullet/btCcdAction.h"

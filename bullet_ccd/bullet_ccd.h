@@ -1,9 +1,9 @@
-/// The core: meshes, hierarchies, distances, motions, times of impact and contacts. Link
-/// bullet_ccd::core. Files of meshes and robots are in bullet_ccd/io.h, Bullet in
-/// bullet_ccd/bullet.h.
+/// Umbrella of the core: meshes, hierarchies, distances, motions, times of impact and contacts.
+/// Link bullet_ccd::core. bullet_ccd/io.h reads files of meshes and robots, bullet_ccd/bullet.h is
+/// the adapter for Bullet.
 ///
-/// The words of all comments (tolerance, gap, minimum separation, margin) have one meaning, which
-/// docs/glossary.md states.
+/// Tolerance, gap, minimum separation and margin have one meaning in all comments;
+/// docs/glossary.md defines them.
 #pragma once
 
 #include "bullet_ccd/contact/find_contacts.h"

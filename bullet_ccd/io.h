@@ -1,4 +1,4 @@
-/// Files of meshes and robots. Link bullet_ccd::io.
+/// Umbrella of the readers of meshes and robots. Link bullet_ccd::io.
 #pragma once
 
 #include "bullet_ccd/io/mesh_file.h"

@@ -1,6 +1,7 @@
-/// The grasp planner: from a hand and an object to ranked grasps. Link grasp::grasp.
+/// Umbrella of the grasp planner, which goes from a hand and an object to ranked grasps. Link
+/// grasp::grasp.
 ///
-/// The simulated closing is in grasp/sim/hand_simulation.h, which needs Bullet: link grasp::sim.
+/// The simulated closing is in grasp/sim/hand_simulation.h. It needs Bullet; link grasp::sim.
 #pragma once
 
 #include "grasp/approach/approach_motion.h"

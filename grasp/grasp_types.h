@@ -13,7 +13,7 @@
 
 namespace bullet_ccd::grasp
 {
-/// The thing to grasp, at rest in W: its mesh frame is W.
+/// The object to grasp. It is at rest, and its mesh frame is W.
 struct GraspObject
 {
     std::string name;
@@ -23,9 +23,11 @@ struct GraspObject
     bool watertight = false;
 };
 
+/// Builds the hierarchy of the mesh and computes what GraspObject holds.
+/// Throws std::invalid_argument as buildSsvTree() does.
 [[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(std::string name, TriangleMesh mesh);
 
-/// A link's point contact on the object.
+/// A point contact of a link on the object.
 struct GraspContact
 {
     std::int32_t link = kNone;                         ///< of the hand
@@ -34,18 +36,18 @@ struct GraspContact
     double gap = 0.0;                                  ///< distance of the two surfaces [m]
 };
 
-using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment), the moment perhaps scaled
+using Wrench = Eigen::Matrix<double, 6, 1>;  ///< (force; moment); some functions scale the moment
 using Twist = Eigen::Matrix<double, 6, 1>;   ///< (velocity of a point; angular velocity)
 
 /// Which forces a contact can transmit.
 enum class ContactModel : std::uint8_t
 {
     Frictionless,  ///< along the normal only
-    HardFinger,    ///< and tangential ones, by Coulomb's law
-    SoftFinger,    ///< and a torsional moment about the normal
+    HardFinger,    ///< also tangential, by Coulomb's law
+    SoftFinger,    ///< also a torsional moment about the normal
 };
 
-/// The contact model and its numbers; see docs/glossary.md for friction.
+/// A contact model and its numbers. docs/glossary.md defines friction and torsion.
 struct ContactLaw
 {
     ContactModel model = ContactModel::HardFinger;
@@ -53,7 +55,7 @@ struct ContactLaw
     double torsion = 0.01;  ///< soft finger: e, largest torsional moment over largest friction [m]
 };
 
-/// Why a candidate is no grasp. None: it is one.
+/// Why a candidate is no grasp. None means that it is one.
 enum class RejectReason : std::uint8_t
 {
     None,
@@ -62,17 +64,18 @@ enum class RejectReason : std::uint8_t
     NoApproachHit,   ///< the approach ends without any contact
     TooFewContacts,  ///< fewer than two contacts after closing
     NoForceClosure,  ///< epsilon below the threshold
-    Penetration,     ///< the independent check found an intersection: never expected
+    Penetration,     ///< the independent check found an intersection; it is never expected
     IterationLimit,  ///< a time-of-impact query gave up
     Obstacle,        ///< something beside the object is touched on the way or while closing
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(RejectReason reason);
 
+/// Quality of a grasp by its wrench space.
 struct GraspQuality
 {
     double epsilon =
         0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
-    double volume = 0.0;        ///< of that space (6-D); 0 where it was not asked for
+    double volume = 0.0;        ///< of that space (6-D); 0 if it was not asked for
     bool forceClosure = false;  ///< epsilon >= the threshold asked for
 };
 
@@ -90,13 +93,12 @@ struct Grasp
     std::int64_t candidate = 0;  ///< its number in the sampling sequence
     RejectReason reject = RejectReason::None;
     std::string preshape;
-    Eigen::Isometry3d X_WStart =
-        Eigen::Isometry3d::Identity();                     ///< root link where approach begins
-    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();  ///< unit
-    double approachDistance = 0.0;                         ///< travelled until contact [m]
-    std::int64_t obstaclesInReach = 0;  ///< beside the object, what swept boxes could not rule out
+    Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();  ///< root link at the start
+    Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();        ///< unit
+    double approachDistance = 0.0;                               ///< travelled until contact [m]
+    std::int64_t obstaclesInReach = 0;  ///< obstacles that swept boxes do not rule out
     Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< root link of the final grasp
-    std::vector<double> positions;                           ///< one entry a link
+    std::vector<double> positions;                           ///< one entry per link [rad or m]
     std::vector<GraspContact> contacts;
     std::vector<StopEvent> stops;
     GraspQuality quality;

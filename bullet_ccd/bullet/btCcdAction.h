@@ -1,4 +1,4 @@
-/// Continuous collision detection for a world of Bullet's own.
+/// Continuous collision detection for any stock world of Bullet, as an action.
 #ifndef BT_CCD_ACTION_H
 #define BT_CCD_ACTION_H
 
@@ -7,20 +7,22 @@
 #include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <LinearMath/btIDebugDraw.h>
 
-/// Add it to any world after all other actions (rigid, multibody, deformable: there for the rigid
-/// bodies and multibodies in it) and it takes back, after every step, what went too far:
+/// After every step the action takes back motion that went too far. Add it to any world after all
+/// other actions. In a deformable world it covers the rigid bodies and multibodies.
 ///
 ///     btCcdAction ccd(world);
 ///     world->addAction(&ccd);
 ///
-/// Both bodies of an impact are put back to where they met, and stay there until the step ends: the
-/// rest of their motion in it is lost (getCcdCounters() tells how much). Their velocities stay, so
-/// that the solver answers in the next step. A step without an impact is not touched, bit for bit.
-/// btCcdDiscreteDynamicsWorld and btCcdMultiBodyDynamicsWorld lose no time and answer at once: use
-/// them where the class of the world can be changed.
+/// Both bodies of an impact are put back to where they met and stay there until the step ends. The
+/// rest of their motion in the step is lost; getCcdCounters() tells how much. Their velocities
+/// stay, so the solver answers the impact in the next step. Use btCcdDiscreteDynamicsWorld or
+/// btCcdMultiBodyDynamicsWorld where the class of the world can be changed: they lose no time and
+/// answer at once.
 ///
-/// Actions and vehicles that were added before see the motion that is taken back. Remove it from
-/// the world before it is destroyed.
+/// Guarantee: that of btCcdControl, and a step without an impact is Bullet's own, bit for bit.
+///
+/// Actions and vehicles that were added earlier see the motion that is taken back. Remove the
+/// action from the world before the action is destroyed.
 class BULLET_CCD_API btCcdAction : public btActionInterface, public btCcdControl
 {
 public:

@@ -1,4 +1,4 @@
-/// The pair algorithm: contacts of meshes and times of impact of everything.
+/// The algorithm of a pair of colliders: contacts of meshes, and times of impact of all shapes.
 #ifndef BT_CCD_COLLISION_ALGORITHM_H
 #define BT_CCD_COLLISION_ALGORITHM_H
 
@@ -27,27 +27,27 @@ struct btCcdPairToi
     Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
 };
 
-/// What calculateTimeOfImpact() has to say beside the fraction: pass one as its result.
+/// What calculateTimeOfImpact() finds beside the fraction. Pass one as its result.
 class BULLET_CCD_API btCcdImpactResult : public btManifoldResult
 {
 public:
     btCcdPairToi m_toi;
 };
 
-/// Answers for a pair of colliders, in Bullet's own place for it.
+/// Answers for a pair of colliders where Bullet asks its own pair algorithms.
 ///
 /// Where stock Bullet has discrete contacts for the two shapes, they stay as they are, bit for bit.
-/// Where it has none (two meshes), and for every pair with a btCcdMeshShape or GImpact mesh,
+/// Where it has none (two meshes), and for every pair with a btCcdMeshShape or a GImpact mesh,
 /// contacts come from exact distances.
 class BULLET_CCD_API btCcdCollisionAlgorithm : public btActivatingCollisionAlgorithm
 {
 public:
     /// Registers the algorithm for all pairs of covered shapes, in both orders and both tables
-    /// (contacts, and closest points for contactTest and contactPairTest). Whatever was registered
-    /// before answers for the contacts of stock shapes, GImpact's own algorithm excepted; so call
-    /// it after other registrations, and before objects are added. A second call does nothing.
+    /// (contacts, and closest points for contactTest and contactPairTest). The algorithms that were
+    /// registered before, except GImpact's own, still answer for the contacts of stock shapes. So
+    /// call it after other registrations and before objects are added. A second call does nothing.
     ///
-    /// What is registered lives as long as the program, or until unregisterAlgorithm().
+    /// The registration lasts until unregisterAlgorithm() or the end of the program.
     static void registerAlgorithm(btCollisionDispatcher* dispatcher);
     /// Frees what belongs to a dispatcher that is about to be destroyed. Its pairs must be gone.
     static void unregisterAlgorithm(btCollisionDispatcher* dispatcher);
@@ -64,12 +64,12 @@ public:
                           const btDispatcherInfo& dispatchInfo,
                           btManifoldResult* result) override;
 
-    /// The part of the motion that is free of contact, rounded down; 1 if all of it is.
+    /// The fraction of the motion that is free of contact, rounded down; 1 if all of it is.
     ///
-    /// Motion: while a btCcd world or action steps, what it is about to do (or has just done).
-    /// Otherwise, for links the motion of dispatchInfo.m_timeStep at the joints' velocities, by
-    /// exact forward kinematics (Bullet's own interpolation transforms are wrong for chains), and
-    /// for other objects from the world transform to the interpolation transform.
+    /// While a btCcd world or action steps, the motion is the one that it is about to commit or has
+    /// just committed. Otherwise links move for dispatchInfo.m_timeStep at the velocities of their
+    /// joints, by exact forward kinematics, because Bullet's own interpolation transforms are wrong
+    /// for chains. Other objects move from the world transform to the interpolation transform.
     /// @param result may be a btCcdImpactResult
     btScalar calculateTimeOfImpact(btCollisionObject* body0,
                                    btCollisionObject* body1,

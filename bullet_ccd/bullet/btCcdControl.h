@@ -1,4 +1,4 @@
-/// What the worlds and the action have in common: settings, counters, and the way through a step.
+/// Settings, counters and the way through a step, which the worlds and the action have in common.
 #ifndef BT_CCD_CONTROL_H
 #define BT_CCD_CONTROL_H
 
@@ -15,7 +15,7 @@ class btCcdStep;
 class btIDebugDraw;
 class btMultiBody;
 
-/// What was done since the world or action was made or the counters were reset.
+/// Counts of what was done since the world or action was made or the counters were reset.
 struct btCcdCounters
 {
     std::int64_t m_queries = 0;      ///< pairs whose time of impact was asked for
@@ -32,7 +32,7 @@ struct btCcdCounters
 /// Settings and counters; base of btCcdAction, btCcdDiscreteDynamicsWorld and
 /// btCcdMultiBodyDynamicsWorld.
 ///
-/// Guarantee of all three: no two covered colliders that are apart when a step begins are driven
+/// Guarantee of all three: two covered colliders that are apart when a step begins are not driven
 /// through each other by the motion that the step commits, however fast, thin or curved it is.
 /// Meshes (btCcdMeshShape, GImpact, mesh against mesh) do not even touch: they keep a quarter of
 /// the sum of their margins, or, pressed nearer by what the solver allows, lose no more than a
@@ -54,35 +54,34 @@ public:
     btCcdControl(const btCcdControl&) = delete;
     btCcdControl& operator=(const btCcdControl&) = delete;
 
-    /// Distance at which stock shapes count as touching [m], > 0. Sensible: 1/1000 to 1/100 of the
+    /// Distance at which stock shapes count as touching [m], > 0. Choose 1/1000 to 1/100 of the
     /// smallest thing in the world; in single precision at least 1000 times the rounding of the
-    /// largest coordinate. (Meshes are stopped by their margins.)
+    /// largest coordinate. Meshes are stopped at their margins instead.
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
     /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
     /// and held for the rest of the step if that is in vain.
     void setCcdMaxEvents(int maxEvents);
-    /// All objects are covered unless excluded here. Excluded ones keep all of stock Bullet,
-    /// including its own motion clamping. Take an object back before it is destroyed.
+    /// All objects are covered unless they are excluded here. Excluded objects keep all of stock
+    /// Bullet, including its own motion clamping. Include an object again before it is destroyed.
     void setCcdEnabled(const btCollisionObject* object, bool enabled);
     bool isCcdEnabled(const btCollisionObject* object) const;
-    /// Not owned; null for none (then the solver answers).
+    /// The listener is not owned. Without one (null) the solver answers all impacts.
     void setCcdImpactListener(btCcdImpactListener* listener);
 
-    /// The link and all its ancestors freeze at the link's next impact, see btCcdStopLink (which
-    /// names the colliders that are needed). The rest of the multibody goes on without loss of
-    /// time.
+    /// The link and all its ancestors freeze at the link's next impact. The rest of the multibody
+    /// goes on without loss of time. btCcdStopLink() names the colliders that are needed.
     /// @param link -1: the base
     void stopLinkOnFirstContact(btMultiBody* body, int link);
 
     const btCcdCounters& getCcdCounters() const;
-    /// Time that the body of this collider was held, in all [s].
+    /// Total time for which the body of this collider was held [s].
     double getCcdLostTime(const btCollisionObject* object) const;
     void resetCcdCounters();
     /// Level of the bounding volumes that debugDrawWorld() draws in wire frame mode, beside the
     /// boxes that fast objects swept and the impacts of the last step.
     void setCcdDrawLevel(int level);
-    /// For shapes that were changed in place.
+    /// Call it for a shape that was changed in place.
     void forgetCcdShape(const btCollisionShape* shape);
 
 protected:

@@ -1,4 +1,4 @@
-/// The only place where numbers cross between Bullet (btScalar) and the core (double).
+/// Conversions between Bullet (btScalar) and the core (double). Numbers cross nowhere else.
 #ifndef BT_CCD_CONVERSIONS_H
 #define BT_CCD_CONVERSIONS_H
 
@@ -19,7 +19,8 @@ inline btVector3 btCcdToBullet(const Eigen::Vector3d& v)
     return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
 }
 
-/// Normalised in double precision: a single-precision quaternion has unit length to 1e-7 only.
+/// The result is normalised in double precision, because a single-precision quaternion has unit
+/// length to 1e-7 only.
 inline Eigen::Quaterniond btCcdToEigen(const btQuaternion& q)
 {
     return Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized();
@@ -51,8 +52,8 @@ inline btTransform btCcdToBullet(const Eigen::Isometry3d& X)
                        btCcdToBullet(Eigen::Vector3d(X.translation())));
 }
 
-/// The largest btScalar that is not above `value` (for value >= 0). A time of impact that is
-/// rounded up is no longer before the impact.
+/// The largest btScalar that is not above `value`, for value >= 0. A time of impact that is rounded
+/// up would no longer be before the impact.
 inline btScalar btCcdRoundDown(double value)
 {
     btScalar rounded = btScalar(value);

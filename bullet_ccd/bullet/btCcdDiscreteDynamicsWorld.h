@@ -4,8 +4,8 @@
 
 #include "bullet_ccd/bullet/btCcdControl.h"
 
-/// Drop-in for btDiscreteDynamicsWorld; what btCcdMultiBodyDynamicsWorld says of rigid bodies is
-/// true here.
+/// Drop-in for btDiscreteDynamicsWorld. The description of btCcdMultiBodyDynamicsWorld holds here
+/// for rigid bodies.
 ATTRIBUTE_ALIGNED16(class)
 BULLET_CCD_API btCcdDiscreteDynamicsWorld : public btDiscreteDynamicsWorld, public btCcdControl
 {

@@ -1,4 +1,4 @@
-/// Impacts, and who is told of them.
+/// Impacts, and the listener that is told of them.
 #ifndef BT_CCD_IMPACT_H
 #define BT_CCD_IMPACT_H
 
@@ -16,7 +16,7 @@ struct btCcdImpact
 
     btCollisionObject* m_objectA;
     btCollisionObject* m_objectB;
-    int m_linkA;  ///< -1: the base of a multibody
+    int m_linkA;  ///< of a multibody; -1: its base
     int m_linkB;
     btScalar m_time;     ///< since the step began [s]
     btVector3 m_pointA;  ///< closest points at that time, in the world [m]
@@ -32,13 +32,13 @@ enum class btCcdAfterImpact
     Continue,  ///< the listener has stopped or turned the motion; the step goes on for both
 };
 
-/// Is told of impacts while the step is under way, the bodies where they are at that moment (with
-/// an action: after it, for the bodies have been moved to where they met).
+/// Is told of impacts while a step is under way. The bodies are where they are at the time of the
+/// impact. An action tells of impacts after the step, with the bodies put back to where they met.
 struct btCcdImpactListener
 {
     virtual ~btCcdImpactListener() = default;
-    /// May change velocities; must not add or remove objects. Continue without having ended the
-    /// approach is safe but slow: the pair is met again a little nearer.
+    /// May change velocities, but must not add or remove objects. It is safe but slow to return
+    /// Continue without having ended the approach: the pair is met again a little nearer.
     virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
 };
 

@@ -6,15 +6,16 @@
 
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 
-/// Drop-in for btMultiBodyDynamicsWorld: everything works as there, but the motion that a step
-/// commits is advanced from impact to impact instead of jumping.
+/// Drop-in for btMultiBodyDynamicsWorld. Everything works as there, but the motion that a step
+/// commits goes from impact to impact instead of jumping.
 ///
-/// Positions are integrated at the solved velocities, as always, up to the first time at which two
-/// colliders come too near (see btCcdControl); there the listener is told, the solver answers the
-/// impact with Bullet's restitution and friction, and the step goes on with the new velocities. A
-/// step without an impact is Bullet's own, bit for bit. Bodies that the impact does not concern
-/// lose nothing; those that it concerns lose nothing either, unless they meet their limit of
-/// impacts in the step (setCcdMaxEvents) and are held for the rest of it.
+/// Positions are integrated at the solved velocities up to the first time at which two colliders
+/// come too near (see btCcdControl). There the listener is told, and the solver answers the impact
+/// with Bullet's restitution and friction. Then the step goes on with the new velocities. No body
+/// loses motion, unless it meets its limit of impacts in the step (setCcdMaxEvents) and is held for
+/// the rest of it.
+///
+/// Guarantee: that of btCcdControl, and a step without an impact is Bullet's own, bit for bit.
 ///
 /// Covered rigid bodies are exempt from Bullet's own continuous motion clamping.
 ATTRIBUTE_ALIGNED16(class)

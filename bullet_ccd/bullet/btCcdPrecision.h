@@ -1,10 +1,10 @@
 /// Link-time guard of the floating-point precision.
 ///
-/// btScalar is part of every Bullet type, so a program compiled for one precision and linked to the
-/// adapter of the other would corrupt memory silently. Every header of the adapter refers to a
-/// symbol named after the precision that is in force where it is included; each of the two
-/// libraries defines only its own. A mismatch is an undefined reference to btCcdBuiltForSingle or
-/// btCcdBuiltForDouble.
+/// btScalar is part of every Bullet type. So a program that is compiled for one precision and
+/// linked to the adapter of the other would corrupt memory silently. Every header of the adapter
+/// refers to a symbol that is named after the precision of the program, and each of the two
+/// libraries defines only its own symbol. A mismatch is an undefined reference to
+/// btCcdBuiltForSingle or btCcdBuiltForDouble.
 #ifndef BT_CCD_PRECISION_H
 #define BT_CCD_PRECISION_H
 

@@ -6,11 +6,12 @@
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
-/// Freezes `link` and all its ancestors: they become kinematic with zero velocity, so that Bullet
-/// leaves their joints out of the dynamics and what they carry cannot push them away. (A motor at
-/// zero velocity or equal limits yield under load.) The base becomes kinematic too: exact only for
-/// a fixed base. All of these links and the base need a collider; false (and nothing done) if one
-/// is missing. Undo with setLinkDynamicType(i, CF_DYNAMIC_OBJECT) and setBaseDynamicType.
+/// Freezes `link` and all its ancestors. They become kinematic with zero velocity, so Bullet leaves
+/// their joints out of the dynamics, and what they carry cannot push them away. A motor at zero
+/// velocity, or equal limits, would yield under load. The base becomes kinematic, too, which is
+/// exact only for a fixed base. setLinkDynamicType(i, CF_DYNAMIC_OBJECT) and setBaseDynamicType()
+/// undo it.
+/// @return false, with nothing done, if one of these links or the base has no collider
 /// @param link -1: the base alone
 BULLET_CCD_API bool btCcdStopLink(btMultiBody& body, int link);
 

@@ -1,10 +1,10 @@
 /// All features of two rigid bodies that are in contact at one time, usually that of an impact.
 ///
-/// A contact is a pair of a vertex, edge or face of A and one of B whose closest points lie inside
-/// both features, at most the threshold apart, and of which each is the nearest to the other on
-/// its own surface around it (within 0.1 rad: bodies that lie on each other nearly flat touch at
-/// all corners). So a cube over a plate touches with its lower corners, not with its walls nor
-/// with the upper corners of a plate thinner than the threshold.
+/// A contact is a pair of features, a vertex, edge or face of A and one of B. Their closest points
+/// lie inside both features and are at most the threshold apart. Each of the two points is the
+/// nearest to the other on its own surface around it, within 0.1 rad: bodies that lie on each other
+/// nearly flat touch at all corners. So a cube over a plate touches with its lower corners, not
+/// with its walls nor with the upper corners of a plate that is thinner than the threshold.
 ///
 /// Where surfaces are parallel the contacts are those that bound the common patch: corners of one
 /// over the other, and boundary edges that cross. Edges and vertices inside a flat part, such as
@@ -26,6 +26,9 @@
 
 namespace bullet_ccd
 {
+/// The kind of a feature.
+/// The kind of a feature.
+/// The kind of a feature.
 enum class FeatureKind : std::uint8_t
 {
     Vertex,
@@ -45,11 +48,14 @@ struct Feature
     friend auto operator<=>(const Feature&, const Feature&) = default;
 };
 
+/// A contact of two features.
+/// A contact of two features.
+/// A contact of two features.
 struct FeatureContact
 {
     Feature featureA = {};
     Feature featureB = {};
-    /// Triangles that have the features; where several do, the pair with the smallest indices.
+    /// Triangles that have the features; if several have, the pair with the smallest indices.
     std::int32_t triangleA = kNone;
     std::int32_t triangleB = kNone;
     Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< on the feature of A, in W [m]
@@ -60,11 +66,11 @@ struct FeatureContact
     double gap = 0.0;  ///< [m]
 };
 
-/// All contacts of two bodies at a time, each pair of features once, ordered by gap, then by
-/// featureA and featureB.
+/// All contacts of two bodies at a time. Each pair of features is listed once, in the order of gap,
+/// then featureA, then featureB.
 ///
-/// Guarantee: not empty if the bodies are at most `threshold` apart. So at the time of a hit, with
-/// minimumSeparation + tolerance as threshold, it never is.
+/// Guarantee: the result is not empty if the bodies are at most `threshold` apart. So it is never
+/// empty at the time of a hit with minimumSeparation + tolerance as threshold.
 /// @param time in [0, 1], as the motions take it
 /// @param threshold largest gap [m], >= 0; rounding of the distances is allowed for
 /// Throws std::invalid_argument for a time or pose that is not finite or a threshold that is

@@ -12,7 +12,7 @@
 
 namespace bullet_ccd
 {
-/// A pair of triangles and its closest points, in the frame of B.
+/// A pair of triangles and its closest points, in the frame of B [m].
 struct TrianglePair
 {
     std::int32_t triangleA = kNone;
@@ -22,8 +22,9 @@ struct TrianglePair
     Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
 };
 
-/// One mark a node of both trees, or nothing: two nodes that are both marked are left out with all
-/// that is below them. The marks of leaves decide which triangles are.
+/// Marks of the nodes of two trees, one per node, or empty for no marks. A pair of nodes that are
+/// both marked is left out, with all that is below them. The marks of the leaves decide which pairs
+/// of triangles are left out.
 struct NodeMarks
 {
     std::span<const std::uint8_t> a{};
@@ -36,16 +37,18 @@ struct NodeMarks
     }
 };
 
-/// Distance of two meshes if it is below `upperBound`, else `upperBound` with triangles kNone.
-/// @param X_BA pose of A's frame in B's
+/// Distance of two meshes and a pair of triangles that has it. If the distance is not below
+/// `upperBound`, the result is `upperBound` with triangles kNone.
+/// @param X_BA       pose of A's frame in B's
+/// @param upperBound [m]
 [[nodiscard]] BULLET_CCD_API TrianglePair treeDistance(const SsvTree& treeA,
                                                        const SsvTree& treeB,
                                                        const Eigen::Isometry3d& X_BA,
                                                        double upperBound,
                                                        const NodeMarks& exempt = {});
 
-/// All pairs of triangles at a distance <= `threshold`, ordered by (triangleA, triangleB), appended
-/// to `pairs` (frame of B).
+/// Appends to `pairs` all pairs of triangles at a distance <= `threshold` [m], in the order of
+/// (triangleA, triangleB). Points are in the frame of B.
 BULLET_CCD_API void trianglePairsWithin(const SsvTree& treeA,
                                         const SsvTree& treeB,
                                         const Eigen::Isometry3d& X_BA,

@@ -1,14 +1,14 @@
-/// One volume of a hierarchy; plain data, shared with the SIMD kernels.
+/// One volume of a hierarchy, as plain data that the SIMD kernels share.
 #pragma once
 
 #include <cstdint>
 
 namespace bullet_ccd
 {
-/// Volume {center + sum_k s_k axis_k + b : |s_k| <= half_k, |b| <= radius}, in the tree's own
-/// frame: the mesh's, moved so that SsvTree::origin() is its origin. axis_2 = axis_0 x axis_1. The
-/// axes are unit and orthogonal to single precision only; what that costs is part of the
-/// half-extents.
+/// The volume {center + sum_k s_k axis_k + b : |s_k| <= half_k, |b| <= radius} with axis_2 =
+/// axis_0 x axis_1. Its frame is the frame of the tree: that of the mesh, moved so that
+/// SsvTree::origin() is its origin. The axes are unit and orthogonal to single precision only; the
+/// half-extents include what that costs. Lengths are in metres.
 struct alignas(64) SsvNode
 {
     float center[3];     // 12 bytes

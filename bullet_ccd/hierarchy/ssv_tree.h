@@ -1,13 +1,13 @@
 /// Bounding-volume hierarchy of a triangle mesh, built once and shared by all queries.
 ///
-/// Every node holds a swept-sphere volume: a core (point, line segment, rectangle or box, by how
-/// many of its half-extents are zero) swept by a ball. Nodes are flat, up to four siblings
-/// adjacent, 64 bytes, single precision rounded outwards; triangles keep their double-precision
-/// vertices.
+/// Every node holds a swept-sphere volume: a core that is swept by a ball. The core is a point, a
+/// line segment, a rectangle or a box, depending on how many of its half-extents are zero. Nodes
+/// stand in one array, and up to four siblings are adjacent. A node has 64 bytes in single
+/// precision, rounded outwards. Triangles keep their vertices in double precision.
 ///
-/// The data flow: ssv_split orders the triangles and decides which are below which node, ssv_fit
-/// encloses the triangles of one node, ssv_tree puts the two together; refit() repeats the second
-/// half only. ssv_tree_file keeps the result on disk.
+/// ssv_split orders the triangles and decides which are below which node. ssv_fit encloses the
+/// triangles of one node. ssv_tree puts the two together, and refit() repeats the fit only.
+/// ssv_tree_file keeps the result on disk.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -27,11 +27,11 @@ namespace bullet_ccd
 /// Largest number of children of a node.
 constexpr std::int32_t kArity = 4;
 
-/// What the nodes of a hierarchy are.
+/// The kind of volume that the nodes of a hierarchy hold.
 enum class SsvKind : std::uint8_t
 {
     Box,             ///< oriented box, no ball
-    RoundedBox,      ///< box core, with the ball that makes the surface smallest; may be none
+    RoundedBox,      ///< box core with the ball that makes the surface smallest; perhaps none
     SweptRectangle,  ///< rectangle core
     SweptLine,       ///< line segment core
     SweptPoint,      ///< ball
@@ -43,24 +43,24 @@ struct SsvOptions
     SsvKind kind = SsvKind::RoundedBox;
 };
 
-/// Hierarchy over a mesh of which it keeps its own copy. Immutable but for refit().
+/// Hierarchy over a mesh, of which it keeps its own copy. Only refit() changes it.
 class BULLET_CCD_API SsvTree
 {
 public:
-    /// Node 0 is the root. Never empty. Children come after their parent.
+    /// All nodes; there is at least one. Node 0 is the root, and children come after their parent.
     [[nodiscard]] std::span<const SsvNode> nodes() const { return m_nodes; }
     [[nodiscard]] const TriangleMesh& mesh() const { return m_mesh; }
     [[nodiscard]] const SsvOptions& options() const { return m_options; }
-    /// Origin of the tree's frame in the mesh's: the middle of its bounds, so that single precision
-    /// is spent on the size of the mesh and not on its place [m].
+    /// Origin of the tree's frame in the mesh's [m]. It is the middle of the bounds, so that single
+    /// precision is spent on the size of the mesh and not on its place.
     [[nodiscard]] const Eigen::Vector3d& origin() const { return m_origin; }
     /// The three corners of the triangle in a leaf's slot, in the tree's frame [m]. Slots are in
-    /// the order of the leaves, so that triangles near each other in space are so in memory.
+    /// the order of the leaves, so that triangles that are near in space are near in memory.
     [[nodiscard]] const std::array<Eigen::Vector3d, 3>& corners(std::int32_t slot) const
     {
         return m_corners[static_cast<std::size_t>(slot)];
     }
-    /// The same for a triangle of mesh().
+    /// The three corners of a triangle of mesh(), in the tree's frame [m].
     [[nodiscard]] std::array<Eigen::Vector3d, 3> cornersOfTriangle(std::int32_t triangle) const;
     /// Index in mesh() of the triangle in a slot.
     [[nodiscard]] std::int32_t triangle(std::int32_t slot) const
@@ -70,11 +70,13 @@ public:
     /// Largest distance of a vertex of a triangle from origin() [m].
     [[nodiscard]] double radius() const { return m_radius; }
 
-    /// Moves the vertices of mesh(): the same triangles below the same nodes, every volume fitted
-    /// anew and as tight as one that is built for the same triangles; origin() moves along. A query
-    /// stays right for any deformation, but slows down where triangles that were neighbours part.
+    /// Moves the vertices of mesh() to `vertices` (mesh frame [m]) and fits every volume anew.
+    ///
+    /// Guarantee: the same triangles stay below the same nodes, and every volume is as tight as one
+    /// that is built for the same triangles. Queries stay right for any deformation, but they slow
+    /// down where triangles that were neighbours part. origin() moves along.
     /// Throws std::invalid_argument, and changes nothing, if the number of vertices differs or one
-    /// is not finite.
+    /// of them is not finite.
     void refit(std::span<const Eigen::Vector3d> vertices);
 
     friend SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options);
@@ -95,10 +97,12 @@ private:
     double m_radius = 0.0;
 };
 
-/// Builds the hierarchy top-down, one triangle a leaf; O(n log n), on all threads for large meshes.
-/// The result does not depend on their number.
-/// Throws std::invalid_argument if the mesh is empty, has indices out of range or coordinates that
-/// are not finite (see checkMesh).
+/// Builds the hierarchy top-down with one triangle per leaf, in O(n log n). Large meshes take all
+/// threads.
+///
+/// Guarantee: the result does not depend on the number of threads.
+/// Throws std::invalid_argument if the mesh is empty, has indices out of range, or has coordinates
+/// that are not finite (see checkMesh()).
 [[nodiscard]] BULLET_CCD_API SsvTree buildSsvTree(TriangleMesh mesh,
                                                   const SsvOptions& options = {});
 }  // namespace bullet_ccd

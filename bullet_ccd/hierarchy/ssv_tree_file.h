@@ -1,10 +1,10 @@
 /// Hierarchies on disk, so that a large mesh is ready in milliseconds.
 ///
-/// A file holds the nodes and the order of the triangles, not the mesh: that is given when it is
-/// loaded, and its content hash says whether the file is about it. Little-endian; layout in the
-/// .cpp. A file is taken only if magic, version, options, mesh, sizes and checksum are right, and
-/// if its indices describe a tree over exactly the triangles of the mesh, so that no file can make
-/// a query read out of bounds.
+/// A file holds the nodes and the order of the triangles, but not the mesh. The caller gives the
+/// mesh when the file is loaded, and its content hash says whether the file belongs to it. Numbers
+/// are little-endian; the .cpp describes the layout. A file is accepted only if magic, version,
+/// options, mesh, sizes and checksum are right, and if its indices describe a tree over exactly the
+/// triangles of the mesh. So no file can make a query read out of bounds.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -14,24 +14,31 @@
 
 namespace bullet_ccd
 {
-/// Writes the file by renaming a complete temporary one beside it: who reads at the same time, or
-/// writes the same, sees a whole file. Throws std::runtime_error "<path>: <what>: <remedy>".
+/// Writes a temporary file beside `path` and renames it.
+///
+/// Guarantee: whoever reads or writes the same file at the same time sees a complete one.
+/// Throws std::runtime_error "<path>: <what>: <remedy>".
 BULLET_CCD_API void saveSsvTree(const SsvTree& tree, const std::filesystem::path& path);
 
-/// The hierarchy of `mesh`, the same bits as buildSsvTree(mesh, options) gave where it was saved.
+/// Loads the hierarchy of `mesh`.
+///
+/// Guarantee: the result has the same bits that buildSsvTree(mesh, options) gave where it was
+/// saved.
 /// Throws std::runtime_error "<path>: <what>: <remedy>" for a file that is missing, truncated,
-/// damaged, not a hierarchy, of another version, mesh or options; std::invalid_argument for a mesh
-/// that buildSsvTree() would refuse.
+/// damaged, no hierarchy, or of another version, mesh or options. Throws std::invalid_argument for
+/// a mesh that buildSsvTree() would refuse.
 [[nodiscard]] BULLET_CCD_API SsvTree loadSsvTree(TriangleMesh mesh,
                                                  const SsvOptions& options,
                                                  const std::filesystem::path& path);
 
-/// Name of the file that loadOrBuildSsvTree() keeps for a mesh: by its content and the options.
+/// Name of the file that loadOrBuildSsvTree() keeps for a mesh. It depends on the content of the
+/// mesh and on the options.
 [[nodiscard]] BULLET_CCD_API std::filesystem::path ssvTreeFileName(const TriangleMesh& mesh,
                                                                    const SsvOptions& options);
 
-/// Loads the hierarchy from the folder if it is there and right, else builds and saves it; the
-/// folder is made. A folder that cannot be written costs the saving only.
+/// Loads the hierarchy from the folder if a right file is there; otherwise builds and saves it. The
+/// folder is made if it does not exist. If it cannot be written, the hierarchy is not saved, and
+/// that is no error.
 /// Throws std::invalid_argument as buildSsvTree() does.
 [[nodiscard]] BULLET_CCD_API SsvTree loadOrBuildSsvTree(TriangleMesh mesh,
                                                         const SsvOptions& options,

@@ -1,5 +1,5 @@
-/// Triangle meshes as polygon soups: no manifoldness, no orientation and no closedness is assumed
-/// by any query. What can be known about a mesh (closed, mass, bounds) is computed here.
+/// Triangle meshes as polygon soups. No query assumes that a mesh is a manifold, oriented or
+/// closed. The functions here compute what can be known about a mesh (closedness, mass, bounds).
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -14,20 +14,22 @@
 
 namespace bullet_ccd
 {
-/// Index that names nothing.
+/// The index that names nothing.
 inline constexpr std::int32_t kNone = -1;
 
+/// Indices of three vertices.
 using Triangle = std::array<std::int32_t, 3>;
 
-/// Vertices [m] and triangles; outward counter-clockwise winding where the mesh has an outside.
+/// Vertices [m] and triangles. Where the mesh has an outside, triangles are wound counter-clockwise
+/// as seen from there.
 struct TriangleMesh
 {
     std::vector<Eigen::Vector3d> vertices;
     std::vector<Triangle> triangles;
 };
 
-/// What repairMesh() did. Degenerate triangles are harmless to distance queries; they are removed
-/// because they carry no area, and counted.
+/// What repairMesh() did. Degenerate triangles are harmless to distance queries. They are removed
+/// and counted because they carry no area.
 struct BULLET_CCD_API MeshRepair
 {
     std::int64_t degenerateTriangles = 0;   ///< removed: two equal corners or zero area
@@ -48,36 +50,38 @@ struct MassProperties
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about `center`, mesh axes [m^5]
 };
 
-/// Checks what no query can survive: coordinates that are NaN or infinite, indices out of range, no
-/// triangles at all. Throws std::invalid_argument; the message starts with `name` and names the
-/// first offending vertex or triangle, its value, and the remedy.
+/// Throws std::invalid_argument for a mesh that no query can take: one with coordinates that are
+/// NaN or infinite, with indices out of range, or without triangles. The message starts with `name`
+/// and names the first offending vertex or triangle, its value and the remedy.
 BULLET_CCD_API void checkMesh(const TriangleMesh& mesh, const std::string& name);
 
-/// Merges exactly equal vertices, removes degenerate and duplicate triangles and unreferenced
-/// vertices. The surface as a point set is unchanged except for zero-area parts. Collinear
-/// triangles with three different corners stay where they hold a watertight mesh closed: without
-/// them it would lose its volume.
+/// Merges exactly equal vertices and removes degenerate triangles, duplicate triangles and
+/// unreferenced vertices. Collinear triangles with three different corners stay where they hold a
+/// watertight mesh closed: without them it would lose its volume.
+///
+/// Guarantee: the surface as a point set is unchanged except for parts without area.
 /// @pre checkMesh() passed
 BULLET_CCD_API MeshRepair repairMesh(TriangleMesh& mesh);
 
 /// True if every edge belongs to exactly two triangles that run through it in opposite directions.
-/// Edges are compared by vertex index: repairMesh() a triangle soup first. False without triangles.
+/// Edges are compared by vertex index, so a triangle soup needs repairMesh() first. A mesh without
+/// triangles is not watertight.
 [[nodiscard]] BULLET_CCD_API bool isWatertight(const TriangleMesh& mesh);
 
-/// Mass properties by signed tetrahedra; a mesh that is not closed, or encloses no positive volume,
-/// gets those of its bounding box (the caller can tell by `isWatertight`).
+/// Mass properties by signed tetrahedra. A mesh that is not closed, or encloses no positive volume,
+/// gets those of its bounding box; isWatertight() tells whether it is closed.
 [[nodiscard]] BULLET_CCD_API MassProperties massProperties(const TriangleMesh& mesh);
 
-/// Axis-aligned bounds of all vertices.
+/// Axis-aligned bounds of all vertices [m].
 [[nodiscard]] BULLET_CCD_API Eigen::AlignedBox3d bounds(const TriangleMesh& mesh);
 
-/// Vertices mapped by `transform`; a mirroring transform flips the winding so that outward stays
-/// outward.
+/// Maps the vertices by `transform`. A mirroring transform also flips the winding, so that outward
+/// stays outward.
 BULLET_CCD_API void transformMesh(TriangleMesh& mesh, const Eigen::Affine3d& transform);
 
-/// Appends `other`, mapped by nothing, to `mesh`.
+/// Appends the vertices and triangles of `other` to `mesh`. No vertices are merged.
 BULLET_CCD_API void appendMesh(TriangleMesh& mesh, const TriangleMesh& other);
 
-/// 64-bit FNV-1a hash of coordinates and indices: names a mesh by its content.
+/// 64-bit FNV-1a hash of coordinates and indices. It names a mesh by its content.
 [[nodiscard]] BULLET_CCD_API std::uint64_t contentHash(const TriangleMesh& mesh);
 }  // namespace bullet_ccd

@@ -1,9 +1,9 @@
 /// Links and joints of an articulated body, in URDF's convention: the frame of a link is the frame
 /// of the joint above it, moved by that joint.
 ///
-/// Links are stored parents first; link 0 is the root. Joints have no index of their own: joint i
-/// is the one above link i, and joint positions are vectors with one entry a link (the entries of
-/// the root, of fixed and of spherical joints are ignored).
+/// Parents are stored before their children, and link 0 is the root. Joints have no index of their
+/// own: joint i is the one above link i. Joint positions are vectors with one entry per link. The
+/// entries of the root, of fixed joints and of spherical joints are ignored.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -22,12 +22,12 @@ namespace bullet_ccd
 enum class JointType : std::uint8_t
 {
     Fixed,
-    Revolute,  ///< also URDF's continuous: then without limits
+    Revolute,  ///< also URDF's continuous, which has no limits
     Prismatic,
-    Spherical,  ///< any rotation: its motion is a BallMotion, not a position
+    Spherical,  ///< any rotation; its motion is a BallMotion, not a position
 };
 
-/// The joint above a link. Position [rad] or [m].
+/// The joint above a link. Its position is in [rad], or in [m] for a prismatic joint.
 struct Joint
 {
     std::string name;
@@ -37,8 +37,8 @@ struct Joint
     double upper = std::numeric_limits<double>::infinity();
     double maxEffort = std::numeric_limits<double>::infinity();    ///< [N m] or [N]
     double maxVelocity = std::numeric_limits<double>::infinity();  ///< [rad/s] or [m/s]
-    /// position = mimicMultiplier * position[mimicOf] + mimicOffset, if mimicOf != kNone; mimicOf
-    /// is itself not a mimic joint.
+    /// The joint that this one follows, or kNone: position = mimicMultiplier * position[mimicOf] +
+    /// mimicOffset. mimicOf is not a mimic joint itself.
     std::int32_t mimicOf = kNone;
     double mimicMultiplier = 1.0;
     double mimicOffset = 0.0;
@@ -58,6 +58,7 @@ struct Link
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about it, link axes [kg m^2]
 };
 
+/// All links of an articulated body.
 struct BULLET_CCD_API KinematicTree
 {
     std::vector<Link> links;
@@ -69,18 +70,22 @@ struct BULLET_CCD_API KinematicTree
     [[nodiscard]] std::int32_t findJoint(const std::string& name) const;
 };
 
-/// Pose of the link in its parent at joint position `q`; for a spherical joint its pose unturned.
+/// Pose of the link in its parent at joint position `q` [rad or m]. For a spherical joint it is the
+/// pose without rotation of the joint.
 [[nodiscard]] BULLET_CCD_API Eigen::Isometry3d linkInParent(const Link& link, double q);
 
-/// Poses of all links in the frame that `X_WR` places the root in.
-/// @param positions one entry a link; mimic joints' entries are used as they are (see applyMimics)
+/// Poses of all links in W, one entry per link.
+/// @param X_WR      pose of the root
+/// @param positions one entry per link [rad or m]; the entries of mimic joints are used as they are
+///                  (see applyMimics())
 [[nodiscard]] BULLET_CCD_API std::vector<Eigen::Isometry3d> linkPoses(
     const KinematicTree& tree, const Eigen::Isometry3d& X_WR, std::span<const double> positions);
 
-/// Sets the position of every mimic joint from the joint it follows.
+/// Sets the position of every mimic joint from the joint that it follows.
+/// @param positions one entry per link [rad or m]
 BULLET_CCD_API void applyMimics(const KinematicTree& tree, std::span<double> positions);
 
-/// True if `ancestor` is `link` or on its way to the root.
+/// True if `ancestor` is `link` or lies between it and the root, inclusive.
 [[nodiscard]] BULLET_CCD_API bool isAncestorOrSelf(const KinematicTree& tree,
                                                    std::int32_t ancestor,
                                                    std::int32_t link);

@@ -1,5 +1,5 @@
-/// The surroundings of an articulated body: a tree of boxes over its objects, built once for any
-/// number of queries.
+/// The surroundings of an articulated body: a tree of boxes over objects, built once for any number
+/// of queries.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -13,19 +13,19 @@
 
 namespace bullet_ccd
 {
-/// Objects that rest or move as RigidBody says, over a step from 0 to 1. Hierarchies and motions
-/// supplied by the user are referred to, not copied: they must outlive the environment and not
+/// Objects that rest or move as RigidBody says, over t in [0, 1]. Hierarchies and motions supplied
+/// by the user are referred to and not copied. They must outlive the environment and must not
 /// change while it is in use.
 class BULLET_CCD_API Environment
 {
 public:
-    /// One box in the tree: two children, of which the left follows the node, or up to kLeaf
-    /// objects.
+    /// One box of the tree. It has two children, of which the left one follows the node in the
+    /// array, or up to kLeaf objects.
     struct Node
     {
         Eigen::AlignedBox3d box{};
-        std::int32_t right = kNone;  ///< child; kNone for a leaf
-        std::int32_t first = 0;      ///< of a leaf, in order()
+        std::int32_t right = kNone;  ///< right child; kNone for a leaf
+        std::int32_t first = 0;      ///< first object of a leaf, in order()
         std::int32_t count = 0;
     };
     static constexpr std::size_t kLeaf = 2;
@@ -33,8 +33,8 @@ public:
     Environment() = default;
     explicit Environment(std::span<const RigidBody> bodies) { reset(bodies); }
 
-    /// Takes other objects; O(n log n). Allocates nothing once it has held as many.
-    /// Throws std::invalid_argument where a motion is not finite.
+    /// Replaces the objects, in O(n log n). Allocates nothing once it has held as many.
+    /// Throws std::invalid_argument if a motion is not finite.
     void reset(std::span<const RigidBody> bodies);
 
     [[nodiscard]] std::span<const RigidBody> bodies() const { return m_bodies; }
@@ -43,12 +43,12 @@ public:
         return m_moves[static_cast<std::size_t>(index)] != 0;
     }
     [[nodiscard]] std::size_t movingCount() const { return m_movingCount; }
-    /// Over the whole step.
+    /// Bounds of an object over the whole step, in W [m].
     [[nodiscard]] const Eigen::AlignedBox3d& box(std::int32_t index) const
     {
         return m_boxes[static_cast<std::size_t>(index)];
     }
-    /// Node 0 is the root, if there are objects.
+    /// Empty without objects; otherwise node 0 is the root.
     [[nodiscard]] std::span<const Node> nodes() const { return m_nodes; }
     [[nodiscard]] std::span<const std::int32_t> order() const { return m_order; }
 

@@ -16,7 +16,7 @@ namespace bullet_ccd
 struct LinkMask
 {
     std::int32_t link = kNone;
-    std::int32_t otherLink = kNone;  ///< as in selfPairs, in that order; or
+    std::int32_t otherLink = kNone;  ///< (link, otherLink) is one of selfPairs; or
     std::int32_t obstacle = kNone;   ///< index into the obstacles
     const PairMask* mask = nullptr;  ///< A is the mesh of `link`
 };
@@ -25,7 +25,7 @@ struct LinkMask
 struct ArticulatedBody
 {
     const KinematicTree* tree = nullptr;
-    /// One entry a link, in the link's frame; null for a link without geometry.
+    /// One entry per link, in the link's frame; null for a link without geometry.
     std::span<const SsvTree* const> linkTrees;
     const JointMotion* motion = nullptr;
     /// Pairs of links that are tested against each other; see selfPairsOf().
@@ -33,15 +33,16 @@ struct ArticulatedBody
     std::span<const LinkMask> masks{};
 };
 
-/// All pairs of links with geometry that a joint lies between, but for the `disabled` ones (in any
-/// order, as an SRDF lists them). Links that are joined directly are among them: they need a
-/// LinkMask of the region of their joint (see maskNear) unless they are clear of each other.
+/// All pairs of links that have geometry and a joint between them, except the `disabled` ones.
+/// The order of the two links of a disabled pair does not matter. Links that are joined directly
+/// are among the pairs: they need a LinkMask of the region of their joint (see maskNear()) unless
+/// they are clear of each other.
 [[nodiscard]] BULLET_CCD_API std::vector<std::pair<std::int32_t, std::int32_t>> selfPairsOf(
     const KinematicTree& tree,
     std::span<const SsvTree* const> linkTrees,
     std::span<const std::pair<std::int32_t, std::int32_t>> disabled = {});
 
-/// One link's contact.
+/// A contact of a link with an obstacle or with another link.
 struct LinkContact
 {
     std::int32_t link = kNone;
@@ -53,22 +54,22 @@ struct LinkContact
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, from the link to the other, in W
     std::int32_t triangleLink = kNone;                 ///< closest triangles, in the meshes
     std::int32_t triangleOther = kNone;
-    /// The joint, named by the link below it, that must stop for the link to stop: the nearest one
-    /// above the link that moves, or above the other link if nothing above this one does. 0 for a
-    /// root that moves; kNone if only the obstacle does.
+    /// The joint, named by the link below it, that must stop for the link to stop. It is the
+    /// nearest moving joint above the link, or above the other link if no joint above this one
+    /// moves. It is 0 if the root moves, and kNone if only the obstacle moves.
     std::int32_t stopJoint = kNone;
     double time = 0.0;  ///< of the contact, in [0, 1]
 };
 
-/// What a query cost. Pairs are those of a link and an obstacle, or of two links, that move
-/// relative to each other: pairs = culledBySpace + culledByTime + the rest.
+/// What a query cost. A pair is a link and an obstacle, or two links, that move relative to each
+/// other. Pairs that are not culled were searched down to their triangles.
 struct ArticulatedCounters : ToiCounters
 {
     std::int64_t pairs = 0;
-    /// Never reached the hierarchies: the boxes that link and obstacle sweep are apart.
+    /// Pairs that never reached the hierarchies, because the boxes that both sweep are apart.
     std::int64_t culledBySpace = 0;
-    /// Boxes meet, but the pair was certified beyond the answer before any of its triangles were
-    /// looked at.
+    /// Pairs whose boxes meet, but which were certified beyond the answer before any of their
+    /// triangles were looked at.
     std::int64_t culledByTime = 0;
     std::int64_t subdivisions = 0;  ///< intervals that were halved
 
@@ -85,41 +86,47 @@ struct ArticulatedCounters : ToiCounters
     }
 };
 
+/// First contact of an articulated body.
 struct ArticulatedToiResult
 {
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;  ///< certified: no contact before it
-    /// All pairs of links and obstacles within the tolerance at `time` that move relative to each
-    /// other (the pairs that were closer at t = 0 only if they closed in further), the first
-    /// contact first, then by (link, obstacle, otherLink). For Overlapping: the overlapping pair.
+    /// All pairs within the tolerance at `time` that move relative to each other. Pairs that were
+    /// closer at t = 0 are among them only if they closed in further. The first contact comes
+    /// first; the others are ordered by (link, obstacle, otherLink). For Overlapping this is the
+    /// overlapping pair.
     std::vector<LinkContact> contacts;
     ArticulatedCounters counters;
 };
 
-/// Stages of a query can be switched off; the answer is the same, the cost is not.
+/// Stages of a query can be switched off. The answer stays the same, but the cost does not.
 struct ArticulatedToiOptions
 {
     ToiOptions toi{};
     bool cullBySpace = true;  ///< boxes of the moving links, and trees over links and obstacles
-    bool cullByTime = true;   ///< one queue for all pairs; else each pair is searched on its own
+    bool cullByTime = true;   ///< one queue for all pairs; otherwise one search per pair
     bool subdivide = true;    ///< halve intervals over which links sweep wide boxes
-    /// The others need obstacles that rest or move as RigidMotion, with the best-first strategy.
+    /// The other bounds need the best-first strategy and obstacles that rest or move as
+    /// RigidMotion.
     MotionBound bound = MotionBound::SecondOrder;
 };
 
 /// First time in [0, 1] at which a link comes within `options.toi.tolerance` of an obstacle or of a
 /// link that it is paired with. Pairs without relative motion are skipped.
 ///
-/// Guarantee: as of rigidToi(), for all pairs (ToiStatus). Allocates nothing but the contacts of
-/// the result once `work` is warm. Throws std::invalid_argument as rigidToi() does, and where sizes
-/// of the spans do not match the tree.
+/// Guarantee: no contact of any tested pair for t in [0, result.time); ToiStatus says what each
+/// outcome promises.
+/// @param work scratch, reusable; one per thread
+/// Throws std::invalid_argument as rigidToi() does, and if sizes of the spans do not match the
+/// tree.
+/// Allocates nothing but the contacts of the result once `work` is warm.
 [[nodiscard]] BULLET_CCD_API ArticulatedToiResult
 articulatedToi(const ArticulatedBody& body,
                const Environment& environment,
                const ArticulatedToiOptions& options,
                ToiWorkspace& work);
 
-/// The same, for obstacles of one query: boxes over them are made here.
+/// The same for obstacles of a single query; the boxes over them are made here.
 [[nodiscard]] BULLET_CCD_API ArticulatedToiResult
 articulatedToi(const ArticulatedBody& body,
                std::span<const RigidBody> obstacles,

@@ -1,5 +1,5 @@
-/// Triangles of two meshes that are not tested against each other: where two links are joined, or
-/// where a body rests on another from the start.
+/// Triangles of two meshes that are not tested against each other, because two links are joined
+/// there or a body rests on another from the start.
 #pragma once
 
 #include "bullet_ccd/distance/tree_distance.h"
@@ -14,11 +14,12 @@
 
 namespace bullet_ccd
 {
-/// A pair of triangles is exempt if both are marked. Unmarked triangles are tested against all.
+/// Marks on the triangles of two meshes. A pair of triangles is exempt if both are marked. Unmarked
+/// triangles are tested against all others.
 class BULLET_CCD_API PairMask
 {
 public:
-    /// @param marksA,marksB one entry a triangle of the meshes, non-zero to mark it
+    /// @param marksA,marksB one entry per triangle of the mesh; non-zero marks it
     PairMask(const SsvTree& treeA,
              const SsvTree& treeB,
              std::span<const std::uint8_t> marksA,
@@ -30,13 +31,13 @@ public:
         return m_nodesA[static_cast<std::size_t>(nodeA)] != 0 &&
                m_nodesB[static_cast<std::size_t>(nodeB)] != 0;
     }
-    /// By the triangles' indices in the meshes.
+    /// True if the two triangles, given by their indices in the meshes, are exempt.
     [[nodiscard]] bool exemptsTriangles(std::int32_t triangleA, std::int32_t triangleB) const
     {
         return m_marksA[static_cast<std::size_t>(triangleA)] != 0 &&
                m_marksB[static_cast<std::size_t>(triangleB)] != 0;
     }
-    /// For treeDistance().
+    /// The marks of the nodes, as treeDistance() takes them.
     [[nodiscard]] NodeMarks nodeMarks() const { return {.a = m_nodesA, .b = m_nodesB}; }
     /// True if no pair is exempt.
     [[nodiscard]] bool isEmpty() const { return m_isEmpty; }
@@ -49,10 +50,10 @@ private:
     bool m_isEmpty = true;
 };
 
-/// Marks, on both meshes, what is within `reach` [m] of the other mesh at one of the poses: for two
-/// joined links, poses over the range of the joint mark the region of the joint and leave the rest
-/// of both links to be tested.
-/// @param posesOfAInB X_BA
+/// Marks on both meshes the triangles that are within `reach` [m] of the other mesh at one of the
+/// poses. For two joined links, poses over the range of the joint mark the region of the joint, and
+/// the rest of both links is still tested.
+/// @param posesOfAInB poses X_BA of A's frame in B's
 [[nodiscard]] BULLET_CCD_API PairMask maskNear(const SsvTree& treeA,
                                                const SsvTree& treeB,
                                                std::span<const Eigen::Isometry3d> posesOfAInB,

@@ -17,12 +17,11 @@ struct RigidBody
 /// The body as firstContact() takes it.
 [[nodiscard]] BULLET_CCD_API MovingBody movingBody(const RigidBody& body);
 
-/// First time at which two rigidly moving meshes come within `options.tolerance`.
+/// First time in [0, 1] at which two rigidly moving meshes come within `options.tolerance`.
 ///
-/// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome still
-/// promises.
-/// @param options tolerance [m], iteration limit
-/// @param work scratch, reusable; one per thread
+/// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome promises.
+/// @param options tolerance [m], minimum separation [m], iteration limit
+/// @param work    scratch, reusable; one per thread
 /// Throws std::invalid_argument for motions that are not finite or a tolerance that is not
 /// positive.
 [[nodiscard]] BULLET_CCD_API ToiResult rigidToi(const RigidBody& bodyA,
@@ -37,7 +36,10 @@ struct RigidBodyPair
     RigidBody bodyB;
 };
 
-/// rigidToi() of every pair, in parallel; the results do not depend on the number of threads.
+/// rigidToi() of every pair, computed in parallel; one result per pair, in their order.
+///
+/// Guarantee: as that of rigidToi(); the results do not depend on the number of threads.
+/// Throws std::invalid_argument as rigidToi() does.
 [[nodiscard]] BULLET_CCD_API std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs,
                                                               const ToiOptions& options);
 }  // namespace bullet_ccd

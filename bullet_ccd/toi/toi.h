@@ -1,4 +1,4 @@
-/// What all time-of-impact queries share: options, statuses, results. docs/glossary.md defines
+/// Options, statuses and results that all time-of-impact queries share. docs/glossary.md defines
 /// tolerance, gap and minimum separation.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace bullet_ccd
 {
-/// What the answer of a time-of-impact query promises. d(t) is the distance of the surfaces, s the
-/// minimum separation, e the tolerance.
+/// What the answer of a time-of-impact query promises. Here d(t) is the distance of the surfaces, s
+/// is the minimum separation, and e is the tolerance.
 enum class ToiStatus : std::uint8_t
 {
     Separated,         ///< d > s in all of [0, 1]; time is 1, gap a certified lower bound of d
@@ -21,7 +21,7 @@ enum class ToiStatus : std::uint8_t
     Overlapping,       ///< d <= s at t = 0 (surfaces intersect, if s = 0); time is 0
     TouchingLeaving,   ///< s < d <= s + e at t = 0, and d does not shrink to s: like Separated
     TouchingPressing,  ///< s < d <= s + e at t = 0, approaching, and d shrinks to s: like Hit
-    IterationLimit,    ///< gave up; d > s in [0, time]
+    IterationLimit,    ///< the query gave up; d > s in [0, time]
 };
 
 /// True for the outcomes at which the bodies must not move on: `time` is the last certified time.
@@ -31,7 +31,7 @@ enum class ToiStatus : std::uint8_t
            status == ToiStatus::TouchingPressing;
 }
 
-/// How a query walks through space and time; all give the same guarantees.
+/// How a query searches space and time. All strategies give the same guarantees.
 enum class ToiStrategy : std::uint8_t
 {
     BestFirst,  ///< one heap of node pairs, each with its own time; the earliest is looked at next
@@ -41,7 +41,7 @@ enum class ToiStrategy : std::uint8_t
           ///< a traversal that goes deeper as contact comes near
 };
 
-/// How the motion of a link over the time ahead is bounded; all bounds are safe.
+/// How the motion of a link over the time ahead is bounded. All bounds are conservative.
 enum class MotionBound : std::uint8_t
 {
     SecondOrder,  ///< by its velocity now and a bound of its acceleration
@@ -49,10 +49,11 @@ enum class MotionBound : std::uint8_t
     Sum,          ///< by the speeds of all joints, in whatever direction
 };
 
-/// The tolerance of all queries and of closing a hand, if none is given [m]: 20 micrometres. The
-/// worlds of Bullet take ten times as much, because Bullet may compute in single precision.
+/// The default tolerance of all queries and of closing a hand [m]. The worlds of Bullet take ten
+/// times as much, because Bullet may compute in single precision.
 inline constexpr double kDefaultTolerance = 2e-5;
 
+/// What a time-of-impact query is asked.
 struct ToiOptions
 {
     /// Surfaces count as in contact at the minimum separation plus this distance [m]; > 0. Bodies
@@ -60,15 +61,16 @@ struct ToiOptions
     /// they count as in contact again, so that a query restarted from a contact can leave it or
     /// slide.
     double tolerance = kDefaultTolerance;
-    /// Clearance that must be kept: the query stops before the distance falls to it [m]; >= 0.
+    /// Clearance that must be kept [m]; >= 0. The query stops before the distance falls to it.
     double minimumSeparation = 0.0;
-    /// Steps leave this part of the tolerance as gap, in (0, 1/2]. Small: the reported time is as
-    /// late as can be. 1/2: room is left to a query that goes on from there.
+    /// The part of the tolerance that steps leave as gap, in (0, 1/2]. With a small part the
+    /// reported time is as late as possible. With 1/2 a query that goes on from there has room.
     double aim = 1.0 / 4096.0;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
 };
 
+/// What a query cost.
 struct ToiCounters
 {
     std::int64_t nodePairs = 0;
@@ -81,9 +83,9 @@ struct ToiResult
 {
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;  ///< certified: no contact before it
-    /// Distance of the named triangles at `time`; no others are much closer, by the certificate
-    /// (see ToiOptions::aim). For Separated a lower bound of the distance over the whole motion
-    /// [m].
+    /// Distance of the named triangles at `time` [m]. No other triangles are much closer, because
+    /// the time is certified (see ToiOptions::aim). For Separated it is a lower bound of the
+    /// distance over the whole motion.
     double gap = 0.0;
     std::int32_t triangleA = kNone;
     std::int32_t triangleB = kNone;

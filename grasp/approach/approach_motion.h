@@ -10,9 +10,15 @@
 
 namespace bullet_ccd::grasp
 {
-/// First contact of any link with the environment while the hand, joints at rest at `positions`,
-/// moves along `shift` (W) from X_WH. A hit leaves about half the tolerance, so that closing can go
-/// on from there. See articulatedToi() for the guarantee and what it throws.
+/// First contact of any link with the environment while the hand moves along `shift` (W [m]) from
+/// X_WH, with its joints at rest. A hit leaves about half the tolerance as gap, so that closing can
+/// go on from there.
+///
+/// Guarantee: as that of articulatedToi().
+/// @param X_WH      pose of the root link
+/// @param positions one entry per link [rad or m]
+/// @param tolerance [m]
+/// Throws std::invalid_argument as articulatedToi() does.
 [[nodiscard]] BULLET_CCD_API ArticulatedToiResult
 approachUntilContact(const HandModel& hand,
                      const Environment& environment,
@@ -22,21 +28,22 @@ approachUntilContact(const HandModel& hand,
                      double tolerance,
                      ToiWorkspace& work);
 
-/// Where the way of a hand along a path ended.
+/// Where the motion of a hand along a path ended.
 struct PathApproach
 {
-    /// Of the last leg that was begun: Separated (or TouchingLeaving) at the end of the path.
+    /// Of the last leg that was begun. It is Separated or TouchingLeaving at the end of the path.
     ToiStatus status = ToiStatus::Separated;
-    std::size_t leg = 0;                                     ///< that leg, from 0
-    double time = 1.0;                                       ///< certified on that leg, in [0, 1]
-    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< the root link there
-    double length = 0.0;                     ///< way of the root link's origin to there [m]
-    std::vector<LinkContact> contacts = {};  ///< as of articulatedToi()
+    std::size_t leg = 0;  ///< the last leg that was begun, from 0
+    double time = 1.0;    ///< certified on that leg, in [0, 1]
+    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< pose of the root link there
+    double length = 0.0;                                     ///< way of the root link's origin [m]
+    std::vector<LinkContact> contacts = {};                  ///< as of articulatedToi()
 };
 
-/// The same along a path of poses of the root link: on each leg its origin moves on a straight line
-/// and it turns about it by the shortest arc, both at constant speed (motionBetween()). One query a
-/// leg; the first contact ends the way. A path of one pose is no way at all.
+/// The same along a path of poses of the root link. On each leg its origin moves on a straight
+/// line, and the link turns about it by the shortest arc, both at constant speed (motionBetween()).
+/// Every leg is one query, and the first contact ends the motion. On a path of one pose nothing
+/// moves.
 /// Throws std::invalid_argument for a path without a pose, and as articulatedToi() does.
 [[nodiscard]] BULLET_CCD_API PathApproach
 approachUntilContact(const HandModel& hand,

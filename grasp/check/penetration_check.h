@@ -1,11 +1,11 @@
-/// Independent check of a final pose: shares no code with the queries that produced it.
+/// Independent check of a final pose. It shares no code with the queries that produced the pose.
 ///
-/// Surfaces intersect where an edge of one passes through a triangle of the other: signs of
-/// determinants decide, each with a bound of its own rounding error. A body inside another is found
-/// by the winding number of a closed surface about the vertices of the other. The resolution is a
-/// nanometre: a link counts as intersecting if it does so when moved by that much, and also when
-/// moved back by it. So surfaces that lie on each other, up to the rounding of poses, are clean,
-/// and edges that run exactly through the seam of two triangles are found.
+/// Surfaces intersect where an edge of one passes through a triangle of the other. The signs of
+/// determinants decide, each with a bound of its own rounding error. A body inside another one is
+/// found by the winding number of a closed surface about the vertices of the other. The resolution
+/// is a nanometre: a link counts as intersecting if it does so when moved by that much, and also
+/// when moved back by it. So surfaces that lie on each other, up to the rounding of poses, do not
+/// count, and edges that run exactly through the seam of two triangles are found.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -16,6 +16,7 @@
 
 namespace bullet_ccd::grasp
 {
+/// What the check found.
 struct PenetrationReport
 {
     std::int64_t intersectingTriangles = 0;  ///< pairs (link triangle, object triangle)
@@ -26,8 +27,9 @@ struct PenetrationReport
     [[nodiscard]] bool clean() const { return intersectingTriangles == 0 && verticesInside == 0; }
 };
 
-/// The check of one hand and object, for many postures: what does not depend on the posture is made
-/// once. Refers to both, which must outlive it. Not for several threads at a time.
+/// The check of one hand and one object for many postures. What does not depend on the posture is
+/// made once. The check refers to hand and object, which must outlive it. Only one thread may use
+/// it at a time.
 class BULLET_CCD_API PenetrationCheck
 {
 public:
@@ -35,21 +37,23 @@ public:
     ~PenetrationCheck();
     PenetrationCheck(PenetrationCheck&&) noexcept;
 
-    /// Intersects every triangle of every link with every triangle of the object (a uniform grid
-    /// finds the candidates), and looks for vertices of one inside the other.
+    /// Intersects the triangles of all links with the triangles of the object, with candidates from
+    /// a uniform grid, and looks for vertices of one inside the other.
     /// @param X_WH       pose of the hand's root link; the object's mesh frame is W
-    /// @param positions  one entry a link
+    /// @param positions  one entry per link [rad or m]
     [[nodiscard]] PenetrationReport at(const Eigen::Isometry3d& X_WH,
                                        const std::vector<double>& positions);
 
-    /// What remains to be asked where no surface of a link is as near to the object's as
-    /// kResolution: true if a whole part of a link is inside a watertight object, or a part of the
-    /// object inside a watertight link. One vertex of each part tells, so this takes a hundredth of
-    /// the time, and then says what at(X_WH, positions) does.
+    /// True if a whole part of a link is inside a watertight object, or a whole part of the object
+    /// is inside a watertight link. One vertex per part decides, so this takes a hundredth of the
+    /// time of at().
+    ///
+    /// Guarantee: it agrees with at() where no surface of a link is within kResolution of the
+    /// object's.
     [[nodiscard]] bool holdsInside(const Eigen::Isometry3d& X_WH,
                                    const std::vector<double>& positions);
 
-    /// Intersections and depths up to this are contact [m].
+    /// Intersections up to this depth are contact [m].
     static constexpr double kResolution = 1e-9;
 
 private:
@@ -57,7 +61,7 @@ private:
     std::unique_ptr<Parts> m_parts;
 };
 
-/// The same for one posture.
+/// PenetrationCheck::at() for a single posture.
 [[nodiscard]] BULLET_CCD_API PenetrationReport
 checkPenetration(const HandModel& hand,
                  const GraspObject& object,

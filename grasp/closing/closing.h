@@ -1,4 +1,4 @@
-/// What a closing engine is asked and what it answers. docs/glossary.md defines tolerance and gap.
+/// The contract of closing engines. docs/glossary.md defines tolerance and gap.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -15,8 +15,8 @@ namespace bullet_ccd::grasp
 {
 enum class ClosingEngine : std::uint8_t
 {
-    Kinematic,  ///< kinematicClosing(): time-of-impact queries alone
-    Simulated,  ///< simulatedClosing(): staged steps of Bullet's multibody world
+    Kinematic,  ///< kinematicClosing(), by time-of-impact queries alone
+    Simulated,  ///< simulatedClosing(), by staged steps of Bullet's multibody world
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(ClosingEngine engine);
 
@@ -32,26 +32,28 @@ struct ClosingOptions
     double tolerance = kDefaultTolerance;  ///< links stop at this distance from the object [m]
     double contactThreshold = 1e-4;  ///< features of stopped links this close are contacts [m]
     ClosingOrder order = ClosingOrder::Together;
-    /// OneByOne: names of the fingers that close first, in this order; the others follow in the
-    /// order of HandModel::fingers.
+    /// For OneByOne: the names of the fingers that close first, in this order. The others follow in
+    /// the order of HandModel::fingers.
     std::vector<std::string> firstFingers = {};
 };
 
 struct ClosingResult
 {
     ToiStatus status = ToiStatus::Separated;  ///< Overlapping or IterationLimit: the closing failed
-    std::vector<double> positions;            ///< one entry a link
+    std::vector<double> positions;            ///< one entry per link [rad or m]
     std::vector<StopEvent> stops;             ///< in the order of time
-    bool touchedObstacle = false;             ///< something beside the object
+    bool touchedObstacle = false;             ///< something beside the object was touched
     std::int64_t steps = 0;                   ///< queries or simulation steps
     ArticulatedCounters counters = {};        ///< of the queries, of a kinematic engine
 };
 
-/// Closes all fingers from `positions` with the root link fixed at X_WH; each link stops on its
-/// first contact (with the object or another link), together with the joints between it and the
-/// palm; the rest goes on until everything is stopped or at its limit. Motion between contacts is
-/// continuous: nothing is jumped over. One by one, fingers that are moved by the same joint close
-/// together, and a finger that another one runs into before its turn stays where it is.
+/// Closes all fingers from `positions` (one entry per link [rad or m]) with the root link fixed at
+/// X_WH. Each link stops at its first contact with the object or another link, together with the
+/// joints between it and the palm. The others go on until all are stopped or at their limits. If
+/// fingers close one by one, those that the same joint moves close together, and a finger that
+/// another one runs into before its turn stays where it is.
+///
+/// Guarantee: motion between contacts is continuous; nothing is jumped over.
 using CloseHand = std::function<ClosingResult(const HandModel& hand,
                                               const GraspObject& object,
                                               const Eigen::Isometry3d& X_WH,
@@ -60,16 +62,18 @@ using CloseHand = std::function<ClosingResult(const HandModel& hand,
 /// Makes one closing engine per thread.
 using MakeCloseHand = std::function<CloseHand()>;
 
-/// The largest difference of a joint [rad]; of sliding joints ten times that [m].
-/// @pre positions of one entry a link
+/// The largest difference of a joint between two postures [rad]. The difference of a sliding joint
+/// [m] counts ten times.
+/// @pre a and b have one entry per link
 [[nodiscard]] BULLET_CCD_API double postureDifference(const HandModel& hand,
                                                       std::span<const double> a,
                                                       std::span<const double> b);
 
-/// Surfaces closer than this intersect, for all that double precision can tell [m].
+/// Surfaces closer than this [m] cannot be told from intersecting ones in double precision.
 inline constexpr double kTouching = 1e-12;
 
-/// True if a link intersects the object or a link that it is paired with. One position a link.
+/// True if a link intersects the object or a link that it is paired with.
+/// @param positions one entry per link [rad or m]
 [[nodiscard]] BULLET_CCD_API bool handOverlaps(const HandModel& hand,
                                                const GraspObject& object,
                                                const Eigen::Isometry3d& X_WH,

@@ -2,10 +2,10 @@
 /// torques. docs/glossary.md defines friction, effort and margin.
 ///
 /// Two solvers answer the same question: an interior-point method with exact cones, and CLP with
-/// pyramids inscribed in them, whose answers are possible forces as well but never better. What is
-/// returned is measured afresh on the forces themselves, and "infeasible" only with a certificate
-/// that was checked against the contacts (ForceCertificate). The weight of the hand itself plays
-/// no part: joint torques are those that the contacts ask for.
+/// pyramids inscribed in them. The answers of CLP are possible forces, too, but never better ones.
+/// All returned values are measured afresh on the forces themselves. A problem is called infeasible
+/// only with a certificate that was checked against the contacts (ForceCertificate). The weight of
+/// the hand is not considered: joint torques are those that the contacts need.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -18,23 +18,24 @@
 
 namespace bullet_ccd::grasp
 {
-/// What holds the object, and what pulls at it.
+/// Contacts that hold an object, and the load on it.
 struct BULLET_CCD_API ForceProblem
 {
     std::vector<GraspContact> contacts;
     ContactLaw law{};
     Wrench load = Wrench::Zero();  ///< on the object: force [N], moment about `reference` [N m], W
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();  ///< W [m]
-    /// As handJacobian() returns it for the k contacts and q joints: k q twists; empty: no joint
+    /// The k q twists that handJacobian() returns for k contacts and q joints; empty for no joint
     /// limits.
     std::vector<Twist> jacobian{};
-    std::vector<double> torqueLimits{};     ///< q; infinity: none [N m or N]
-    std::vector<std::string> jointNames{};  ///< q, for reasons; empty: numbers
+    std::vector<double> torqueLimits{};     ///< q entries [N m or N]; infinity: no limit
+    std::vector<std::string> jointNames{};  ///< q entries, for messages; empty: numbers
     double maxNormalForce = std::numeric_limits<double>::infinity();  ///< of each contact [N]
 
     [[nodiscard]] bool hasLimits() const;
 };
 
+/// What the forces are optimised for.
 enum class ForceObjective : std::uint8_t
 {
     Total,  ///< least sum of the normal forces
@@ -58,12 +59,13 @@ struct ForceOptions
 enum class ForceStatus : std::uint8_t
 {
     Balanced,
-    Infeasible,  ///< no forces can; the certificate proves it
+    Infeasible,  ///< no forces balance the load; the certificate proves it
     Unbounded,   ///< Firm without a limit: the more the hand squeezes, the larger the margin
     Undecided,   ///< the solver gave up, or feasibility is a matter of rounding
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(ForceStatus status);
 
+/// The force of one contact on the object.
 struct ContactForce
 {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the object, W [N]
@@ -73,7 +75,7 @@ struct ContactForce
     double margin = 0.0;  ///< friction left: mu f_n - sqrt(|f_t|^2 + (m_n / e)^2) [N]
 };
 
-/// What the forces violate, measured on them.
+/// By how much the forces violate each condition, measured on the forces.
 struct ForceResiduals
 {
     double force = 0.0;   ///< |sum of forces + load| [N]
@@ -105,12 +107,13 @@ struct BULLET_CCD_API ForceCertificate
     [[nodiscard]] bool coneOnly() const;
 };
 
+/// The answer to a ForceProblem.
 struct GraspForces
 {
     ForceStatus status = ForceStatus::Undecided;
-    std::string reason;                  ///< of any status but Balanced, one sentence
-    double value = 0.0;                  ///< of the objective [N]
-    double bound = 0.0;                  ///< that no forces beat: of the cones (pyramids) used [N]
+    std::string reason;  ///< one sentence, for any status but Balanced
+    double value = 0.0;  ///< of the objective [N]
+    double bound = 0.0;  ///< no forces in the cones (pyramids) used have a better value [N]
     std::vector<ContactForce> contacts;  ///< as in the problem; empty unless Balanced
     std::vector<double> jointTorques;    ///< J^T f, one entry per joint [N m or N]
     ForceResiduals residuals;
@@ -118,11 +121,13 @@ struct GraspForces
     int iterations = 0;                           ///< of the cone solver
 };
 
-/// Guarantee: Balanced forces hold with the residuals stated, and their value is within `bound` of
-/// the best up to their difference; Infeasible comes with a verified certificate. No contacts:
-/// Balanced for a load of 0, else Infeasible. Throws std::invalid_argument that names the bad
-/// number. Source: Boyd and Wegbreit, "Fast computation of optimal
-/// contact forces", 2007.
+/// Finds the contact forces that balance the load and are best for the objective.
+///
+/// Guarantee: Balanced forces hold with the stated residuals, and the best value lies between their
+/// `value` and `bound`. Infeasible comes with a verified certificate. Without contacts the status
+/// is Balanced for a load of 0, otherwise Infeasible.
+/// Throws std::invalid_argument that names the bad number.
+/// Source: Boyd and Wegbreit, "Fast computation of optimal contact forces", 2007.
 [[nodiscard]] BULLET_CCD_API GraspForces solveGraspForces(const ForceProblem& problem,
                                                           const ForceOptions& options = {});
 }  // namespace bullet_ccd::grasp

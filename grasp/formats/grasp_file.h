@@ -1,9 +1,8 @@
-/// Grasps as JSON Lines: one self-contained record a line, schema versioned.
+/// Grasps as JSON Lines: one self-contained record per line, with a versioned schema.
 ///
-/// The object's mesh frame is the frame of reference; lengths in metres, angles in radians; names
-/// of keys say units and the order of quaternions. Joint values and links go by name. Numbers are
-/// written with as many digits as a round trip needs to be exact. README.md in this folder lists
-/// the keys.
+/// The frame of reference is the object's mesh frame. Lengths are in metres, angles in radians. The
+/// names of keys say units and the order of quaternions. Joint values and links are named. Numbers
+/// have as many digits as an exact round trip needs. README.md in this folder lists the keys.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -16,14 +15,14 @@
 
 namespace bullet_ccd::grasp
 {
-/// Written to "schema" of every record.
+/// The value of "schema" in every record.
 inline constexpr const char* kGraspSchema = "bullet_ccd.grasp/1";
 
 /// What is common to the grasps of one run.
 struct GraspRun
 {
     std::filesystem::path handFile;
-    std::filesystem::path srdfFile;  ///< that was used; empty: all was inferred
+    std::filesystem::path srdfFile;  ///< the SRDF that was used; empty: all was inferred
     std::filesystem::path objectFile;
     double objectScale = 1.0;
     std::string obstaclesHash{};  ///< contentHash() of what stood beside the object
@@ -37,7 +36,7 @@ BULLET_CCD_API void writeGrasps(std::ostream& out,
                                 const GraspObject& object,
                                 std::span<const Grasp> grasps);
 
-/// What a file says about its hand and object: enough to load them and to notice that they changed.
+/// What a file says about its hand and object. It is enough to load them and to notice changes.
 struct GraspFileSource
 {
     GraspRun run;
@@ -46,18 +45,19 @@ struct GraspFileSource
     std::string version;  ///< of bullet_ccd that wrote it
 };
 
-/// Reads the first record of a file for its source.
+/// Reads hand, object and options from the first record of a file.
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
 [[nodiscard]] BULLET_CCD_API GraspFileSource readGraspSource(const std::filesystem::path& path);
 
 /// Reads all grasps of a file; `hand` must be the hand that it was written for.
-/// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also for lines of another hand or
-/// object than the first line's.
+/// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also if a line has another hand or
+/// object than the first line.
 [[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(const std::filesystem::path& path,
                                                            const HandModel& hand);
 
-/// Reads the preshapes that the grasps of a file started from, each once, in order of appearance;
-/// one entry a link of `hand`. Records of versions that kept only the names give none.
+/// Reads the preshapes that the grasps of a file started from, each once, in the order in which
+/// they appear. Positions have one entry per link of `hand`. Records of old versions, which kept
+/// only the names, give no preshape.
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
 [[nodiscard]] BULLET_CCD_API std::vector<Preshape> readPreshapes(const std::filesystem::path& path,
                                                                  const HandModel& hand);

@@ -1,22 +1,21 @@
-/// URDF + SRDF -> HandModel.
+/// Loads a hand from URDF and SRDF.
 ///
 /// What URDF cannot say stands in an SRDF file, as MoveIt's users write it:
-///   <group name="thumb"><chain base_link=".." tip_link=".."/></group>   a finger (one a group;
-///   groups
-///       without a chain, whose chain holds no movable joint or ends above another one's are
-///       ignored)
+///   <group name="thumb"><chain base_link=".." tip_link=".."/></group>   a finger, one
+///       per group; a group is ignored if it has no chain, or if its chain holds no movable joint
+///       or ends above that of another group
 ///   <group_state name="open" group="..."><joint name=".." value=".."/></group_state>   a preshape;
-///       states of one name are one preshape, joints that are not listed stay at 0 clamped into
-///       their limits; the state "open" comes first, then the order of the file; states in which
-///       the fingers are closed already are dropped
+///       states of one name are one preshape; joints that are not listed stay at 0, clamped into
+///       their limits; the state "open" comes first, the others follow in the order of the file;
+///       states in which the fingers are already closed are dropped
 ///   <disable_collisions link1=".." link2=".." reason=".."/>
-///   <passive_joint name=".."/>   a joint that keeps its preshape (wrist, spread): frozen
+///   <passive_joint name=".."/>   a joint that keeps its preshape (wrist, spread)
 /// and, as extensions that MoveIt ignores,
 ///   <closing joint=".." direction="+1|-1"/>
 ///   <grasp_frame link=".." xyz=".." rpy=".."/>   see HandModel::X_RG; at the first preshape
 /// What is missing is inferred and noted: fingers (if no group is one), closing directions (of
-/// finger joints that are neither passive nor listed as closing), a preshape, the grasp frame.
-/// Links that overlap in every preshape are never tested against each other, and noted.
+/// finger joints that are neither passive nor listed as closing), a preshape, and the grasp frame.
+/// Links that overlap in every preshape are never tested against each other; a note names them.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -27,12 +26,12 @@
 
 namespace bullet_ccd::grasp
 {
-/// Loads a hand. Without `srdf` one is looked for: <urdf stem>.srdf beside the URDF; then, if
-/// `shareFolder` is given, robots/srdf/<name>.srdf in it, where the names tried are the URDF's
-/// stem, the stem without a trailing "_mesh", the robot's name, and that without "_mesh". A file
-/// found in the share folder that does not fit the robot is put aside with a note; one that was
-/// named or lies beside the URDF must fit. If there is none, everything is inferred. Throws
-/// std::runtime_error: "<file>: <element>: <what, value>: <remedy>".
+/// Loads a hand. Without `srdf` the function looks for <urdf stem>.srdf beside the URDF. Then, if
+/// `shareFolder` is given, it looks there for robots/srdf/<name>.srdf, where the name is the URDF's
+/// stem, the stem without a trailing "_mesh", the robot's name, or that name without "_mesh". A
+/// file in the share folder that does not fit the robot is put aside with a note. A file that was
+/// named or is beside the URDF must fit. Without any SRDF everything is inferred.
+/// Throws std::runtime_error: "<file>: <element>: <what, value>: <remedy>".
 [[nodiscard]] BULLET_CCD_API HandModel
 loadHand(const std::filesystem::path& urdf,
          const std::optional<std::filesystem::path>& srdf = std::nullopt,

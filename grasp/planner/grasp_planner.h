@@ -1,4 +1,4 @@
-/// Sample, approach, close, score, rank.
+/// The planner: it samples candidates, approaches, closes, scores and ranks.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -11,47 +11,50 @@
 
 namespace bullet_ccd::grasp
 {
+/// What a plan is asked.
 struct PlannerOptions
 {
     std::int64_t candidates = 20;
     std::uint64_t seed = 1;
-    int jobs = 0;            ///< threads; 0: one a core. Results do not depend on it.
-    double timeLimit = 0.0;  ///< after it no further candidate is begun [s]; 0: none
+    int jobs = 0;            ///< threads; 0: one per core. Results do not depend on it.
+    double timeLimit = 0.0;  ///< after it no candidate is begun [s]; 0: no limit
     ApproachOptions approach = {};
     ClosingOptions closing = {};
-    /// That the caller hands to planGrasps(); kept here for the record.
+    /// The engine that the caller hands to planGrasps(). It is kept here for the record.
     ClosingEngine engine = ClosingEngine::Kinematic;
-    int volumes = 3;  ///< so many of the best grasps get the volume of their wrench space
+    int volumes = 3;  ///< number of best grasps that get the volume of their wrench space
     double friction = ContactLaw{}.friction;
     int coneEdges = 8;
     double forceClosureThreshold = 0.005;
-    double minContactSpacing = 1e-3;  ///< contacts of one link closer than this are one [m]
+    double minContactSpacing = 1e-3;  ///< closer contacts of one link become one [m]
 };
 
-/// Called from any thread after each candidate.
+/// Is called after each candidate, from any thread.
 using PlanProgress = std::function<void(const Grasp&)>;
 
+/// Optional inputs of a plan.
 struct PlanExtras
 {
     PlanProgress progress = {};
-    /// At rest in W beside the object. A candidate that touches one is rejected
-    /// (RejectReason::Obstacle), provided that the closing engine knows them, too. What the boxes
-    /// that the hand sweeps do not meet costs no query.
+    /// Bodies at rest in W beside the object. A candidate that touches one is rejected
+    /// (RejectReason::Obstacle), provided that the closing engine knows them, too. Obstacles that
+    /// the swept boxes of the hand do not meet cost no query.
     std::span<const RigidBody> obstacles = {};
-    /// Candidates of an earlier plan of the same hand, object, obstacles and options: they are
+    /// Candidates of an earlier plan of the same hand, object, obstacles and options. They are
     /// taken over as they are, without a call of `progress`.
     std::span<const Grasp> known = {};
 };
 
-/// All candidates, best first. Order: force closures by epsilon (ties by candidate number), then
-/// the other grasps, then the rejected ones by candidate number.
+/// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
+/// grasps, then the rejected candidates by number.
 ///
-/// Candidates are begun in the order of their numbers and those begun are finished, so that a time
-/// limit leaves out the last numbers alone; at least one that is not known is planned, whatever the
-/// limit. What comes out of a candidate depends neither on threads nor on the limit, so a plan that
-/// is continued with what it gave (`known`) ends as one that was never stopped.
-/// Throws std::invalid_argument for options that make no sense, and for known candidates that are
-/// there twice or are none of options.candidates.
+/// Guarantee: the outcome of a candidate depends neither on the number of threads nor on the time
+/// limit. So a plan that is continued from its own result (`known`) ends like one that was never
+/// stopped. Candidates are begun in the order of their numbers, and every one that is begun is
+/// finished, so a time limit leaves out the last numbers only. At least one candidate that is not
+/// known is planned, whatever the limit.
+/// Throws std::invalid_argument for bad options, and for known candidates that appear twice or are
+/// not among options.candidates.
 [[nodiscard]] BULLET_CCD_API std::vector<Grasp> planGrasps(const HandModel& hand,
                                                            const GraspObject& object,
                                                            const PlannerOptions& options,
