@@ -29,7 +29,8 @@ function(bullet_ccd_precompiled_options target)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
         # For ccache; and GCC 12 sees overlaps in std::string where that is precompiled.
         target_compile_options(${target} PRIVATE -fpch-preprocess -Wno-restrict -Wno-array-bounds
-                                                 -Wno-stringop-overflow -Wno-stringop-overread)
+                                                 -Wno-stringop-overflow -Wno-stringop-overread
+                                                 -Wno-maybe-uninitialized)
     endif()
 endfunction()
 
