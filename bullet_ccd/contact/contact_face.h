@@ -1,8 +1,8 @@
-/// A triangle as the search for contacts sees it. Internal to appendContacts().
+/// A triangle as the search for contacts sees it. Internal to contact_search.cpp.
 #pragma once
 
 #include "bullet_ccd/contact/contact_surface.h"
-#include "bullet_ccd/contact/near_surface.h"
+#include "bullet_ccd/distance/triangle_distance.h"
 
 #include <Eigen/Core>
 
@@ -13,16 +13,18 @@
 
 namespace bullet_ccd
 {
-/// Sine of 0.1 rad: how far a direction may be off the cone of a feature.
+/// Sine of the angle by which a direction may be off the cone of a feature: 0.1 rad.
 inline constexpr double kLenient = 0.0998;
 inline constexpr double kExact = 1e-6;
+/// Half a right angle.
+inline constexpr double kWide = 0.7;
 
 /// A triangle of either body in the frame F, the tree's of B.
 struct Face
 {
     const ContactSurface* surface = nullptr;
     const Eigen::Matrix3d* R_FG = nullptr;  ///< rotation of the body's tree frame
-    std::int32_t index = kNone;
+    std::int32_t index = kNone;             ///< of the slot
     const ContactSurface::Slot* slot = nullptr;
     TriangleCorners corners;
     Eigen::Vector3d normal;
@@ -71,20 +73,21 @@ struct Face
         }
         return true;
     }
-    /// Facets that stand for something round are taken as they are, corners of bodies leniently.
+    /// Facets that stand for something round may have a limit of their own.
     [[nodiscard]] bool crossingCone(std::size_t k,
                                     const Eigen::Vector3d& direction,
-                                    double exact) const
+                                    double sharp,
+                                    double smooth) const
     {
-        return edgeCone(k, direction, surface->isSmooth(slot->edges[k]) ? exact : kLenient);
+        return edgeCone(k, direction, surface->isSmooth(slot->edges[k]) ? smooth : sharp);
     }
-    /// Weights of the corners at a point of the plane, all at least -kOnBoundary.
-    [[nodiscard]] bool covers(const Eigen::Vector3d& point) const
+    /// Weights of the corners at a point of the plane, all at least `least`.
+    [[nodiscard]] bool covers(const Eigen::Vector3d& point, double least = -kOnBoundary) const
     {
         const double twiceArea = edge(0).cross(edge(1)).dot(normal);
         for (std::size_t k = 0; k < 3; ++k)
         {
-            if (edge(k).cross(point - corners[k]).dot(normal) < -kOnBoundary * twiceArea)
+            if (edge(k).cross(point - corners[k]).dot(normal) < least * twiceArea)
             {
                 return false;
             }
@@ -132,9 +135,9 @@ inline Face faceOf(const ContactSurface& surface,
 {
     Face face{.surface = &surface,
               .R_FG = &R,
-              .index = surface.tree().triangle(slot),
+              .index = slot,
               .slot = &surface.slot(slot),
-              .corners = surface.tree().corners(slot),
+              .corners = surface.corners(slot),
               .normal = R * surface.slot(slot).normal,
               .isB = isB};
     for (Eigen::Vector3d& corner : face.corners)

@@ -74,6 +74,7 @@ ContactOutline::ContactOutline(const std::vector<Contact>& contacts,
 }
 
 void ContactOutline::appendChoice(const std::vector<FormerContact>& former,
+                                  std::int32_t most,
                                   std::vector<Contact>& chosen)
 {
     addFormer(former);
@@ -88,7 +89,7 @@ void ContactOutline::appendChoice(const std::vector<FormerContact>& former,
     {
         choose(best[static_cast<std::size_t>(k)]);
     }
-    chooseLow();
+    chooseLow(most);
     const auto end = m_chosen.begin() + m_chosenCount;
     std::swap(m_chosen.front(),
               *std::min_element(
@@ -307,7 +308,7 @@ void ContactOutline::choose(int i)
 
 /// Adds the deepest, and then what is below the hull of those chosen, first what touches when the
 /// body leans least.
-void ContactOutline::chooseLow()
+void ContactOutline::chooseLow(std::int32_t most)
 {
     const auto isDeeper = [&](int x, int y) { return spot(x).gap < spot(y).gap; };
     const int chosen =
@@ -316,7 +317,7 @@ void ContactOutline::chooseLow()
     {
         choose(m_deepest);
     }
-    for (int i = m_rim; i < m_count && m_chosenCount < kPointsPerPatch; ++i)
+    for (int i = m_rim; i < m_count && m_chosenCount < most; ++i)
     {
         const double below = heightOfHull(spot(i).at) - spot(i).gap;
         if (!spot(i).isChosen && std::isfinite(below) && below > kLow)

@@ -37,7 +37,10 @@ public:
                    double threshold);
 
     /// Appends the choice, the deepest first. Former points are preferred.
-    void appendChoice(const std::vector<FormerContact>& former, std::vector<Contact>& chosen);
+    /// @param most points, from 4 to kPointsPerPatch; the deepest may be one more than 4
+    void appendChoice(const std::vector<FormerContact>& former,
+                      std::int32_t most,
+                      std::vector<Contact>& chosen);
 
 private:
     static constexpr std::size_t kMaxSpots = 64;
@@ -65,7 +68,7 @@ private:
     [[nodiscard]] std::array<int, 4> largest(int count, Filter filter) const;
     [[nodiscard]] double heightOfHull(const Eigen::Vector2d& at) const;
     void choose(int i);
-    void chooseLow();
+    void chooseLow(std::int32_t most);
 
     const std::vector<Contact>& m_contacts;
     const std::vector<std::int32_t>& m_members;

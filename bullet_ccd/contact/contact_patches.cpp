@@ -47,7 +47,7 @@ void reducePatches(const PatchOptions& options, PatchWorkspace& work)
         ContactPatch& patch = work.patches[k];
         patch.first = static_cast<std::int32_t>(work.contacts.size());
         ContactOutline(work.raw, work.members, patch.normal, options.threshold)
-            .appendChoice(work.former, work.contacts);
+            .appendChoice(work.former, options.maxPoints, work.contacts);
         patch.count = static_cast<std::int32_t>(work.contacts.size()) - patch.first;
     }
 }

@@ -27,6 +27,8 @@ struct PatchOptions
     double threshold = 2e-4;       ///< features closer than this are in contact [m], > 0
     double mergeAngle = 0.35;      ///< normals within this angle belong to one patch [rad]
     std::int32_t maxPatches = 64;  ///< those with the deepest contacts are kept
+    /// Most points of a patch, from 4 to kPointsPerPatch; the deepest may be one more than 4.
+    std::int32_t maxPoints = kPointsPerPatch;
 };
 
 /// Input, scratch memory and result of a query; one per thread.

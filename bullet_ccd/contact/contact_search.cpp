@@ -1,7 +1,6 @@
 #include "bullet_ccd/contact/contact_search.h"
 
 #include "bullet_ccd/contact/contact_face.h"
-#include "bullet_ccd/contact/near_slots.h"
 
 #include <algorithm>
 #include <array>
@@ -25,17 +24,20 @@ constexpr double kTouching = 1e3;
 class Search
 {
 public:
-    struct Scene
-    {
-        double threshold;
-        double rounding;  ///< of a distance
-        double touching;  ///< gap that has no direction
-        Vector3d centerA;
-        Vector3d centerB;
-    };
-
-    Search(const Scene& scene, std::vector<Contact>& found, std::vector<Contact>& pierced)
-        : m_scene(scene), m_found(found), m_first(found.size()), m_pierced(pierced)
+    Search(ContactView view,
+           const ContactPoses& poses,
+           double threshold,
+           std::vector<Contact>& found,
+           std::vector<Contact>& pierced)
+        : m_view(view),
+          m_lenient(view == ContactView::Points ? kWide : kLenient),
+          m_threshold(threshold),
+          m_rounding(poses.rounding),
+          m_touching(kTouching * poses.rounding),
+          m_centerA(poses.p_FA),
+          m_found(found),
+          m_first(found.size()),
+          m_pierced(pierced)
     {
         m_pierced.clear();
     }
@@ -74,10 +76,10 @@ public:
         {
             if (least >= 0.0)
             {
-                keepShallowPierced();
+                keepFirstPierced();
             }
         }
-        else if (m_nearest.gap < least - m_scene.rounding)
+        else if (m_nearest.gap < least - m_rounding)
         {
             // Rounding can put the nearest features just outside their cones.
             m_found.push_back(m_nearest);
@@ -94,7 +96,7 @@ private:
     /// All to one side of the plane of y, farther than the threshold.
     [[nodiscard]] bool isBeyond(const std::array<double, 3>& h, const Face& y) const
     {
-        const double far = m_scene.threshold + m_scene.rounding;
+        const double far = m_threshold + m_rounding;
         return !y.normal.isZero(0.0) && ((h[0] > far && h[1] > far && h[2] > far) ||
                                          (h[0] < -far && h[1] < -far && h[2] < -far));
     }
@@ -104,7 +106,15 @@ private:
         return low < 0.0 && high > 0.0;
     }
 
-    [[nodiscard]] double exact(double gap) const { return kExact + 4.0 * m_scene.rounding / gap; }
+    /// Limits of the cones: of vertices and edges that meet, and of smooth edges that cross.
+    [[nodiscard]] double exact(double gap) const
+    {
+        return m_view == ContactView::Points ? kWide : kExact + 4.0 * m_rounding / gap;
+    }
+    [[nodiscard]] double smooth(double gap) const
+    {
+        return m_view == ContactView::Patches ? exact(gap) : m_lenient;
+    }
 
     Contact contactOf(const Face& x,
                       const Face& y,
@@ -136,7 +146,7 @@ private:
             {
                 continue;
             }
-            if (std::abs(heightsX[k]) <= m_scene.threshold + m_scene.rounding)
+            if (std::abs(heightsX[k]) <= m_threshold + m_rounding)
             {
                 offerVertexFace(x, k, y, heightsX[k]);
             }
@@ -162,11 +172,11 @@ private:
             return;
         }
         Vector3d normal = height > 0.0 ? Vector3d(-y.normal) : y.normal;
-        bool isContact = x.vertexCone(k, normal, kLenient);
-        if (!isContact && std::abs(height) <= m_scene.touching)
+        bool isContact = x.vertexCone(k, normal, m_lenient);
+        if (!isContact && std::abs(height) <= m_touching)
         {
             normal = -normal;
-            isContact = x.vertexCone(k, normal, kLenient);
+            isContact = x.vertexCone(k, normal, m_lenient);
         }
         const Vector3d foot = x.corners[k] - height * y.normal;
         record(contactOf(x, y, x.corners[k], foot, normal, std::abs(height)), isContact);
@@ -179,11 +189,11 @@ private:
         const double s = edge.dot(point - y.corners[l]) / edge.squaredNorm();
         const Vector3d foot = y.corners[l] + s * edge;
         const double gap = (foot - point).norm();
-        if (s < 0.0 || s > 1.0 || gap > m_scene.threshold + m_scene.rounding)
+        if (s < 0.0 || s > 1.0 || gap > m_threshold + m_rounding)
         {
             return;
         }
-        if (gap <= m_scene.touching)
+        if (gap <= m_touching)
         {
             recordTouching(x,
                            x.surface->aroundVertex(x.slot->vertices[k]),
@@ -203,11 +213,11 @@ private:
     void offerVertexVertex(const Face& a, std::size_t k, const Face& b, std::size_t l)
     {
         const double gap = (b.corners[l] - a.corners[k]).norm();
-        if (gap > m_scene.threshold + m_scene.rounding)
+        if (gap > m_threshold + m_rounding)
         {
             return;
         }
-        if (gap <= m_scene.touching)
+        if (gap <= m_touching)
         {
             recordTouching(a,
                            a.surface->aroundVertex(a.slot->vertices[k]),
@@ -249,16 +259,16 @@ private:
         const Vector3d onA = a.corners[k] + at.s * u;
         const Vector3d onB = b.corners[l] + at.t * v;
         const double gap = (onB - onA).norm();
-        if (gap > m_scene.threshold + m_scene.rounding)
+        if (gap > m_threshold + m_rounding)
         {
             return;
         }
         Vector3d normal;
         bool isContact = false;
-        if (gap > m_scene.touching)
+        if (gap > m_touching)
         {
             normal = (onB - onA) / gap;
-            isContact = crosses(a, k, b, l, normal, exact(gap));
+            isContact = crosses(a, k, b, l, normal, smooth(gap));
         }
         else
         {
@@ -272,14 +282,15 @@ private:
         }
         record(contactOf(a, b, onA, onB, normal, gap), isContact);
     }
-    static bool crosses(const Face& x,
-                        std::size_t k,
-                        const Face& y,
-                        std::size_t l,
-                        const Vector3d& normal,
-                        double exact)
+    [[nodiscard]] bool crosses(const Face& x,
+                               std::size_t k,
+                               const Face& y,
+                               std::size_t l,
+                               const Vector3d& normal,
+                               double smooth) const
     {
-        return x.crossingCone(k, normal, exact) && y.crossingCone(l, -normal, exact);
+        return x.crossingCone(k, normal, m_lenient, smooth) &&
+               y.crossingCone(l, -normal, m_lenient, smooth);
     }
 
     /// Tip to tip: the normal is out of both, as far as the directions around tell.
@@ -326,12 +337,13 @@ private:
             }
             const double s = h[k] / (h[k] - h[next]);
             const Vector3d through = x.corners[k] + s * x.edge(k);
-            if (!y.covers(through))
+            // What only touches the rim is a contact of the rim; a solver needs all that holds.
+            if (!y.covers(through, m_view == ContactView::Patches ? -kOnBoundary : kOnBoundary))
             {
                 continue;
             }
             m_isPierced = true;
-            if (isFlat || !offerBehind(x, k, y, h))
+            if (isFlat || m_view != ContactView::Patches || !offerBehind(x, k, y, h))
             {
                 addPierced(x, y, through, std::min(std::abs(h[k]), std::abs(h[next])), isFlat);
             }
@@ -346,7 +358,7 @@ private:
         Contact best;
         best.gap = -std::numeric_limits<double>::infinity();
         const Vector3d out = h[end] > 0.0 ? y.normal : Vector3d(-y.normal);
-        if (std::abs(h[end]) <= m_scene.threshold && x.vertexCone(end, out, kLenient))
+        if (std::abs(h[end]) <= m_threshold && x.vertexCone(end, out, kLenient))
         {
             const Vector3d foot = x.corners[end] - h[end] * y.normal;
             best = contactOf(x, y, x.corners[end], foot, out, -std::abs(h[end]));
@@ -361,8 +373,7 @@ private:
             const Vector3d onX = x.corners[k] + at.s * x.edge(k);
             const Vector3d onY = y.corners[l] + at.t * y.edge(l);
             const double depth = (onX - onY).norm();
-            if (!at.isInside() || depth > std::min(m_scene.threshold, -best.gap) ||
-                depth <= m_scene.touching)
+            if (!at.isInside() || depth > std::min(m_threshold, -best.gap) || depth <= m_touching)
             {
                 continue;
             }
@@ -384,15 +395,19 @@ private:
     void addPierced(
         const Face& x, const Face& y, const Vector3d& through, double depth, bool isFlat)
     {
-        const Vector3d& center = x.isB ? m_scene.centerB : m_scene.centerA;
+        const Vector3d center = x.isB ? Vector3d(Vector3d::Zero()) : m_centerA;
         const bool isAbove = y.normal.dot(center - y.corners[0]) > 0.0;
         const Vector3d normal = isAbove ? Vector3d(-y.normal) : y.normal;
-        // The gap holds the depth for a while; edges inside a flat part come last.
-        const double rank = isFlat ? m_scene.threshold + 1e6 * depth : depth;
+        // The gap holds a rank for a while; edges inside a flat part come last.
+        double rank = isFlat ? m_threshold + 1e6 * depth : depth;
+        if (m_view != ContactView::Patches)
+        {
+            rank = isFlat ? std::numeric_limits<double>::infinity() : 0.0;
+        }
         m_pierced.push_back(contactOf(x, y, through, through, normal, rank));
     }
 
-    void keepShallowPierced()
+    void keepFirstPierced()
     {
         double least = std::numeric_limits<double>::infinity();
         for (const Contact& contact : m_pierced)
@@ -401,7 +416,7 @@ private:
         }
         for (Contact& contact : m_pierced)
         {
-            if (contact.gap <= 2.0 * least + m_scene.threshold)
+            if (contact.gap <= 2.0 * least + m_threshold)
             {
                 m_found.push_back(contact);
                 m_found.back().gap = 0.0;
@@ -409,7 +424,12 @@ private:
         }
     }
 
-    Scene m_scene;
+    ContactView m_view;
+    double m_lenient;  ///< limit of the cones of vertices over faces and sharp edges that cross
+    double m_threshold;
+    double m_rounding;  ///< of a distance
+    double m_touching;  ///< gap that has no direction
+    Vector3d m_centerA;
     std::vector<Contact>& m_found;
     std::size_t m_first;
     std::vector<Contact>& m_pierced;
@@ -420,27 +440,21 @@ private:
 /// The closest points of all pairs of triangles: where no feature has a contact of its own.
 Contact closestOfAll(const ContactSurface& surfaceA,
                      const ContactSurface& surfaceB,
-                     const Matrix3d& R,
-                     const Vector3d& p,
-                     const ContactSearchWorkspace& work)
+                     const ContactPoses& poses,
+                     const IndexPairs& slots)
 {
     Contact best{.gap = std::numeric_limits<double>::infinity()};
-    for (const auto& [a, b] : work.slots)
+    for (const auto& [a, b] : slots)
     {
-        TriangleCorners corners = surfaceA.tree().corners(a);
+        TriangleCorners corners = surfaceA.corners(a);
         for (Vector3d& corner : corners)
         {
-            corner = R * corner + p;
+            corner = poses.R_FA * corner + poses.p_FA;
         }
-        const TriangleDistance d = triangleDistance(corners, surfaceB.tree().corners(b));
+        const TriangleDistance d = triangleDistance(corners, surfaceB.corners(b));
         if (d.distance < best.gap)
         {
-            best = {d.pointA,
-                    d.pointB,
-                    -surfaceB.slot(b).normal,
-                    d.distance,
-                    surfaceA.tree().triangle(a),
-                    surfaceB.tree().triangle(b)};
+            best = {d.pointA, d.pointB, -surfaceB.slot(b).normal, d.distance, a, b};
         }
     }
     if (best.gap > 0.0)
@@ -450,6 +464,72 @@ Contact closestOfAll(const ContactSurface& surfaceA,
     return best;
 }
 
+/// Appends contacts in F, their triangles by their slots.
+void search(ContactView view,
+            const ContactSurface& surfaceA,
+            const ContactSurface& surfaceB,
+            const ContactPoses& poses,
+            double threshold,
+            ContactSearchWorkspace& work,
+            std::vector<Contact>& contacts)
+{
+    const std::size_t first = contacts.size();
+    Search search(view, poses, threshold, contacts, work.pierced);
+    const Matrix3d I = Matrix3d::Identity();
+    for (const auto& [a, b] : work.slots)
+    {
+        search.look(faceOf(surfaceA, poses.R_FA, poses.p_FA, a, false),
+                    faceOf(surfaceB, I, Vector3d::Zero(), b, true));
+    }
+    search.finish();
+    if (contacts.size() == first)
+    {
+        const Contact closest = closestOfAll(surfaceA, surfaceB, poses, work.slots);
+        if (closest.gap <= threshold + poses.rounding)
+        {
+            contacts.push_back(closest);
+        }
+    }
+}
+
+/// The surface of one side of the pairs, which from then on go by its slots.
+ContactSurface partOf(const SsvTree& tree,
+                      std::int32_t IndexPairs::value_type::*side,
+                      IndexPairs& pairs)
+{
+    // In the order of the mesh, so that features are owned by the first of their triangles.
+    const auto isBefore = [&](std::int32_t x, std::int32_t y)
+    { return tree.triangle(x) < tree.triangle(y); };
+    std::vector<std::int32_t> slots;
+    for (const auto& pair : pairs)
+    {
+        slots.push_back(pair.*side);
+    }
+    std::sort(slots.begin(), slots.end(), isBefore);
+    slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+    for (auto& pair : pairs)
+    {
+        const auto at = std::lower_bound(slots.begin(), slots.end(), pair.*side, isBefore);
+        pair.*side = static_cast<std::int32_t>(at - slots.begin());
+    }
+    return ContactSurface(tree, slots);
+}
+ContactPoses contactPoses(const SsvTree& treeA,
+                          const Isometry3d& X_WA,
+                          const SsvTree& treeB,
+                          const Isometry3d& X_WB)
+{
+    const double largest = std::max({treeA.radius() + treeA.origin().norm(),
+                                     treeB.radius() + treeB.origin().norm(),
+                                     X_WA.translation().norm(),
+                                     X_WB.translation().norm()});
+    const Matrix3d R_BW = X_WB.linear().transpose();
+    return {.X_WB = X_WB,
+            .originB = treeB.origin(),
+            .R_FA = R_BW * X_WA.linear(),
+            .p_FA = R_BW * (X_WA * treeA.origin() - X_WB * treeB.origin()),
+            .rounding = 64.0 * std::numeric_limits<double>::epsilon() * largest};
+}
 }  // namespace
 
 void appendContacts(const ContactSurface& surfaceA,
@@ -460,49 +540,58 @@ void appendContacts(const ContactSurface& surfaceA,
                     ContactSearchWorkspace& work,
                     std::vector<Contact>& contacts)
 {
-    const SsvTree& treeA = surfaceA.tree();
-    const SsvTree& treeB = surfaceB.tree();
-    const Matrix3d R = X_WB.linear().transpose() * X_WA.linear();
-    const Vector3d p = X_WB.linear().transpose() * (X_WA * treeA.origin() - X_WB * treeB.origin());
-    const double largest = std::max({treeA.radius() + treeA.origin().norm(),
-                                     treeB.radius() + treeB.origin().norm(),
-                                     X_WA.translation().norm(),
-                                     X_WB.translation().norm()});
-    const double rounding = 64.0 * std::numeric_limits<double>::epsilon() * largest;
-    collectNearSlots(treeA, treeB, R, p, threshold + rounding, work.open, work.slots);
+    const ContactPoses poses = contactPoses(surfaceA.tree(), X_WA, surfaceB.tree(), X_WB);
+    collectNearSlots(surfaceA.tree(),
+                     surfaceB.tree(),
+                     poses.R_FA,
+                     poses.p_FA,
+                     threshold + poses.rounding,
+                     work.open,
+                     work.slots);
     work.pairs += static_cast<std::int64_t>(work.slots.size());
+    if (!work.slots.empty())
+    {
+        const std::size_t first = contacts.size();
+        search(ContactView::Patches, surfaceA, surfaceB, poses, threshold, work, contacts);
+        toWorld(poses, surfaceA, surfaceB, std::span(contacts).subspan(first));
+    }
+}
+
+std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
+                                         const Isometry3d& X_WA,
+                                         const SsvTree& treeB,
+                                         const Isometry3d& X_WB,
+                                         double threshold,
+                                         ContactView view)
+{
+    const ContactPoses poses = contactPoses(treeA, X_WA, treeB, X_WB);
+    ContactSearchWorkspace work;
+    collectNearSlots(
+        treeA, treeB, poses.R_FA, poses.p_FA, threshold + poses.rounding, work.open, work.slots);
     if (work.slots.empty())
     {
-        return;
+        return std::nullopt;
     }
-    const std::size_t first = contacts.size();
-    Search search({.threshold = threshold,
-                   .rounding = rounding,
-                   .touching = kTouching * rounding,
-                   .centerA = p,
-                   .centerB = Vector3d::Zero()},
-                  contacts,
-                  work.pierced);
-    const Matrix3d I = Matrix3d::Identity();
-    for (const auto& [a, b] : work.slots)
+    NearFeatures near{.poses = poses,
+                      .a = partOf(treeA, &IndexPairs::value_type::first, work.slots),
+                      .b = partOf(treeB, &IndexPairs::value_type::second, work.slots),
+                      .contacts = {}};
+    search(view, near.a, near.b, poses, threshold, work, near.contacts);
+    return near;
+}
+
+void toWorld(const ContactPoses& poses,
+             const ContactSurface& a,
+             const ContactSurface& b,
+             std::span<Contact> contacts)
+{
+    for (Contact& contact : contacts)
     {
-        search.look(faceOf(surfaceA, R, p, a, false),
-                    faceOf(surfaceB, I, Vector3d::Zero(), b, true));
-    }
-    search.finish();
-    if (contacts.size() == first)
-    {
-        const Contact closest = closestOfAll(surfaceA, surfaceB, R, p, work);
-        if (closest.gap <= threshold + rounding)
-        {
-            contacts.push_back(closest);
-        }
-    }
-    for (std::size_t i = first; i < contacts.size(); ++i)
-    {
-        contacts[i].pointA = X_WB * (contacts[i].pointA + treeB.origin());
-        contacts[i].pointB = X_WB * (contacts[i].pointB + treeB.origin());
-        contacts[i].normal = X_WB.linear() * contacts[i].normal;
+        contact.pointA = poses.X_WB * (contact.pointA + poses.originB);
+        contact.pointB = poses.X_WB * (contact.pointB + poses.originB);
+        contact.normal = poses.X_WB.linear() * contact.normal;
+        contact.triangleA = a.triangle(contact.triangleA);
+        contact.triangleB = b.triangle(contact.triangleB);
     }
 }
 }  // namespace bullet_ccd

@@ -1,9 +1,9 @@
-/// Pairs of features of two surfaces that are in contact: the search below findPatches().
+/// The search for contacts that all three views share: pairs of features of two surfaces at fixed
+/// poses, found in the pairs of triangles that are near each other.
 ///
-/// A pair counts if each of its closest points is the nearest to the other on its own surface
-/// around it: of a vertex over a face and of crossing sharp edges within 0.1 rad, so that bodies
-/// which lie on each other nearly flat touch at all corners; of all others exactly. Features inside
-/// a flat part are no feature of their own.
+/// A pair of features counts if each of its closest points is the nearest to the other on its own
+/// surface around it; how exactly, is what the views differ in. Features inside a flat part are no
+/// feature of their own.
 #pragma once
 
 #include "bullet_ccd/contact/contact_surface.h"
@@ -14,10 +14,38 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace bullet_ccd
 {
+enum class ContactView : std::uint8_t
+{
+    /// What a solver needs: vertices over faces and sharp edges that cross within 0.1 rad, so that
+    /// bodies which lie on each other nearly flat touch at all corners; all others exactly, so that
+    /// facets that stand for something round touch where that would. Where surfaces intersect, gap
+    /// = -depth of a vertex behind a face, or of two edges past each other, if that is at most the
+    /// threshold; else 0 at the edges that pierce a face least deep.
+    Patches,
+    /// All features in contact: smooth edges within 0.1 rad, too; gap 0 at every edge that pierces
+    /// a face.
+    Features,
+    /// What a grasp needs: as Features, but all within half a right angle, so that things that are
+    /// round touch with as much of them as is near.
+    Points,
+};
+
+/// Where one tree is as the other sees it. F is the frame of B's tree.
+struct ContactPoses
+{
+    Eigen::Isometry3d X_WB;
+    Eigen::Vector3d originB;
+    Eigen::Matrix3d R_FA;  ///< of the frame of A's tree
+    Eigen::Vector3d p_FA;
+    double rounding;  ///< of a distance [m]
+};
+
 /// Scratch memory of a search; one per thread, grows to what is needed once.
 struct ContactSearchWorkspace
 {
@@ -27,12 +55,12 @@ struct ContactSearchWorkspace
     std::int64_t pairs = 0;  ///< counts pairs of triangles whose volumes are near, over all queries
 };
 
-/// Appends all contacts of two surfaces with a gap of at most `threshold`, in W, in no order.
+/// Appends all contacts of two surfaces with a gap of at most `threshold`, in W, in no order, by
+/// the view of patches.
 ///
 /// Guarantee: the closest points of the surfaces are among them (to rounding) if they are at most
-/// `threshold` apart. Where surfaces intersect, gap = -depth of a vertex behind a face, or of two
-/// edges past each other, if that is at most `threshold`; else 0 where an edge pierces a face. The
-/// normal is the direction in which B gives way soonest.
+/// `threshold` apart. Where surfaces intersect, the normal is the direction in which B gives way
+/// soonest.
 /// Deterministic. Allocates nothing once `work` and `contacts` are large enough.
 BULLET_CCD_API void appendContacts(const ContactSurface& surfaceA,
                                    const Eigen::Isometry3d& X_WA,
@@ -41,4 +69,27 @@ BULLET_CCD_API void appendContacts(const ContactSurface& surfaceA,
                                    double threshold,
                                    ContactSearchWorkspace& work,
                                    std::vector<Contact>& contacts);
+
+/// The answer to one query for features or points. The same guarantee; the normal at an edge that
+/// pierces a face is that of the face, by which the middle of the edge's body stays on its side.
+struct NearFeatures
+{
+    ContactPoses poses;
+    ContactSurface a;  ///< the triangles near the other body, in the order of the mesh
+    ContactSurface b;
+    std::vector<Contact> contacts;  ///< in F; their triangles are slots of a and b
+};
+
+[[nodiscard]] std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
+                                                       const Eigen::Isometry3d& X_WA,
+                                                       const SsvTree& treeB,
+                                                       const Eigen::Isometry3d& X_WB,
+                                                       double threshold,
+                                                       ContactView view);
+
+/// From F and slots to W and triangles of the meshes.
+void toWorld(const ContactPoses& poses,
+             const ContactSurface& a,
+             const ContactSurface& b,
+             std::span<Contact> contacts);
 }  // namespace bullet_ccd

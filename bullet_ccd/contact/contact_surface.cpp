@@ -1,7 +1,5 @@
 #include "bullet_ccd/contact/contact_surface.h"
 
-#include "bullet_ccd/contact/near_surface.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -18,6 +16,25 @@ using Eigen::Vector3f;
 /// Bend of an edge that counts as none: single-precision coordinates bend fine flat meshes by less.
 constexpr float kFlat = 2e-5F;
 constexpr float kSmooth = 0.2F;
+
+/// Zero for a triangle without area to speak of: with a height below 1e-13 of its length it is an
+/// edge, as in triangleDistance().
+Vector3d unitNormal(const std::array<Vector3d, 3>& c)
+{
+    const Vector3d n = (c[1] - c[0]).cross(c[2] - c[0]);
+    const double longest = std::max(
+        {(c[1] - c[0]).squaredNorm(), (c[2] - c[1]).squaredNorm(), (c[0] - c[2]).squaredNorm()});
+    return n.squaredNorm() > 1e-26 * longest * longest ? Vector3d(n.stableNormalized())
+                                                       : Vector3d::Zero();
+}
+
+/// 0, 1, ... , count - 1.
+std::vector<std::int32_t> countedTo(std::size_t count)
+{
+    std::vector<std::int32_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0);
+    return numbers;
+}
 
 /// True if the directions are all along one line but for `angle`, to both sides.
 bool isStraight(std::span<const Vector3f> directions, float angle)
@@ -73,11 +90,17 @@ struct ContactSurface::Edges
 };
 
 ContactSurface::ContactSurface(const SsvTree& tree)
-    : m_tree(&tree), m_slots(tree.mesh().triangles.size())
+    : ContactSurface(tree, countedTo(tree.mesh().triangles.size()))
+{
+}
+
+ContactSurface::ContactSurface(const SsvTree& tree, std::span<const std::int32_t> inTree)
+    : m_tree(&tree), m_slots(inTree.size())
 {
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
-        m_slots[i].normal = unitNormal(tree.corners(static_cast<std::int32_t>(i)));
+        m_slots[i].inTree = inTree[i];
+        m_slots[i].normal = unitNormal(tree.corners(inTree[i]));
     }
     Edges edges;
     mergeVertices();
@@ -89,39 +112,69 @@ ContactSurface::ContactSurface(const SsvTree& tree)
 
 void ContactSurface::mergeVertices()
 {
-    const std::vector<Vector3d>& places = m_tree->mesh().vertices;
-    const auto key = [&](std::int32_t vertex)
+    const TriangleMesh& mesh = m_tree->mesh();
+    for (Slot& slot : m_slots)
     {
-        const Vector3d& v = places[static_cast<std::size_t>(vertex)];
-        return std::tuple(v.x(), v.y(), v.z());
-    };
-    std::vector<std::int32_t> order(places.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(),
-              order.end(),
-              [&](std::int32_t x, std::int32_t y) { return key(x) < key(y); });
-    std::vector<std::int32_t> merged(places.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-    {
-        m_vertexCount += i == 0 || key(order[i]) != key(order[i - 1]) ? 1 : 0;
-        merged[static_cast<std::size_t>(order[i])] = m_vertexCount - 1;
-    }
-    for (std::size_t i = 0; i < m_slots.size(); ++i)
-    {
-        const auto triangle =
-            static_cast<std::size_t>(m_tree->triangle(static_cast<std::int32_t>(i)));
+        const std::int32_t triangle = m_tree->triangle(slot.inTree);
         // Slots hold the corners in the same order, but begin with another one.
-        const auto& corners = m_tree->corners(static_cast<std::int32_t>(i));
-        const auto inMesh = m_tree->cornersOfTriangle(static_cast<std::int32_t>(triangle));
+        const auto& c = m_tree->corners(slot.inTree);
+        const auto inMesh = m_tree->cornersOfTriangle(triangle);
         std::size_t shift = 0;
-        while (shift < 2 && (corners[0] != inMesh[shift] || corners[1] != inMesh[(shift + 1) % 3]))
+        while (shift < 2 && (c[0] != inMesh[shift] || c[1] != inMesh[(shift + 1) % 3]))
         {
             ++shift;
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const std::int32_t vertex = m_tree->mesh().triangles[triangle][(k + shift) % 3];
-            m_slots[i].vertices[k] = merged[static_cast<std::size_t>(vertex)];
+            slot.vertices[k] = mesh.triangles[static_cast<std::size_t>(triangle)][(k + shift) % 3];
+        }
+    }
+    const bool isWhole = m_slots.size() == mesh.triangles.size();
+    std::vector<std::int32_t> used;
+    if (isWhole)
+    {
+        used = countedTo(mesh.vertices.size());
+    }
+    else
+    {
+        for (const Slot& slot : m_slots)
+        {
+            used.insert(used.end(), slot.vertices.begin(), slot.vertices.end());
+        }
+        std::sort(used.begin(), used.end());
+        used.erase(std::unique(used.begin(), used.end()), used.end());
+    }
+    const auto placeOf = [&](std::int32_t i) -> const Vector3d&
+    {
+        const std::int32_t vertex = used[static_cast<std::size_t>(i)];
+        return mesh.vertices[static_cast<std::size_t>(vertex)];
+    };
+    std::vector<std::int32_t> order = countedTo(used.size());
+    std::sort(order.begin(),
+              order.end(),
+              [&](std::int32_t x, std::int32_t y)
+              {
+                  const Vector3d& u = placeOf(x);
+                  const Vector3d& v = placeOf(y);
+                  return std::tie(u.x(), u.y(), u.z(), x) < std::tie(v.x(), v.y(), v.z(), y);
+              });
+    std::vector<std::int32_t> merged(used.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        if (i == 0 || placeOf(order[i]) != placeOf(order[i - 1]))
+        {
+            m_meshVertices.push_back(used[static_cast<std::size_t>(order[i])]);
+        }
+        merged[static_cast<std::size_t>(order[i])] =
+            static_cast<std::int32_t>(m_meshVertices.size()) - 1;
+    }
+    for (Slot& slot : m_slots)
+    {
+        for (std::int32_t& vertex : slot.vertices)
+        {
+            const auto at = isWhole ? used.begin() + vertex
+                                    : std::lower_bound(used.begin(), used.end(), vertex);
+            vertex = merged[static_cast<std::size_t>(at - used.begin())];
         }
     }
 }
@@ -158,11 +211,10 @@ void ContactSurface::placeEdges(Edges& edges)
         const std::size_t k = sides[s].k;
         if (s == 0 || sides[s].ends != sides[s - 1].ends)
         {
-            const auto& corners = m_tree->corners(static_cast<std::int32_t>(sides[s].slot));
+            const auto& c = corners(static_cast<std::int32_t>(sides[s].slot));
             const double sign = slot.vertices[k] == sides[s].ends[0] ? 1.0 : -1.0;
             edges.ends.push_back(sides[s].ends);
-            edges.directions.emplace_back(sign *
-                                          (corners[(k + 1) % 3] - corners[k]).stableNormalized());
+            edges.directions.emplace_back(sign * (c[(k + 1) % 3] - c[k]).stableNormalized());
         }
         slot.edges[k] = static_cast<std::int32_t>(edges.ends.size()) - 1;
     }
@@ -172,8 +224,7 @@ void ContactSurface::bendEdges(Edges& edges)
 {
     const auto count = static_cast<std::int32_t>(edges.ends.size());
     // A triangle without area only joins its neighbours: they bend at all of its edges alike.
-    std::vector<std::int32_t> group(edges.ends.size());
-    std::iota(group.begin(), group.end(), 0);
+    std::vector<std::int32_t> group = countedTo(edges.ends.size());
     const auto rootOf = [&](std::int32_t edge)
     {
         while (group[static_cast<std::size_t>(edge)] != edge)
@@ -186,7 +237,7 @@ void ContactSurface::bendEdges(Edges& edges)
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
         const Slot& slot = m_slots[i];
-        const auto& corners = m_tree->corners(static_cast<std::int32_t>(i));
+        const auto& c = corners(static_cast<std::int32_t>(i));
         for (std::size_t k = 0; k < 3; ++k)
         {
             const std::int32_t edge = slot.edges[k];
@@ -199,7 +250,7 @@ void ContactSurface::bendEdges(Edges& edges)
                 }
                 continue;
             }
-            const Vector3d along = corners[(k + 1) % 3] - corners[k];
+            const Vector3d along = c[(k + 1) % 3] - c[k];
             into.emplace_back(edge, slot.normal.cross(along).normalized().cast<float>());
         }
     }
@@ -231,13 +282,13 @@ void ContactSurface::placeVertexDirections(const Edges& edges)
     }
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
-        const auto& corners = m_tree->corners(static_cast<std::int32_t>(i));
+        const auto& c = corners(static_cast<std::int32_t>(i));
         for (std::size_t k = 0; k < 3 && !m_slots[i].normal.isZero(0.0); ++k)
         {
             // Between two edges farther apart the surface can rise while both edges fall.
             constexpr double kObtuse = -0.5;
-            const Vector3d u = (corners[(k + 1) % 3] - corners[k]).stableNormalized();
-            const Vector3d v = (corners[(k + 2) % 3] - corners[k]).stableNormalized();
+            const Vector3d u = (c[(k + 1) % 3] - c[k]).stableNormalized();
+            const Vector3d v = (c[(k + 2) % 3] - c[k]).stableNormalized();
             if (u.dot(v) < kObtuse)
             {
                 // Half way from u to v; their sum may vanish.
@@ -246,14 +297,14 @@ void ContactSurface::placeVertexDirections(const Edges& edges)
             }
         }
     }
-    m_vertexFirst = firstOf(from, m_vertexCount);
+    m_vertexFirst = firstOf(from, static_cast<std::int32_t>(m_meshVertices.size()));
     m_vertexDirections = sortedByKey(from);
 }
 
 void ContactSurface::assignOwners(const Edges& edges)
 {
-    std::vector<std::uint8_t> isSharp(static_cast<std::size_t>(m_vertexCount), 0);
-    std::vector<std::uint8_t> hasEdge(static_cast<std::size_t>(m_vertexCount), 0);
+    std::vector<std::uint8_t> isSharp(m_meshVertices.size(), 0);
+    std::vector<std::uint8_t> hasEdge(m_meshVertices.size(), 0);
     for (std::size_t e = 0; e < edges.ends.size(); ++e)
     {
         for (const std::int32_t vertex : edges.ends[e])
@@ -265,7 +316,7 @@ void ContactSurface::assignOwners(const Edges& edges)
             hasEdge[static_cast<std::size_t>(vertex)] = 1;
         }
     }
-    std::vector<std::uint8_t> vertexTaken(static_cast<std::size_t>(m_vertexCount), 0);
+    std::vector<std::uint8_t> vertexTaken(m_meshVertices.size(), 0);
     std::vector<std::uint8_t> edgeTaken(edges.ends.size(), 0);
     for (Slot& slot : m_slots)
     {

@@ -21,21 +21,18 @@ struct Contact
     std::int32_t triangleB = kNone;
 };
 
-struct ContactOptions
-{
-    double threshold = 2e-4;   ///< features closer than this are in contact [m]
-    double mergeAngle = 0.35;  ///< normals within this angle belong to one patch [rad]
-    int maxPerPatch = 4;       ///< a patch keeps the points that span it best
-};
-
-/// Contacts of two meshes: all pairs of triangles within the threshold, clustered into patches of
-/// like normals, each patch reduced to the few points that span it (the deepest first).
-/// Deterministic order. Empty if the meshes are farther apart; pairs that intersect are reported
-/// with gap 0 and the normal of B's triangle.
+/// Contacts of two meshes: all pairs of features within the threshold, each of which is the nearest
+/// to the other on its own surface around it to within half a right angle, so that round things
+/// touch with a patch of points; clustered into patches of like normals, each patch reduced to four
+/// points that span it, and the deepest if that is not one of them (see reducePatches()). The
+/// nearest contact of all comes first. Deterministic order. Empty if the meshes are farther apart;
+/// where surfaces intersect, the edges that pierce a face are contacts with gap 0 and the normal of
+/// the face.
 /// @param X_WA, X_WB poses; the result is in W
+/// @param threshold features at most so far apart are in contact [m], > 0
 [[nodiscard]] BULLET_CCD_API std::vector<Contact> findContacts(const SsvTree& treeA,
                                                                const Eigen::Isometry3d& X_WA,
                                                                const SsvTree& treeB,
                                                                const Eigen::Isometry3d& X_WB,
-                                                               const ContactOptions& options);
+                                                               double threshold);
 }  // namespace bullet_ccd

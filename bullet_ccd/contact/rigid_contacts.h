@@ -10,7 +10,8 @@
 /// over the other, and boundary edges that cross. Edges and vertices inside a flat part, such as
 /// the diagonal of a cube's face, bound nothing and are not reported for their own sake; but a
 /// corner that comes down on the diagonal is a contact of a vertex and that edge. Where surfaces
-/// intersect, the edges that pierce faces are contacts of an edge and a face with gap 0.
+/// intersect, the edges that pierce faces are contacts of an edge and a face with gap 0; the normal
+/// is that of the face, by which the middle of the edge's body stays on its side.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -53,8 +54,8 @@ struct FeatureContact
     std::int32_t triangleB = kNone;
     Eigen::Vector3d pointA = Eigen::Vector3d::Zero();  ///< on the feature of A, in W [m]
     Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
-    /// Unit, from A to B, in W. Below a gap of 1e-9 of the larger body from the features, which
-    /// have a sense by the winding of their triangles only.
+    /// Unit, from A to B, in W. Below a gap of 1e-9 of the larger body from the features: a vertex
+    /// on a vertex or an edge has a sense by the winding of the triangles around only.
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double gap = 0.0;  ///< [m]
 };

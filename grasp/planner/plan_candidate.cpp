@@ -175,7 +175,7 @@ std::vector<GraspContact> collectContacts(const HandModel& hand,
                                                   X_WL[link],
                                                   object.tree,
                                                   Eigen::Isometry3d::Identity(),
-                                                  {.threshold = options.closing.contactThreshold});
+                                                  options.closing.contactThreshold);
         std::stable_sort(found.begin(),
                          found.end(),
                          [](const Contact& a, const Contact& b) { return a.gap < b.gap; });

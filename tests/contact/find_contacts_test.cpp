@@ -18,15 +18,14 @@ namespace
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 constexpr double kGap = 1e-4;
-constexpr ContactOptions kOptions{.threshold = 2e-4};
+constexpr double kThreshold = 2e-4;
 
 std::vector<Contact> contactsOf(const TriangleMesh& a,
                                 const Isometry3d& X_WA,
                                 const TriangleMesh& b,
-                                const Isometry3d& X_WB,
-                                const ContactOptions& options = kOptions)
+                                const Isometry3d& X_WB)
 {
-    return findContacts(buildSsvTree(a), X_WA, buildSsvTree(b), X_WB, options);
+    return findContacts(buildSsvTree(a), X_WA, buildSsvTree(b), X_WB, kThreshold);
 }
 
 /// What every contact promises.
@@ -34,13 +33,12 @@ void expectSound(const std::vector<Contact>& contacts,
                  const TriangleMesh& a,
                  const Isometry3d& X_WA,
                  const TriangleMesh& b,
-                 const Isometry3d& X_WB,
-                 const ContactOptions& options = kOptions)
+                 const Isometry3d& X_WB)
 {
     constexpr double kRounding = 1e-12;
     for (const Contact& contact : contacts)
     {
-        EXPECT_LE(contact.gap, options.threshold + kRounding);
+        EXPECT_LE(contact.gap, kThreshold + kRounding);
         EXPECT_NEAR((contact.pointB - contact.pointA).norm(), contact.gap, kRounding);
         EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-9);
         if (contact.gap > 1e-9)
@@ -246,7 +244,7 @@ TEST(FindContacts, RandomMeshesGiveSoundContactsEveryTimeTheSame)
         const OracleDistance apart = bruteForceMeshDistance(a, b, X);
         X.translation() += (apart.pointB - apart.pointA) * (1.0 - kGap / apart.distance);
         const Isometry3d X_WA = X_WB * X;
-        const bool near = bruteForceMeshDistance(a, b, X).distance <= kOptions.threshold;
+        const bool near = bruteForceMeshDistance(a, b, X).distance <= kThreshold;
         const auto contacts = contactsOf(a, X_WA, b, X_WB);
         EXPECT_EQ(near, !contacts.empty()) << i;
         expectSound(contacts, a, X_WA, b, X_WB);
