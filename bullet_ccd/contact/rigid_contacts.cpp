@@ -104,7 +104,11 @@ Vector3d meanNormal(const ContactSurface& surface, const Feature& feature)
 /// F; `found` for others, which have a normal of their own.
 Vector3d touchingNormal(const FeatureContact& c, const NearFeatures& near, const Vector3d& found)
 {
-    if (c.featureA.kind != FeatureKind::Vertex && c.featureB.kind != FeatureKind::Vertex)
+    const bool hasVertex =
+        c.featureA.kind == FeatureKind::Vertex || c.featureB.kind == FeatureKind::Vertex;
+    const bool hasFace =
+        c.featureA.kind == FeatureKind::Face || c.featureB.kind == FeatureKind::Face;
+    if (!hasVertex || hasFace)
     {
         return found;
     }

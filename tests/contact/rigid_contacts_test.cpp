@@ -334,6 +334,21 @@ TEST(RigidContacts, AFineGridInsideAFlatFaceAddsNothing)
     EXPECT_EQ(summary(contacts), "vertex-face 4");
 }
 
+// Gaps so small that only the features can tell the direction: that of a face is its normal.
+TEST(RigidContacts, CornersThatTouchAFaceHaveTheNormalOfTheFace)
+{
+    for (const double gap : {0.0, 1e-12, 2e-9, 5e-9})
+    {
+        const RigidScene scene = atRest(cube(1), poseOf({0.3, 0.2, 1 + gap}), floorAt(0, 5));
+        const auto contacts = contactsOf(scene);
+        ASSERT_EQ(summary(contacts), "vertex-face 4") << gap;
+        for (const FeatureContact& c : contacts)
+        {
+            EXPECT_LT((c.normal + Vector3d::UnitZ()).norm(), 1e-9) << gap;
+        }
+    }
+}
+
 TEST(RigidContacts, TouchingFeaturesHaveTheirOwnNormals)
 {
     const RigidScene onFace = atRest(cube(1), onItsCorner({1, -2, kHalfDiagonal}), floorAt(0, 5));
