@@ -45,7 +45,7 @@ struct World
 {
     World(const ClosingPair& pair, const std::filesystem::path& data, int count)
         : hand(grasp::loadHand(
-              data / "hands" / (pair.hand + ".urdf"), std::nullopt, BULLET_CCD_SHARE)),
+              data / "hands" / (std::string(pair.hand) + ".urdf"), std::nullopt, BULLET_CCD_SHARE)),
           object(grasp::makeGraspObject(pair.object,
                                         loadMeshFile(data / "objects" / pair.object).mesh)),
           candidates({.hand = hand, .object = object, .candidates = count, .seed = 1}),
