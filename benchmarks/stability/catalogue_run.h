@@ -19,9 +19,9 @@ struct CatalogueOptions
     std::function<void(const std::string&, std::size_t, std::size_t)> progress = {};
 };
 
-/// What tools/stability draws: `methods`, each with what it kept of every relation; `cases`, each
-/// with an answer per method of its kind; `elsewhere`, the rows of the catalogue that only tests
-/// ask.
+/// What benchmarks/run stability draws: `methods`, each with what it kept of every relation;
+/// `cases`, each with an answer per method of its kind; `elsewhere`, the rows of the catalogue that
+/// only tests ask.
 ///
 /// The verdict of an answer is "pass", "inaccurate" (early beyond what is promised), "late",
 /// "missed", "false contact", "gave up", "crashed", "timed out" or "not applicable". It is judged
