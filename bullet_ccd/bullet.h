@@ -8,8 +8,6 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
 #include "bullet_ccd/bullet/btCcdImpact.h"
-#include "bullet_ccd/bullet/btCcdImpact.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
-#include "bullet_ccd/bullet/btCcdStopLink.h"
 #include "bullet_ccd/bullet/btCcdStopLink.h"
