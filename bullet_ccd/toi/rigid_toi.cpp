@@ -3,8 +3,6 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <array>
-#include <oneapi/tbb/enumerable_thread_specific.h>
-#include <oneapi/tbb/parallel_for.h>
 
 namespace bullet_ccd
 {
@@ -48,17 +46,5 @@ ToiResult rigidToi(const RigidBody& bodyA,
         result.status = ToiStatus::TouchingPressing;
     }
     return result;
-}
-
-std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs, const ToiOptions& options)
-{
-    std::vector<ToiResult> results(pairs.size());
-    tbb::enumerable_thread_specific<ToiWorkspace> workspaces;
-    tbb::parallel_for(
-        std::size_t{0},
-        pairs.size(),
-        [&](std::size_t i)
-        { results[i] = rigidToi(pairs[i].bodyA, pairs[i].bodyB, options, workspaces.local()); });
-    return results;
 }
 }  // namespace bullet_ccd

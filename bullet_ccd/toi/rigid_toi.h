@@ -28,18 +28,4 @@ struct RigidBody
                                                 const RigidBody& bodyB,
                                                 const ToiOptions& options,
                                                 ToiWorkspace& work);
-
-/// Two bodies of a batch.
-struct RigidBodyPair
-{
-    RigidBody bodyA;
-    RigidBody bodyB;
-};
-
-/// rigidToi() of every pair, computed in parallel; one result per pair, in their order.
-///
-/// Guarantee: as that of rigidToi(); the results do not depend on the number of threads.
-/// Throws std::invalid_argument as rigidToi() does.
-[[nodiscard]] BULLET_CCD_API std::vector<ToiResult> rigidTois(std::span<const RigidBodyPair> pairs,
-                                                              const ToiOptions& options);
 }  // namespace bullet_ccd

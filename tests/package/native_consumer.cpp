@@ -49,27 +49,30 @@ bool posesAreRight()
     return expect(right, "poses of links");
 }
 
-/// A batch: structures with poses in a vector of the program's. Ball i is i metres from the wall.
-bool batchIsRight()
+/// Structures with poses, alone and in a vector of the program's. Ball i is i metres farther from
+/// the wall than ball 0.
+bool contactsAreRight()
 {
     const SsvTree ball = buildSsvTree(makeSphere(0.5, 3));
     const SsvTree wall = buildSsvTree(makeBox({0.5, 5.0, 5.0}));
-    std::vector<RigidBodyPair> pairs(9);
-    for (std::size_t i = 0; i < pairs.size(); ++i)
+    const ToiOptions options{.tolerance = 1e-6};
+    ToiWorkspace work;
+    std::vector<MovingBody> bodies{movingBody({.tree = &wall})};
+    bool right = true;
+    for (std::int32_t i = 0; i < 9; ++i)
     {
-        pairs[i].bodyA.tree = &ball;
-        pairs[i].bodyA.motion.X_W0.translation().x() = -2.0 - static_cast<double>(i);
-        pairs[i].bodyA.motion.v_W.x() = 20.0;
-        pairs[i].bodyB.tree = &wall;
+        RigidBody body{.tree = &ball};
+        body.motion.X_W0.translation().x() = -2.0 - i;
+        body.motion.v_W.x() = 20.0;
+        const double expected = (1.0 + i) / 20.0;
+        const ToiResult alone = rigidToi(body, {.tree = &wall}, options, work);
+        right &= alone.status == ToiStatus::Hit && std::abs(alone.time - expected) < 1e-3;
+
+        bodies.push_back(movingBody(body));
+        const std::vector<BodyPair> last{{.bodyA = i + 1, .bodyB = 0}};
+        right &= firstContact(bodies, last, options, work).time == alone.time;
     }
-    const std::vector<ToiResult> results = rigidTois(pairs, {.tolerance = 1e-6});
-    bool right = results.size() == pairs.size();
-    for (std::size_t i = 0; i < results.size(); ++i)
-    {
-        right &= results[i].status == ToiStatus::Hit &&
-                 std::abs(results[i].time - (1.0 + static_cast<double>(i)) / 20.0) < 1e-3;
-    }
-    return expect(right, "times of impact of a batch");
+    return expect(right, "times of impact");
 }
 
 /// Two fingers hold a weight W by friction mu: their normal forces sum to W / mu.
@@ -96,7 +99,7 @@ bool forcesAreRight()
 int main()
 {
     const bool poses = posesAreRight();
-    const bool batch = batchIsRight();
+    const bool contacts = contactsAreRight();
     const bool forces = forcesAreRight();
-    return poses && batch && forces ? 0 : 1;
+    return poses && contacts && forces ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-/// A warm query allocates nothing, and a batch over threads answers as one query after the other.
+/// A warm query allocates nothing, and queries on several threads answer as one after the other.
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "bullet_ccd/toi/articulated_toi.h"
@@ -6,9 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <thread>
 
 namespace
 {
@@ -65,10 +67,12 @@ struct Query
     RigidMotion motionA;
     RigidMotion motionB;
 
-    [[nodiscard]] RigidBodyPair pair() const
+    [[nodiscard]] ToiResult ask(const ToiOptions& options, ToiWorkspace& work) const
     {
-        return {.bodyA = {.tree = &treeA, .motion = motionA},
-                .bodyB = {.tree = &treeB, .motion = motionB}};
+        return rigidToi({.tree = &treeA, .motion = motionA},
+                        {.tree = &treeB, .motion = motionB},
+                        options,
+                        work);
     }
 };
 
@@ -98,10 +102,9 @@ TEST(RigidToiWorkspace, WarmQueriesAllocateNothing)
         int hits = 0;
         for (const Query& query : queries)
         {
-            const RigidBodyPair pair = query.pair();
-            const ToiResult first = rigidToi(pair.bodyA, pair.bodyB, options, work);
+            const ToiResult first = query.ask(options, work);
             const std::int64_t before = allocations;
-            const ToiResult second = rigidToi(pair.bodyA, pair.bodyB, options, work);
+            const ToiResult second = query.ask(options, work);
             EXPECT_EQ(allocations, before);
             EXPECT_EQ(first.time, second.time);
             hits += isContact(second.status) ? 1 : 0;
@@ -146,25 +149,42 @@ TEST(ArticulatedToiWorkspace, WarmQueriesWithoutContactAllocateNothing)
     EXPECT_GT(quiet, 5);
 }
 
-TEST(RigidToiWorkspace, BatchesAnswerAsQueriesOneByOne)
+TEST(RigidToiWorkspace, ThreadsAnswerAsQueriesOneByOne)
 {
+    // Every thread has a workspace of its own and begins elsewhere.
     const std::vector<Query> queries = randomQueries(60);
-    std::vector<RigidBodyPair> pairs;
-    for (const Query& query : queries)
+    std::array<std::vector<ToiResult>, 4> answers;
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < answers.size(); ++k)
     {
-        pairs.push_back(query.pair());
+        threads.emplace_back(
+            [&, k]
+            {
+                ToiWorkspace work;
+                answers[k].resize(queries.size());
+                for (std::size_t i = 0; i < queries.size(); ++i)
+                {
+                    const std::size_t query = (i + 15 * k) % queries.size();
+                    answers[k][query] = queries[query].ask({}, work);
+                }
+            });
     }
-    const std::vector<ToiResult> batch = rigidTois(pairs, {});
-    ASSERT_EQ(batch.size(), pairs.size());
+    threads.clear();
     ToiWorkspace work;
-    for (std::size_t i = 0; i < pairs.size(); ++i)
+    int hits = 0;
+    for (std::size_t i = 0; i < queries.size(); ++i)
     {
-        const ToiResult alone = rigidToi(pairs[i].bodyA, pairs[i].bodyB, {}, work);
-        EXPECT_EQ(batch[i].status, alone.status);
-        EXPECT_EQ(batch[i].time, alone.time);
-        EXPECT_EQ(batch[i].triangleA, alone.triangleA);
-        EXPECT_EQ(batch[i].counters.nodePairs, alone.counters.nodePairs);
+        const ToiResult alone = queries[i].ask({}, work);
+        hits += isContact(alone.status) ? 1 : 0;
+        for (const std::vector<ToiResult>& answer : answers)
+        {
+            EXPECT_EQ(answer[i].status, alone.status);
+            EXPECT_EQ(answer[i].time, alone.time);
+            EXPECT_EQ(answer[i].triangleA, alone.triangleA);
+            EXPECT_EQ(answer[i].counters.nodePairs, alone.counters.nodePairs);
+        }
     }
+    EXPECT_GT(hits, 10);
 }
 }  // namespace
 }  // namespace bullet_ccd::tests
