@@ -53,8 +53,17 @@ ORDER = [
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",
     "bullet_ccd/examples",
-    "tools",
+    "tools/support",
+    "tools/ccd_cli/files",
+    "tools/ccd_cli/run",
+    "tools/ccd_cli/text",
+    "tools/ccd_cli/commands",
     "tools/ccd_cli",
+    "tools/grasp_cli/inputs",
+    "tools/grasp_cli/options",
+    "tools/grasp_cli/plan",
+    "tools/grasp_cli/answers",
+    "tools/grasp_cli/commands",
     "tools/grasp_cli",
     "benchmarks/support",
     "benchmarks/peers",
@@ -78,9 +87,15 @@ BULLET_ROOMS = ADAPTER | {
     "benchmarks/stability",
     "benchmarks/soak",
 }
-PROGRAMS = {room for room in ORDER if room.startswith(("robots", "tools", "benchmarks"))}
+COMMAND_LINES = {
+    room
+    for room in ORDER
+    if re.match(r"robots$|tools/support|tools/.*/(options|commands)|benchmarks", room)
+}
+CCD_CLI = {room for room in ORDER if room.startswith("tools/ccd_cli")}
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
-# Headers of other libraries, and the rooms that may see them besides the tests.
+# Headers of other libraries, and of the one command line, which the other does not see: the rooms that
+# may see them besides the tests.
 FOREIGN = [
     (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS | {"benchmarks/peers"}),
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
@@ -88,7 +103,8 @@ FOREIGN = [
     (re.compile(r"^libqhull"), {"grasp/quality"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
     (re.compile(r"^fcl/"), {"benchmarks/peers"}),
-    (re.compile(r"^CLI/"), PROGRAMS),
+    (re.compile(r"^CLI/"), COMMAND_LINES),
+    (re.compile(r"^tools/ccd_cli/"), CCD_CLI),
     (re.compile(r"^(gtest|gmock)/"), set()),
 ]
 

@@ -4,11 +4,10 @@
 #include "benchmarks/grasp/judged_rows.h"
 #include "benchmarks/grasp/summaries.h"
 #include "benchmarks/support/program.h"
-#include "tools/ccd_cli/progress_line.h"
-#include "tools/grasp_cli/commands.h"
-#include "tools/grasp_cli/config_option.h"
-#include "tools/grasp_cli/finger_option.h"
-#include "tools/grasp_cli/input_options.h"
+#include "tools/grasp_cli/options/config_option.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/planner_options.h"
+#include "tools/support/progress_line.h"
 
 #include <algorithm>
 #include <atomic>
@@ -54,12 +53,12 @@ public:
         : m_arguments(arguments),
           m_judge(judge),
           m_log(log),
-          m_progress(arguments.hands.size() * arguments.objects.size()),
+          m_progress(arguments.hands.size() * arguments.objects.size(), "pairs", log.rows().size()),
           m_done(log.rows().size())
     {
         for (const std::string& hand : arguments.hands)
         {
-            m_hands.push_back(tools::loadNamedHand(hand, std::nullopt));
+            m_hands.push_back(tools::loadNamedHand(hand));
         }
         // A misspelt name must not cost an hour.
         for (const std::string& object : arguments.objects)

@@ -2,10 +2,10 @@
 
 #include "benchmarks/support/table.h"
 #include "grasp/formats/grasp_file.h"
-#include "tools/grasp_cli/audit.h"
-#include "tools/grasp_cli/output_folder.h"
-#include "tools/grasp_cli/plan_run.h"
-#include "tools/grasp_cli/text_table.h"
+#include "tools/grasp_cli/answers/audit.h"
+#include "tools/grasp_cli/plan/output_folder.h"
+#include "tools/grasp_cli/plan/plan_run.h"
+#include "tools/support/text_table.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -180,7 +180,7 @@ bool tableGrasps(const TableOptions& options)
     {
         for (const std::string& object : options.objects)
         {
-            PlanRun run{.hand = tools::loadNamedHand(hand, std::nullopt),
+            PlanRun run{.hand = tools::loadNamedHand(hand),
                         .object = tools::loadNamedObject(object, options.objectScale)};
             tools::requireFingers(run.hand, options.planner.closing);
             tools::runPlan(run, options.planner, options.quiet);

@@ -7,7 +7,7 @@
 #include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
-#include "tools/grasp_cli/plan_run.h"
+#include "tools/grasp_cli/plan/plan_run.h"
 
 #include <algorithm>
 #include <array>

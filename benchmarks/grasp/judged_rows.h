@@ -2,7 +2,7 @@
 #pragma once
 
 #include "grasp/planner/grasp_planner.h"
-#include "tools/grasp_cli/catalogue.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
 
 #include <nlohmann/json_fwd.hpp>
 

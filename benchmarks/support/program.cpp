@@ -1,6 +1,6 @@
 #include "benchmarks/support/program.h"
 
-#include "tools/option_values.h"
+#include "tools/support/option_values.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

@@ -7,7 +7,7 @@ root=$1
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 mkdir -p "$copy"/bullet_ccd/{mesh,toi,examples} "$copy"/grasp/planner "$copy"/robots/shapes \
-    "$copy"/tools/grasp_cli "$copy"/benchmarks/{unknown,rigid,reference/scenes} "$copy"/tests/toi
+    "$copy"/tools/grasp_cli/plan "$copy"/benchmarks/{unknown,rigid,reference/scenes} "$copy"/tests/toi
 echo '#include "bullet_ccd/toi/toi.h"' >"$copy/bullet_ccd/mesh/wrong.h"
 echo '#include "bullet_ccd/bullet/btCcdMeshShape.h"' >"$copy/grasp/planner/wrong.cpp"
 echo '#include <BulletCollision/btBulletCollisionCommon.h>' >"$copy/bullet_ccd/toi/foreign.cpp"
@@ -17,7 +17,9 @@ echo '#include "tests/support/test_data.h"' >"$copy/benchmarks/rigid/test.cpp"
 echo '#include <gtest/gtest.h>' >"$copy/benchmarks/reference/scenes/test.cpp"
 echo '#include "benchmarks/support/timing.h"' >"$copy/benchmarks/reference/scenes/wrong.cpp"
 echo '#include "benchmarks/rigid/rigid_run.h"' >"$copy/tools/grasp_cli/wrong.cpp"
-echo '#include "tools/text_file.h"' >"$copy/robots/shapes/wrong.cpp"
+echo '#include "tools/support/text_file.h"' >"$copy/robots/shapes/wrong.cpp"
+echo '#include "tools/ccd_cli/files/query_file.h"' >"$copy/tools/grasp_cli/other.cpp"
+echo '#include <CLI/CLI.hpp>' >"$copy/tools/grasp_cli/plan/options.cpp"
 echo '#include <BulletCollision/btBulletCollisionCommon.h>' >"$copy/benchmarks/rigid/foreign.cpp"
 echo '#include "bullet_ccd/toi/toi.h"' >"$copy/benchmarks/unknown/room.cpp"
 echo '#include "bullet_ccd/mesh/triangle_mesh.h"' >"$copy/bullet_ccd/toi/right.h"
@@ -28,4 +30,4 @@ if output=$("$root/tools/check_layers.py" "$copy"); then
     echo "check_layers.py accepted includes that point the wrong way"
     exit 1
 fi
-[ "$(echo "$output" | wc -l)" -eq 12 ] || { echo "expected twelve messages, got: $output"; exit 1; }
+[ "$(echo "$output" | wc -l)" -eq 14 ] || { echo "expected fourteen messages, got: $output"; exit 1; }

@@ -1,6 +1,6 @@
 // Queries of robots as a user asks them.
 #include "tests/tools/articulated_program.h"
-#include "tools/ccd_cli/csv_text.h"
+#include "tools/support/csv_text.h"
 
 #include <gtest/gtest.h>
 

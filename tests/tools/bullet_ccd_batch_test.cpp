@@ -4,7 +4,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/bullet_ccd_program.h"
 #include "tests/tools/query_text.h"
-#include "tools/ccd_cli/csv_text.h"
+#include "tools/support/csv_text.h"
 
 #include <gtest/gtest.h>
 

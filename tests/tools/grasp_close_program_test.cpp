@@ -187,7 +187,7 @@ TEST_F(GraspClose, NumbersThatMakeNoSenseExitWith2)
 {
     const Outcome quaternion = close("0 0 -0.13 1 1 0 0");
     EXPECT_EQ(quaternion.exitCode, 2);
-    EXPECT_THAT(quaternion.err, HasSubstr("--pose: the quaternion has length 1.41421"));
+    EXPECT_THAT(quaternion.err, HasSubstr("has length 1.41421: normalise it to 1"));
     EXPECT_EQ(close("0 0 -0.13").exitCode, 2);
     EXPECT_EQ(close("0 0 nan 1 0 0 0").exitCode, 2);
     EXPECT_EQ(close(at(0.0, kAround), "--approach 0 0 1").exitCode, 2);

@@ -1,4 +1,4 @@
-#include "tools/grasp_cli/output_folder.h"
+#include "tools/grasp_cli/plan/output_folder.h"
 
 #include "tests/support/temp_folder.h"
 

@@ -1,11 +1,11 @@
-#include "tools/ccd_cli/query_file.h"
+#include "tools/ccd_cli/files/query_file.h"
 
 #include "benchmarks/reference/scenes/random.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/query_text.h"
-#include "tools/ccd_cli/csv_text.h"
-#include "tools/ccd_cli/pose_text.h"
-#include "tools/ccd_cli/query_run.h"
+#include "tools/ccd_cli/run/query_run.h"
+#include "tools/support/csv_text.h"
+#include "tools/support/pose_text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "tools/ccd_cli/result_text.h"
+#include "tools/ccd_cli/text/result_text.h"
 
-#include "tools/ccd_cli/csv_text.h"
+#include "tools/support/csv_text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/grasp_cli/text_table.h"
+#include "tools/support/text_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,395 @@
+#include "tools/ccd_cli/run/articulated_run.h"
+#include "tools/ccd_cli/text/articulated_text.h"
+#include "tools/ccd_cli/text/batch_summary.h"
+#include "tools/ccd_cli/commands/commands.h"
+#include "tools/ccd_cli/files/joint_file.h"
+#include "tools/support/obstacle_list.h"
+#include "tools/support/pose_text.h"
+#include "tools/support/progress_line.h"
+#include "tools/support/stopwatch.h"
+#include "tools/support/option_values.h"
+#include "tools/support/text_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fmt/format.h>
+#include <memory>
+#include <stdexcept>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+struct ArticulatedArguments
+{
+    std::string urdf;
+    std::string srdf;
+    std::string from;
+    std::string to;
+    std::string path;
+    std::string baseFrom;
+    std::string baseTo;
+    std::vector<std::string> obstacles;
+    bool self = false;
+    double jointReach = kDefaultJointReach;
+    int contacts = 1;
+    StopRule rule = StopRule::Chain;
+    bool json = false;
+    std::string output;
+    int repeat = 1;
+    bool summary = false;
+    ToiOptions toi;
+};
+
+void requireUsage(bool condition, const char* option, const char* what)
+{
+    if (!condition)
+    {
+        throw CLI::ValidationError(option, what);
+    }
+}
+
+void checkUsage(const ArticulatedArguments& a)
+{
+    const bool isPath = !a.path.empty();
+    const bool isBatch = !a.output.empty();
+    requireUsage(a.self || !a.obstacles.empty(),
+                 "--obstacles",
+                 "there is nothing to touch: give --obstacles, --self or both");
+    requireUsage(isPath != (!a.from.empty() && !a.to.empty()) && (!isPath || a.from.empty()),
+                 "--from",
+                 "give --from and --to, or --path");
+    requireUsage(isBatch || !isPath, "--path", "has many queries: give -o for their results");
+    requireUsage(!isBatch || (a.contacts == 1 && !a.json),
+                 "--output",
+                 "a table has the first contact only: leave out --contacts and --json");
+    requireUsage(isBatch || !a.summary, "--summary", "sums up a table: give -o");
+    requireUsage(
+        a.srdf.empty() || a.self, "--srdf", "says which links to test: give --self as well");
+}
+
+void printNotes(const std::vector<std::string>& notes)
+{
+    for (const std::string& note : notes)
+    {
+        fmt::print(stderr, "bullet-ccd: {}\n", note);
+    }
+}
+
+Eigen::Isometry3d poseFromText(const std::string& text)
+{
+    const std::vector<double> numbers = numbersFrom(text, 7);
+    return poseFrom(std::span<const double, 7>(numbers.data(), 7));
+}
+
+/// Poses of the root at both ends: of the rows, or of the options.
+RigidMotion rootMotion(const ArticulatedArguments& a,
+                       const Configuration& from,
+                       const Configuration& to)
+{
+    const Eigen::Isometry3d start = from.base.value_or(
+        a.baseFrom.empty() ? Eigen::Isometry3d::Identity() : poseFromText(a.baseFrom));
+    return motionBetween(start,
+                         to.base.value_or(a.baseTo.empty() ? start : poseFromText(a.baseTo)));
+}
+
+ArticulatedQuery queryOf(const ArticulatedArguments& a,
+                         const Configuration& from,
+                         const Configuration& to)
+{
+    ArticulatedQuery query{.id = from.id, .motion = {}};
+    query.motion.root = rootMotion(a, from, to);
+    query.motion.positions = from.positions;
+    for (std::size_t k = 0; k < from.positions.size(); ++k)
+    {
+        query.motion.rates.push_back(to.positions[k] - from.positions[k]);
+    }
+    return query;
+}
+
+JointFile readJoints(const ArticulatedArguments& a,
+                     const std::string& path,
+                     const KinematicTree& tree)
+{
+    JointFile file = readJointFile(path, tree);
+    printNotes(file.notes);
+    if (file.rows[0].base && !(a.baseFrom.empty() && a.baseTo.empty()))
+    {
+        throw std::runtime_error(path +
+                                 ": has columns of the base: leave out --base-from and --base-to");
+    }
+    return file;
+}
+
+std::vector<ArticulatedQuery> pathQueries(const ArticulatedArguments& a, const KinematicTree& tree)
+{
+    const JointFile file = readJoints(a, a.path, tree);
+    if (file.rows.size() < 2)
+    {
+        throw std::runtime_error(a.path + ": one row: a path has two configurations or more");
+    }
+    std::vector<ArticulatedQuery> queries;
+    for (std::size_t k = 0; k + 1 < file.rows.size(); ++k)
+    {
+        queries.push_back(queryOf(a, file.rows[k], file.rows[k + 1]));
+    }
+    return queries;
+}
+
+std::vector<ArticulatedQuery> pairQueries(const ArticulatedArguments& a, const KinematicTree& tree)
+{
+    const JointFile from = readJoints(a, a.from, tree);
+    const JointFile to = readJoints(a, a.to, tree);
+    const auto sorted = [](std::vector<std::string> names)
+    {
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    if (sorted(from.names) != sorted(to.names) ||
+        from.rows[0].base.has_value() != to.rows[0].base.has_value())
+    {
+        throw std::runtime_error(fmt::format(
+            "{}: other columns than {}: name the same joints in both files", a.to, a.from));
+    }
+    if (from.rows.size() != to.rows.size() || (a.output.empty() && from.rows.size() > 1))
+    {
+        throw std::runtime_error(
+            fmt::format("{}: {} rows, and {} in {}: give one of each, or as many of each and -o",
+                        a.from,
+                        from.rows.size(),
+                        to.rows.size(),
+                        a.to));
+    }
+    std::vector<ArticulatedQuery> queries;
+    for (std::size_t k = 0; k < from.rows.size(); ++k)
+    {
+        queries.push_back(queryOf(a, from.rows[k], to.rows[k]));
+    }
+    return queries;
+}
+
+/// Everything that queries are asked of.
+struct World
+{
+    RobotLinks links;
+    std::vector<Obstacle> obstacles;
+    std::vector<RigidBody> bodies;
+    double seconds = 0.0;
+};
+
+World loadWorld(const ArticulatedArguments& a)
+{
+    const Stopwatch watch;
+    World world{.links = loadRobotLinks(a.urdf), .obstacles = {}, .bodies = {}};
+    if (a.self)
+    {
+        addSelfPairs(world.links, a.srdf, a.jointReach);
+    }
+    printNotes(world.links.notes);
+    world.obstacles = loadObstacles(a.obstacles);
+    world.bodies = bodiesOf(world.obstacles);
+    world.seconds = watch.seconds();
+    return world;
+}
+
+void print(const ArticulatedArguments& a, const World& world, const ArticulatedReport& report)
+{
+    const ArticulatedNames names{.links = world.links, .obstacles = world.obstacles};
+    fmt::print("{}", a.json ? jsonText(report, names) : readableText(report, names, a.toi));
+}
+
+void answerOne(const ArticulatedArguments& a, const World& world, const ArticulatedQuery& query)
+{
+    if (a.contacts == 1)
+    {
+        const std::vector<ArticulatedAnswer> answers = runArticulated(
+            world.links, world.bodies, std::span(&query, 1), a.toi, 1, [](std::size_t) {});
+        const ArticulatedToiResult& result = answers[0].result;
+        print(a,
+              world,
+              {.status = result.status,
+               .time = result.time,
+               .contacts = result.contacts,
+               .shown = result.contacts.size(),
+               .counters = result.counters,
+               .microseconds = answers[0].microseconds});
+        return;
+    }
+    const SequenceAnswer answer = runSequence(
+        world.links, world.bodies, query.motion, {.query = {.toi = a.toi}, .rule = a.rule});
+    print(a,
+          world,
+          {.status = answer.sequence.status,
+           .time = answer.sequence.time,
+           .contacts = answer.sequence.contacts,
+           .shown = static_cast<std::size_t>(a.contacts),
+           .stopTimes = answer.sequence.stopTimes,
+           .counters = answer.sequence.counters,
+           .microseconds = answer.microseconds});
+}
+
+void printSummary(const std::vector<ArticulatedAnswer>& answers, const World& world, double wall)
+{
+    std::vector<TimedAnswer> timed;
+    for (const ArticulatedAnswer& answer : answers)
+    {
+        TimedAnswer& row = timed.emplace_back();
+        row.result.status = answer.result.status;
+        row.microseconds = answer.microseconds;
+    }
+    fmt::print("{}",
+               summaryText({.answers = timed,
+                            .badRows = 0,
+                            .warm = false,
+                            .loadSeconds = world.seconds,
+                            .buildSeconds = 0.0,
+                            .wallSeconds = wall}));
+}
+
+void answerTable(const ArticulatedArguments& a,
+                 const World& world,
+                 const std::vector<ArticulatedQuery>& queries)
+{
+    const Stopwatch watch;
+    std::vector<ArticulatedAnswer> answers;
+    {
+        ProgressLine progress(queries.size() * static_cast<std::size_t>(a.repeat), "queries");
+        answers = runArticulated(world.links,
+                                 world.bodies,
+                                 queries,
+                                 a.toi,
+                                 a.repeat,
+                                 [&](std::size_t done) { progress.show(done); });
+    }
+    const double wall = watch.seconds();
+    const ArticulatedNames names{.links = world.links, .obstacles = world.obstacles};
+    std::string text = articulatedHeader() + "\n";
+    for (std::size_t k = 0; k < queries.size(); ++k)
+    {
+        text += articulatedRow(queries[k].id, answers[k], names) + "\n";
+    }
+    writeWholeFile(a.output, text);
+    if (a.summary)
+    {
+        printSummary(answers, world, wall);
+    }
+}
+
+void answer(const ArticulatedArguments& a)
+{
+    checkUsage(a);
+    if (!a.output.empty())
+    {
+        requireOtherFile(a.output, {a.urdf, a.srdf, a.from, a.to, a.path});
+        requireWritable(a.output);
+    }
+    const World world = loadWorld(a);
+    const KinematicTree& tree = world.links.robot.tree;
+    const std::vector<ArticulatedQuery> queries =
+        a.path.empty() ? pairQueries(a, tree) : pathQueries(a, tree);
+    if (a.output.empty())
+    {
+        answerOne(a, world, queries[0]);
+        return;
+    }
+    answerTable(a, world, queries);
+}
+
+constexpr const char* kArticulatedFooter =
+    "Files of joint positions: the first line names joints, each other line is a configuration,\n"
+    "rad or m. Columns id, time (not used) and base_qw base_qx base_qy base_qz base_tx base_ty\n"
+    "base_tz (pose of the root) may be there; joints without a column rest. Positions change\n"
+    "linearly over t = 0 to 1, without wrapping turns.\n"
+    "\n"
+    "An obstacle is a mesh at the origin, or a scene. One that ends in .csv has a row an obstacle, "
+    "columns\n"
+    "mesh (relative to the scene), and name, scale, qw qx qy qz tx ty tz as needed. One that ends "
+    "in\n"
+    ".yaml has a list obstacles: of items with the keys mesh, name, scale, position [tx, ty, tz], "
+    "and\n"
+    "quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw].\n"
+    "\n"
+    "With -o: --path asks for the motion from every row to the next, a row of RESULTS for each,\n"
+    "named by the row it starts from; --from and --to of n rows each ask n queries.\n"
+    "\n"
+    "--self tests links against each other but for the pairs that the SRDF disables. Joined links\n"
+    "are exempt only where they come within --joint-reach within the limits of their joint.\n"
+    "\n"
+    "Example:\n"
+    "  bullet-ccd articulated arm.urdf --srdf arm.srdf --self --obstacles table.stl shelf.csv \\\n"
+    "      --path trajectory.csv -o results.csv --summary";
+
+void addMotionOptions(CLI::App& command, ArticulatedArguments& a)
+{
+    command.add_option("--from", a.from, "joint positions at t = 0")->type_name("CSV");
+    command.add_option("--to", a.to, "joint positions at t = 1")->type_name("CSV");
+    command.add_option("--path", a.path, "configurations, each a query to the next; needs -o")
+        ->type_name("CSV");
+    command.add_option("--base-from", a.baseFrom, "pose of the root at t = 0; default identity")
+        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+        ->check(parsedBy(poseFromText));
+    command.add_option("--base-to", a.baseTo, "pose of the root at t = 1; default at rest")
+        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+        ->check(parsedBy(poseFromText));
+}
+
+void addWorldOptions(CLI::App& command, ArticulatedArguments& a)
+{
+    command.add_option("--obstacles", a.obstacles, "meshes, scenes (.csv, .yaml)")
+        ->type_name("FILE");
+    command.add_flag("--self", a.self, "test links against each other");
+    command.add_option("--srdf", a.srdf, "disabled pairs of links")->type_name("SRDF");
+    command
+        .add_option("--joint-reach",
+                    a.jointReach,
+                    "joined links: triangles this near at a position of the joint are exempt, m")
+        ->type_name("D")
+        ->check(within(0.0, 1e6))
+        ->capture_default_str();
+}
+
+void addAnswerOptions(CLI::App& command, ArticulatedArguments& a)
+{
+    command
+        .add_option("--contacts",
+                    a.contacts,
+                    "follow the motion beyond the first contact and show up to N: at each, joints "
+                    "stop, the others go on")
+        ->type_name("N")
+        ->check(within(1, 1'000'000))
+        ->capture_default_str();
+    command
+        .add_option_function<std::string>(
+            "--stop",
+            [&a](const std::string& text)
+            { a.rule = text == "joint" ? StopRule::NearestJoint : StopRule::Chain; },
+            "what stops: chain (all joints up to the root) or joint (the nearest that moves)")
+        ->type_name("NAME")
+        ->check(oneOf({"chain", "joint"}))
+        ->default_str("chain");
+    command.add_flag("--json", a.json, "print one JSON object with all digits");
+    command.add_option("-o,--output", a.output, "RESULTS: a table of the queries")
+        ->type_name("CSV");
+    command
+        .add_option("--repeat", a.repeat, "passes over all queries; the median of the times counts")
+        ->type_name("K")
+        ->check(within(1, 10'000))
+        ->capture_default_str();
+    command.add_flag("--summary", a.summary, "print counts and times when done");
+}
+}  // namespace
+
+void addArticulatedCommand(CLI::App& app)
+{
+    CLI::App* command =
+        app.add_subcommand("articulated", "first contacts of a robot with obstacles and itself");
+    command->footer(kArticulatedFooter);
+    const auto arguments = std::make_shared<ArticulatedArguments>();
+    command->add_option("ROBOT", arguments->urdf, "robot")->type_name("URDF")->required();
+    addMotionOptions(*command, *arguments);
+    addWorldOptions(*command, *arguments);
+    addToiOptions(*command, arguments->toi);
+    addAnswerOptions(*command, *arguments);
+    command->callback([arguments] { answer(*arguments); });
+}
+}  // namespace bullet_ccd::tools

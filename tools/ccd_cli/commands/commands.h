@@ -1,0 +1,21 @@
+/// The verbs of the program `bullet-ccd`. Each adds itself to the command line and runs when it is
+/// chosen; errors in the input come out as exceptions.
+#pragma once
+
+#include "bullet_ccd/toi/toi.h"
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace bullet_ccd::tools
+{
+void addToiCommand(CLI::App& app);
+void addBatchCommand(CLI::App& app);
+void addArticulatedCommand(CLI::App& app);
+
+/// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
+void addToiOptions(CLI::App& command, ToiOptions& options);
+
+/// Name of a strategy on the command line.
+[[nodiscard]] std::string strategyName(ToiStrategy strategy);
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,40 @@
+#include "tools/ccd_cli/commands/program.h"
+
+#include "tools/ccd_cli/commands/commands.h"
+#include "tools/support/command_line.h"
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+constexpr const char* kBulletCcdFooter =
+    "Lengths, tolerances too, are in the unit of the meshes; angles are rad; the motion runs over\n"
+    "the interval t = 0 to 1. Meshes: OBJ, STL, PLY, OFF, DAE, glTF, GLB.\n"
+    "docs/glossary.md defines tolerance, gap and minimum separation.\n"
+    "\n"
+    "Exit codes: 0 answered, 2 usage, 3 bad input.\n"
+    "\n"
+    "Examples:\n"
+    "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4\n"
+    "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary\n"
+    "  bullet-ccd articulated arm.urdf --from start.csv --to goal.csv --obstacles table.stl --self";
+
+}  // namespace
+
+int runBulletCcd(int argc, char** argv)
+{
+    return runProgram(
+        argc,
+        argv,
+        {.name = "bullet-ccd",
+         .about = "Continuous collision detection: when do moving meshes and robots first touch?",
+         .footer = kBulletCcdFooter},
+        [](CLI::App& app, int&)
+        {
+            app.require_subcommand(1);
+            addToiCommand(app);
+            addBatchCommand(app);
+            addArticulatedCommand(app);
+        });
+}
+}  // namespace bullet_ccd::tools

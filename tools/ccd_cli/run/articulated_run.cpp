@@ -1,0 +1,73 @@
+#include "tools/ccd_cli/run/articulated_run.h"
+
+#include "tools/ccd_cli/run/query_run.h"
+
+#include <chrono>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+template <typename Function>
+double microsecondsOf(const Function& function)
+{
+    const auto start = std::chrono::steady_clock::now();
+    function();
+    const std::chrono::duration<double, std::micro> elapsed =
+        std::chrono::steady_clock::now() - start;
+    return elapsed.count();
+}
+}  // namespace
+
+std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
+                                              std::span<const RigidBody> obstacles,
+                                              std::span<const ArticulatedQuery> queries,
+                                              const ToiOptions& options,
+                                              int repeat,
+                                              const std::function<void(std::size_t)>& done)
+{
+    const Environment environment(obstacles);
+    ToiWorkspace work;
+    std::vector<ArticulatedAnswer> answers(queries.size());
+    std::vector<std::vector<double>> times(queries.size());
+    const auto answer = [&](std::size_t k)
+    {
+        answers[k].result =
+            articulatedToi(links.body(queries[k].motion), environment, {.toi = options}, work);
+    };
+    if (!queries.empty())
+    {
+        answer(0);
+    }
+    for (int pass = 0; pass < repeat; ++pass)
+    {
+        for (std::size_t k = 0; k < queries.size(); ++k)
+        {
+            times[k].push_back(microsecondsOf([&] { answer(k); }));
+            done(static_cast<std::size_t>(pass) * queries.size() + k + 1);
+        }
+    }
+    for (std::size_t k = 0; k < queries.size(); ++k)
+    {
+        answers[k].microseconds = quantile(times[k], 0.5);
+    }
+    return answers;
+}
+
+SequenceAnswer runSequence(const RobotLinks& links,
+                           std::span<const RigidBody> obstacles,
+                           const JointMotion& motion,
+                           const ContactSequenceOptions& options)
+{
+    ToiWorkspace work;
+    SequenceAnswer answer;
+    for (int pass = 0; pass < 2; ++pass)  // the first warms the workspace
+    {
+        answer.microseconds = microsecondsOf(
+            [&] {
+                answer.sequence = articulatedContacts(links.body(motion), obstacles, options, work);
+            });
+    }
+    return answer;
+}
+}  // namespace bullet_ccd::tools

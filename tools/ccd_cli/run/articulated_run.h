@@ -1,0 +1,49 @@
+/// Answers and times queries of a robot among obstacles.
+#pragma once
+
+#include "bullet_ccd/toi/articulated_contacts.h"
+#include "tools/ccd_cli/files/robot_links.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// From one configuration of the robot to another.
+struct ArticulatedQuery
+{
+    std::string id;
+    JointMotion motion;
+};
+
+struct ArticulatedAnswer
+{
+    ArticulatedToiResult result;
+    double microseconds = 0.0;  ///< of articulatedToi() alone; median of the passes
+};
+
+/// Answers in the order of the queries, on one thread whose workspace has been used once before
+/// anything is timed. Between two times of one query that enter its median lie all other queries.
+/// @param done  called with the number of queries answered so far
+[[nodiscard]] std::vector<ArticulatedAnswer> runArticulated(
+    const RobotLinks& links,
+    std::span<const RigidBody> obstacles,
+    std::span<const ArticulatedQuery> queries,
+    const ToiOptions& options,
+    int repeat,
+    const std::function<void(std::size_t)>& done);
+
+/// One query through all its contacts, and its microseconds.
+struct SequenceAnswer
+{
+    ContactSequence sequence;
+    double microseconds = 0.0;
+};
+[[nodiscard]] SequenceAnswer runSequence(const RobotLinks& links,
+                                         std::span<const RigidBody> obstacles,
+                                         const JointMotion& motion,
+                                         const ContactSequenceOptions& options);
+}  // namespace bullet_ccd::tools

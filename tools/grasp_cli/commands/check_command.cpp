@@ -1,0 +1,128 @@
+#include "tools/grasp_cli/answers/audit.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/text_table.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+struct CheckArguments
+{
+    RecordArguments records;
+    double maxGap = 2e-4;
+};
+
+/// Sums over all grasps of a file.
+struct CheckSummary
+{
+    int audited = 0;
+    int penetrating = 0;
+    int tooWide = 0;
+    double deepest = 0.0;
+    double largestGap = 0.0;
+    double largestOffset = 0.0;
+};
+
+/// Audits one grasp and adds it to table and summary.
+void addGrasp(const grasp::HandModel& hand,
+              const grasp::GraspObject& object,
+              const grasp::Grasp& grasp,
+              std::size_t rank,
+              double maxGap,
+              TextTable& table,
+              CheckSummary& summary)
+{
+    const GraspAudit audit = auditGrasp(hand, object, grasp);
+    const bool clean = audit.penetration.clean();
+    const bool near = audit.largestGap <= maxGap && audit.largestOffset <= maxGap;
+    ++summary.audited;
+    summary.penetrating += clean ? 0 : 1;
+    summary.tooWide += near ? 0 : 1;
+    summary.deepest = std::max(summary.deepest, audit.penetration.deepest);
+    summary.largestGap = std::max(summary.largestGap, audit.largestGap);
+    summary.largestOffset = std::max(summary.largestOffset, audit.largestOffset);
+    const std::string where =
+        clean ? std::string()
+              : hand.robot.tree.links[static_cast<std::size_t>(audit.penetration.link)].name;
+    table.rows.push_back({fmt::format("{}", rank),
+                          fmt::format("{}", grasp.candidate),
+                          fmt::format("{:.4f}", grasp.quality.epsilon),
+                          fmt::format("{}", grasp.contacts.size()),
+                          fmt::format("{}", audit.links),
+                          fmt::format("{}", audit.penetration.intersectingTriangles),
+                          fmt::format("{}", audit.penetration.verticesInside),
+                          fmt::format("{:.4f}", 1e3 * audit.penetration.deepest),
+                          fmt::format("{:.4f}", 1e3 * audit.largestGap),
+                          clean ? (near ? "ok" : "gap too wide") : "PENETRATES at " + where});
+}
+
+int check(const CheckArguments& arguments)
+{
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    const grasp::HandModel& hand = records.hand.hand;
+    const grasp::GraspObject& object = records.object.object;
+    const std::vector<grasp::Grasp>& grasps = records.grasps;
+
+    TextTable table{.header = {"rank",
+                               "candidate",
+                               "epsilon",
+                               "contacts",
+                               "links",
+                               "triangle pairs",
+                               "vertices inside",
+                               "deepest [mm]",
+                               "gap [mm]",
+                               "verdict"},
+                    .rows = {}};
+    CheckSummary summary;
+    for (std::size_t k = 0; k < grasps.size(); ++k)
+    {
+        if (!grasps[k].positions.empty())
+        {
+            addGrasp(hand, object, grasps[k], k + 1, arguments.maxGap, table, summary);
+        }
+    }
+    fmt::print("{}\n", alignedText(table));
+    fmt::print(
+        "{} of {} grasps have a final posture; {} of them penetrate\n"
+        "deepest penetration {:.4f} mm, largest gap of a contact {:.4f} mm, farthest contact "
+        "point from the object {:.2g} mm\n",
+        summary.audited,
+        grasps.size(),
+        summary.penetrating,
+        1e3 * summary.deepest,
+        1e3 * summary.largestGap,
+        1e3 * summary.largestOffset);
+    if (!object.watertight)
+    {
+        fmt::print("{} is not watertight: only its surface could be tested, not its inside\n",
+                   object.name);
+    }
+    return summary.penetrating == 0 && summary.tooWide == 0 ? kDone : kNothingFound;
+}
+}  // namespace
+
+void addCheckCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand(
+        "check", "measure penetration and contact gaps of planned grasps afresh");
+    command->footer(
+        "Loads hand and object that the file names and tests every final posture with methods "
+        "that\n"
+        "share no code with planning: triangle against triangle, vertices against the inside of a\n"
+        "watertight object, contact points against all triangles. Exit code 1 if a posture "
+        "penetrates\n"
+        "or a contact is wider than --max-gap.");
+    const auto arguments = std::make_shared<CheckArguments>();
+    addRecordOptions(*command, arguments->records);
+    command->add_option("--max-gap", arguments->maxGap, "largest gap of a contact [m]")
+        ->type_name("M")
+        ->check(within(0.0, 1.0))
+        ->capture_default_str();
+    command->callback([arguments, &exitCode] { exitCode = check(*arguments); });
+}
+}  // namespace bullet_ccd::tools

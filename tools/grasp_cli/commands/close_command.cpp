@@ -1,0 +1,367 @@
+#include "grasp/check/penetration_check.h"
+#include "grasp/planner/close_at_pose.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/inputs/path_file.h"
+#include "tools/grasp_cli/plan/plan_outputs.h"
+#include "tools/grasp_cli/plan/plan_run.h"
+#include "tools/support/pose_text.h"
+#include "tools/support/text_table.h"
+
+#include <array>
+#include <fmt/format.h>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using grasp::Grasp;
+using grasp::RejectReason;
+
+struct CloseArguments
+{
+    PairOptions pair;
+    std::vector<double> pose;      ///< x y z qw qx qy qz; empty: there is a path
+    std::vector<double> approach;  ///< dx dy dz distance; empty: none
+    std::string path;              ///< file; empty: none
+    std::string preshape;          ///< empty: the hand's first
+    std::string output;
+    bool json = false;
+    bool boxes = false;
+    bool quiet = false;
+    grasp::PlannerOptions options;
+};
+
+/// What is wrong with the numbers themselves is an error of usage.
+Eigen::Isometry3d poseOf(const CloseArguments& arguments)
+{
+    const std::vector<double>& p = arguments.pose;
+    try
+    {
+        return poseFrom(std::array{p[3], p[4], p[5], p[6], p[0], p[1], p[2]});
+    }
+    catch (const std::invalid_argument& error)
+    {
+        throw CLI::ValidationError("--pose", error.what());
+    }
+}
+
+Eigen::Vector3d shiftOf(const CloseArguments& arguments)
+{
+    if (arguments.approach.empty())
+    {
+        return Eigen::Vector3d::Zero();
+    }
+    const std::vector<double>& a = arguments.approach;
+    const Eigen::Vector3d direction(a[0], a[1], a[2]);
+    if (direction.norm() < 1e-9 || a[3] <= 0.0)
+    {
+        throw CLI::ValidationError(
+            "--approach", "the direction must not be zero, and the distance must be positive");
+    }
+    return a[3] * direction.normalized();
+}
+
+/// How the hand gets to where it closes.
+struct HandWay
+{
+    Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Isometry3d> path{};  ///< instead, if not empty
+};
+
+HandWay wayOf(const CloseArguments& arguments)
+{
+    if (!arguments.path.empty())
+    {
+        return {.path = readPathFile(arguments.path)};
+    }
+    if (arguments.pose.empty())
+    {
+        throw CLI::RequiredError("--pose or --path");
+    }
+    return {.X_WStart = poseOf(arguments), .shift = shiftOf(arguments)};
+}
+
+grasp::PathGrasp closeAfter(const HandWay& way,
+                            const LoadedHand& hand,
+                            const LoadedObject& object,
+                            const grasp::Preshape& preshape,
+                            const grasp::PlannerOptions& options)
+{
+    const grasp::CloseHand engine = closingEngine(options.engine)();
+    if (!way.path.empty())
+    {
+        return closeOnPath(hand.hand, object.object, way.path, preshape, options, engine);
+    }
+    return {.way = {},
+            .grasp = closeAtPose(
+                hand.hand, object.object, way.X_WStart, way.shift, preshape, options, engine)};
+}
+
+const grasp::Preshape& preshapeOf(const CloseArguments& arguments, const LoadedHand& hand)
+{
+    const std::vector<grasp::Preshape>& known = hand.hand.preshapes;
+    if (arguments.preshape.empty())
+    {
+        return known.front();
+    }
+    if (const auto* found = grasp::findPreshape(hand.hand, arguments.preshape); found != nullptr)
+    {
+        return *found;
+    }
+    std::vector<std::string> names;
+    for (const grasp::Preshape& preshape : known)
+    {
+        names.push_back(preshape.name);
+    }
+    throw std::runtime_error(fmt::format("{}: no preshape \"{}\": the hand has {}",
+                                         hand.file.string(),
+                                         arguments.preshape,
+                                         joined(names, ", ")));
+}
+
+std::string stopsText(const grasp::HandModel& hand, const Grasp& grasp)
+{
+    TextTable table{.header = {"stopped", "time [s]", "by"}, .rows = {}};
+    for (const grasp::StopEvent& stop : grasp.stops)
+    {
+        table.rows.push_back({linkName(hand, stop.link),
+                              fmt::format("{:.4f}", stop.time),
+                              stop.byObject ? "object" : "hand"});
+    }
+    return alignedText(table);
+}
+
+std::string jointsText(const grasp::HandModel& hand, const Grasp& grasp)
+{
+    TextTable table{.header = {"joint", "position", "unit"}, .rows = {}};
+    for (std::size_t link = 1; link < grasp.positions.size(); ++link)
+    {
+        const Joint& joint = hand.robot.tree.links[link].joint;
+        if (joint.isMovable())
+        {
+            table.rows.push_back({joint.name,
+                                  fmt::format("{:.6f}", grasp.positions[link]),
+                                  joint.type == JointType::Prismatic ? "m" : "rad"});
+        }
+    }
+    return alignedText(table);
+}
+
+std::string contactsText(const grasp::HandModel& hand, const Grasp& grasp)
+{
+    TextTable table{
+        .header = {"contact of", "x [m]", "y [m]", "z [m]", "nx", "ny", "nz", "gap [mm]"},
+        .rows = {}};
+    for (const grasp::GraspContact& contact : grasp.contacts)
+    {
+        std::vector<std::string> row = {linkName(hand, contact.link)};
+        for (const double coordinate : contact.point)
+        {
+            row.push_back(fmt::format("{:.5f}", coordinate));
+        }
+        for (const double coordinate : contact.normal)
+        {
+            row.push_back(fmt::format("{:.4f}", coordinate));
+        }
+        row.push_back(fmt::format("{:.4f}", 1e3 * contact.gap));
+        table.rows.push_back(std::move(row));
+    }
+    return alignedText(table);
+}
+
+/// Why nothing is held; empty if something is.
+std::string failureOf(const grasp::HandModel& hand,
+                      const grasp::GraspObject& object,
+                      const Grasp& grasp)
+{
+    const auto intersecting = [&](const std::vector<double>& positions)
+    {
+        const std::int32_t link = grasp::checkPenetration(hand, object, grasp.X_WH, positions).link;
+        return link == kNone ? std::string("it") : "link " + linkName(hand, link);
+    };
+    switch (grasp.reject)
+    {
+        case RejectReason::OverlapAtStart:
+            return fmt::format(
+                "overlap at start: {} intersects the object: move the pose away or start from "
+                "another preshape",
+                intersecting(grasp::findPreshape(hand, grasp.preshape)->positions));
+        case RejectReason::SelfOverlap:
+            return fmt::format("self overlap: links of the hand intersect in preshape {}",
+                               grasp.preshape);
+        case RejectReason::IterationLimit:
+            return "a time-of-impact query gave up";
+        case RejectReason::Penetration:
+            return fmt::format("penetration: {} intersects the object after closing",
+                               intersecting(grasp.positions));
+        default:
+            return grasp.contacts.empty() ? "nothing touched: no link reached the object" : "";
+    }
+}
+
+/// Empty for a hand that could not set out.
+std::string pathText(const grasp::PathApproach& way)
+{
+    if (way.status == ToiStatus::Overlapping)
+    {
+        return {};
+    }
+    const std::string end =
+        isContact(way.status) ? fmt::format("a contact at {:.4f} of leg {}", way.time, way.leg + 1)
+                              : "its end";
+    return fmt::format("followed the path for {:.3f} mm, to {}\n\n", 1e3 * way.length, end);
+}
+
+void printGrasp(const CloseArguments& arguments, const grasp::HandModel& hand, const Grasp& grasp)
+{
+    if (!arguments.approach.empty())
+    {
+        fmt::print("approached by {:.3f} mm\n\n", 1e3 * grasp.approachDistance);
+    }
+    if (grasp.positions.empty())
+    {
+        return;
+    }
+    fmt::print("{}\n{}\n", stopsText(hand, grasp), jointsText(hand, grasp));
+    if (grasp.contacts.empty())
+    {
+        return;
+    }
+    fmt::print("{}\nepsilon {:.4f}, volume {:.3g}: {} (mu {:g}, epsilon >= {:g})\n",
+               contactsText(hand, grasp),
+               grasp.quality.epsilon,
+               grasp.quality.volume,
+               grasp.quality.forceClosure ? "force closure" : "no force closure",
+               arguments.options.friction,
+               arguments.options.forceClosureThreshold);
+    if (grasp.reject != RejectReason::Penetration)
+    {
+        fmt::print("no penetration, by the independent check\n");
+    }
+}
+
+int close(const CloseArguments& arguments)
+{
+    const HandWay way = wayOf(arguments);
+    const LoadedHand hand = loadHandOf(arguments.pair);
+    requireFingers(hand, arguments.options.closing);
+    const LoadedObject object = loadObjectOf(arguments.pair);
+    const grasp::Preshape& preshape = preshapeOf(arguments, hand);
+    std::optional<OutputFolder> output;
+    if (!arguments.output.empty())
+    {
+        output.emplace(arguments.output);
+    }
+    if (!arguments.quiet)
+    {
+        printNotes(hand, object);
+    }
+    const grasp::GraspRun run{.handFile = hand.file,
+                              .srdfFile = hand.hand.srdfFile,
+                              .objectFile = object.file,
+                              .objectScale = arguments.pair.objectScale,
+                              .options = arguments.options};
+    const grasp::PathGrasp closed = closeAfter(way, hand, object, preshape, arguments.options);
+    const std::vector<Grasp> grasps = {closed.grasp};
+    const std::string failure = failureOf(hand.hand, object.object, grasps.front());
+    if (arguments.json)
+    {
+        grasp::writeGrasps(std::cout, run, hand.hand, object.object, grasps);
+    }
+    else
+    {
+        if (!way.path.empty())
+        {
+            fmt::print("{}", pathText(closed.way));
+        }
+        printGrasp(arguments, hand.hand, grasps.front());
+    }
+    if (output)
+    {
+        const std::vector<std::string> written =
+            writePlanOutputs(*output,
+                             run,
+                             hand.hand,
+                             object.object,
+                             grasps,
+                             {.pictures = 1, .models = 1, .sweptBoxes = arguments.boxes});
+        if (!arguments.json)
+        {
+            fmt::print("written:  {}\n", joined(written, "\n          "));
+        }
+    }
+    if (!failure.empty())
+    {
+        fmt::print(stderr, "grasp close: {}\n", failure);
+    }
+    return failure.empty() ? kDone : kNothingFound;
+}
+}  // namespace
+
+void addCloseCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand("close", "close the hand at one pose and score the grasp");
+    const auto arguments = std::make_shared<CloseArguments>();
+    arguments->options.candidates = 1;
+    addPairOptions(*command, arguments->pair);
+    auto* pose =
+        command
+            ->add_option(
+                "--pose",
+                arguments->pose,
+                "of the hand's root link in the object's mesh frame [m]:\nx y z qw qx qy qz")
+            ->type_name("X..QZ")
+            ->expected(7)
+            ->check(within(-kFar, kFar))
+            ->group("Pose");
+    command
+        ->add_option("--approach",
+                     arguments->approach,
+                     "first move the open hand along dx dy dz until its first\n"
+                     "contact, or by the distance [m], and close there:\n"
+                     "dx dy dz distance")
+        ->type_name("DX..D")
+        ->expected(4)
+        ->check(within(-kFar, kFar))
+        ->needs(pose)
+        ->group("Pose");
+    command
+        ->add_option("--path",
+                     arguments->path,
+                     "instead of a pose: CSV file of poses x,y,z,qw,qx,qy,qz, one a\n"
+                     "row; the open hand moves from each to the next until its\n"
+                     "first contact, or the end, and closes there")
+        ->type_name("FILE")
+        ->excludes(pose)
+        ->group("Pose");
+    command
+        ->add_option("--preshape", arguments->preshape, "to close from; default: the hand's first")
+        ->type_name("NAME")
+        ->group("Pose");
+    addEngineOption(*command, arguments->options);
+    addFingersOption(*command, arguments->options.closing);
+    addQualityOptions(*command, arguments->options);
+    command->add_flag("--json", arguments->json, "print one record, as in grasps.jsonl, instead")
+        ->group("Output");
+    command
+        ->add_option("-o,--output",
+                     arguments->output,
+                     "folder for the same files that plan writes; default: none")
+        ->type_name("FOLDER")
+        ->group("Output");
+    command->add_flag("--boxes", arguments->boxes, "draw the boxes that links sweep, too")
+        ->group("Output");
+    command->add_flag("-q,--quiet", arguments->quiet, "no notes on stderr")->group("Output");
+    command->footer(
+        "Exit codes: 0 closed with contacts, 1 nothing touched or an overlap (stderr "
+        "says which),\n2 usage, 3 bad input.");
+    command->callback([arguments, &exitCode] { exitCode = close(*arguments); });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,244 @@
+#include "grasp/force/hand_jacobian.h"
+#include "tools/grasp_cli/answers/force_report.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/options/contact_options.h"
+#include "tools/grasp_cli/options/effort_option.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/text_table.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+constexpr double kStandardGravity = 9.80665;  // [m/s^2]
+
+struct ForceArguments
+{
+    RecordArguments records;
+    RecordChoice choice;
+    ContactArguments contacts;
+    double mass = 0.5;
+    std::vector<double> gravity = {0.0, 0.0, -1.0};
+    std::vector<double> wrench = std::vector<double>(6, 0.0);
+    double anyWrench = 0.0;
+    grasp::ForceObjective objective = grasp::ForceObjective::Total;
+    grasp::ForceSolver solver = grasp::ForceSolver::Cone;
+    int coneEdges = 16;
+    std::vector<std::string> efforts;
+    double maxForce = std::numeric_limits<double>::infinity();
+    bool json = false;
+};
+
+/// Weight and wrench about the centre of mass.
+grasp::Wrench loadOf(const ForceArguments& arguments)
+{
+    grasp::Wrench load = Eigen::Map<const grasp::Wrench>(arguments.wrench.data());
+    const Eigen::Vector3d down = Eigen::Map<const Eigen::Vector3d>(arguments.gravity.data());
+    load.head<3>() += arguments.mass * kStandardGravity * down.normalized();
+    return load;
+}
+
+/// What all grasps of a run have in common.
+grasp::ForceProblem commonProblem(const ForceArguments& arguments, const GraspRecords& records)
+{
+    const KinematicTree& tree = records.hand.hand.robot.tree;
+    grasp::ForceProblem problem;
+    problem.law = contactLaw(arguments.contacts, records.source.run.options);
+    problem.load = loadOf(arguments);
+    problem.reference = records.object.object.centerOfMass;
+    problem.maxNormalForce = arguments.maxForce;
+    problem.torqueLimits = grasp::effortLimits(tree);
+    for (const std::int32_t joint : grasp::independentJoints(tree))
+    {
+        problem.jointNames.push_back(tree.links[static_cast<std::size_t>(joint)].joint.name);
+    }
+    applyEfforts(arguments.efforts, records.hand.hand.robot, problem);
+    return problem;
+}
+
+ForceRecord solveRecord(const ForceArguments& arguments,
+                        const GraspRecords& records,
+                        const grasp::ForceProblem& common,
+                        std::size_t index)
+{
+    const grasp::Grasp& grasp = records.grasps[index];
+    ForceRecord record{.rank = index + 1,
+                       .candidate = grasp.candidate,
+                       .problem = common,
+                       .options = {.objective = arguments.objective,
+                                   .solver = arguments.solver,
+                                   .coneEdges = arguments.coneEdges}};
+    record.problem.contacts = grasp.contacts;
+    if (grasp.positions.empty())
+    {
+        throw std::runtime_error(
+            fmt::format("{}: candidate {} never closed ({}): choose another one",
+                        arguments.records.file,
+                        grasp.candidate,
+                        toString(grasp.reject)));
+    }
+    record.problem.jacobian = grasp::handJacobian(
+        records.hand.hand.robot.tree, grasp.X_WH, grasp.positions, grasp.contacts);
+    if (arguments.anyWrench > 0.0)
+    {
+        record.disturbance = {.size = arguments.anyWrench,
+                              .torqueScale = records.object.object.radius};
+        record.robust =
+            grasp::solveForAnyWrench(record.problem, *record.disturbance, record.options);
+        record.forces = record.robust.worst;
+    }
+    else
+    {
+        record.forces = grasp::solveGraspForces(record.problem, record.options);
+    }
+    return record;
+}
+
+std::string unlimitedNote(const grasp::ForceProblem& problem)
+{
+    std::vector<std::string> names;
+    for (std::size_t j = 0; j < problem.torqueLimits.size(); ++j)
+    {
+        if (std::isinf(problem.torqueLimits[j]))
+        {
+            names.push_back(problem.jointNames[j]);
+        }
+    }
+    return names.empty() ? std::string()
+                         : fmt::format(
+                               "effort 0 or missing, taken as unlimited (--effort sets it): "
+                               "{}\n",
+                               joined(names, ", "));
+}
+
+int force(const ForceArguments& arguments)
+{
+    if (Eigen::Map<const Eigen::Vector3d>(arguments.gravity.data()).isZero(0.0))
+    {
+        throw CLI::ValidationError("--gravity", "0 0 0 has no direction: use --mass 0 for none");
+    }
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    const grasp::ForceProblem common = commonProblem(arguments, records);
+    const std::vector<std::size_t> chosen =
+        chosenGrasps(records, arguments.records, arguments.choice);
+    fmt::print(stderr, "{}", unlimitedNote(common));
+    int balanced = 0;
+    for (const std::size_t index : chosen)
+    {
+        const ForceRecord record = solveRecord(arguments, records, common, index);
+        balanced += record.status() == grasp::ForceStatus::Balanced ? 1 : 0;
+        fmt::print("{}",
+                   arguments.json ? forceJson(record, records.hand.hand)
+                                  : forceText(record, records.hand.hand) + "\n");
+    }
+    if (!arguments.json)
+    {
+        fmt::print("{} of {} grasps balance the load\n", balanced, chosen.size());
+    }
+    return balanced > 0 ? kDone : kNothingFound;
+}
+
+void addLoadOptions(CLI::App& command, ForceArguments& arguments)
+{
+    command.add_option("--mass", arguments.mass, "of the object [kg]")
+        ->type_name("KG")
+        ->check(within(0.0, 1e6))
+        ->capture_default_str()
+        ->group("Load");
+    command.add_option("--gravity", arguments.gravity, "its direction, in the object's frame")
+        ->type_name("X Y Z")
+        ->expected(3)
+        ->check(within(-1e6, 1e6))
+        ->capture_default_str()
+        ->group("Load");
+    command
+        .add_option("--wrench",
+                    arguments.wrench,
+                    "also acts on the object: force [N] and moment [N m] about\n"
+                    "its centre of mass, in its frame")
+        ->type_name("FX FY FZ TX TY TZ")
+        ->expected(6)
+        ->check(within(-1e9, 1e9))
+        ->group("Load");
+    command
+        .add_option("--any-wrench",
+                    arguments.anyWrench,
+                    "besides, any wrench of that size [N]; moments count as\n"
+                    "force times the object's radius")
+        ->type_name("SIZE")
+        ->check(within(0.0, 1e9))
+        ->group("Load");
+}
+
+void addLimitOptions(CLI::App& command, ForceArguments& arguments)
+{
+    command
+        .add_option("--effort",
+                    arguments.efforts,
+                    "torque limit [N m or N] of all joints, or JOINT=E of one;\n"
+                    "0: unlimited; may be repeated, the last one counts")
+        ->type_name("E")
+        ->check(parsedBy(parseEffort))
+        ->group("Limits");
+    command.add_option("--max-force", arguments.maxForce, "largest normal force of a contact [N]")
+        ->type_name("N")
+        ->check(within(1e-9, 1e9))
+        ->group("Limits");
+}
+
+void addSolverOptions(CLI::App& command, ForceArguments& arguments)
+{
+    using grasp::ForceObjective;
+    using grasp::ForceSolver;
+    command
+        .add_option("--objective",
+                    arguments.objective,
+                    "total: least sum of normal forces; max: least largest one;\n"
+                    "firm: largest margin to slip within the limits")
+        ->type_name("WHAT")
+        ->transform(wordFor<ForceObjective>({{"total", ForceObjective::Total},
+                                             {"max", ForceObjective::Max},
+                                             {"firm", ForceObjective::Firm}}))
+        ->default_str("total")
+        ->group("Method");
+    command
+        .add_option(
+            "--solver", arguments.solver, "cone: exact friction cones; lp: inscribed pyramids")
+        ->type_name("WHICH")
+        ->transform(
+            wordFor<ForceSolver>({{"cone", ForceSolver::Cone}, {"lp", ForceSolver::LinearProgram}}))
+        ->default_str("cone")
+        ->group("Method");
+    command.add_option("--cone-edges", arguments.coneEdges, "edges of the pyramids of lp")
+        ->type_name("N")
+        ->check(within(3, 64))
+        ->capture_default_str()
+        ->group("Method");
+}
+}  // namespace
+
+void addForceCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand(
+        "force", "smallest contact forces that hold the object in planned grasps");
+    command->footer(
+        "Balances weight and wrench by contact forces within friction cones, and joint torques\n"
+        "within the efforts of the URDF, for every chosen grasp. A grasp that cannot is told with "
+        "the\n"
+        "reason: friction alone, or the joints. Exit code 1 if none can.");
+    const auto arguments = std::make_shared<ForceArguments>();
+    addRecordOptions(*command, arguments->records);
+    addChoiceOptions(*command, arguments->choice);
+    addLoadOptions(*command, *arguments);
+    addContactOptions(*command, arguments->contacts);
+    addLimitOptions(*command, *arguments);
+    addSolverOptions(*command, *arguments);
+    command->add_flag("--json", arguments->json, "one JSON record a grasp instead of tables");
+    command->callback([arguments, &exitCode] { exitCode = force(*arguments); });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,222 @@
+#include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/support/text_table.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using grasp::HandModel;
+
+struct HandArguments
+{
+    std::string hand;
+    std::string srdf;
+};
+
+std::string fingerOf(const HandModel& hand, std::int32_t link)
+{
+    for (const grasp::Finger& finger : hand.fingers)
+    {
+        if (std::find(finger.links.begin(), finger.links.end(), link) != finger.links.end())
+        {
+            return finger.name;
+        }
+    }
+    return "-";
+}
+
+std::string closingText(const HandModel& hand, std::size_t link)
+{
+    const Joint& joint = hand.robot.tree.links[link].joint;
+    if (joint.mimicOf != kNone)
+    {
+        const Link& driver = hand.robot.tree.links[static_cast<std::size_t>(joint.mimicOf)];
+        return fmt::format("follows {} x {:g}", driver.joint.name, joint.mimicMultiplier);
+    }
+    switch (hand.closingDirections[link])
+    {
+        case 1:
+            return "closes to its upper limit";
+        case -1:
+            return "closes to its lower limit";
+        default:
+            return "keeps its preshape";
+    }
+}
+
+TextTable jointTable(const HandModel& hand)
+{
+    TextTable table{.header = {"joint", "link", "finger", "type", "lower", "upper", "closing"},
+                    .rows = {}};
+    for (const grasp::Preshape& preshape : hand.preshapes)
+    {
+        table.header.push_back(preshape.name);
+    }
+    for (std::size_t link = 1; link < hand.robot.tree.size(); ++link)
+    {
+        const Link& itsLink = hand.robot.tree.links[link];
+        if (!itsLink.joint.isMovable())
+        {
+            continue;
+        }
+        table.rows.push_back({itsLink.joint.name,
+                              itsLink.name,
+                              fingerOf(hand, static_cast<std::int32_t>(link)),
+                              itsLink.joint.type == JointType::Revolute ? "turns" : "slides",
+                              fmt::format("{:.3f}", itsLink.joint.lower),
+                              fmt::format("{:.3f}", itsLink.joint.upper),
+                              closingText(hand, link)});
+        for (const grasp::Preshape& preshape : hand.preshapes)
+        {
+            table.rows.back().push_back(fmt::format("{:.3f}", preshape.positions[link]));
+        }
+    }
+    return table;
+}
+
+/// Pairs of links with geometry that are not tested against each other.
+std::vector<std::string> disabledPairs(const HandModel& hand)
+{
+    std::vector<std::string> texts;
+    const auto count = static_cast<std::int32_t>(hand.robot.tree.size());
+    for (std::int32_t a = 0; a < count; ++a)
+    {
+        for (std::int32_t b = a + 1; b < count; ++b)
+        {
+            const bool both = hand.linkTrees[static_cast<std::size_t>(a)] != nullptr &&
+                              hand.linkTrees[static_cast<std::size_t>(b)] != nullptr;
+            const bool tested =
+                std::find(hand.selfPairs.begin(), hand.selfPairs.end(), std::pair(a, b)) !=
+                hand.selfPairs.end();
+            if (both && !tested)
+            {
+                texts.push_back(fmt::format("{} - {}", linkName(hand, a), linkName(hand, b)));
+            }
+        }
+    }
+    return texts;
+}
+
+void printFingers(const HandModel& hand)
+{
+    fmt::print("{} finger{} on {}\n",
+               hand.fingers.size(),
+               hand.fingers.size() == 1 ? "" : "s",
+               linkName(hand, hand.palm));
+    for (const grasp::Finger& finger : hand.fingers)
+    {
+        std::vector<std::string> names;
+        for (const std::int32_t link : finger.links)
+        {
+            names.push_back(linkName(hand, link));
+        }
+        fmt::print("  {}: {}\n", finger.name, joined(names, " > "));
+    }
+}
+
+/// What reading the robot and then understanding it as a hand had to assume.
+void printNotes(const HandModel& hand)
+{
+    const bool none = hand.robot.notes.empty() && hand.notes.empty();
+    fmt::print("\n{}\n", none ? "nothing was inferred" : "notes:");
+    for (const auto* notes : {&hand.robot.notes, &hand.notes})
+    {
+        for (const std::string& note : *notes)
+        {
+            fmt::print("  {}\n", note);
+        }
+    }
+}
+
+int show(const HandArguments& arguments)
+{
+    const LoadedHand loaded = loadNamedHand(arguments.hand, arguments.srdf);
+    const HandModel& hand = loaded.hand;
+    std::size_t triangles = 0;
+    for (const SsvTree& tree : hand.trees)
+    {
+        triangles += tree.mesh().triangles.size();
+    }
+    fmt::print(
+        "{} ({})\nfingers and preshapes from {}\n{} links, {} with geometry, {} triangles; root "
+        "{}\n\n",
+        hand.robot.name,
+        loaded.file.string(),
+        hand.srdfFile.empty() ? "inference: no SRDF is used" : hand.srdfFile.string(),
+        hand.robot.tree.size(),
+        hand.trees.size(),
+        triangles,
+        linkName(hand, 0));
+    printFingers(hand);
+    fmt::print("\njoints; the last columns are the preshapes [rad or m]\n{}",
+               alignedText(jointTable(hand)));
+    const Eigen::Vector3d p = hand.X_RG.translation();
+    const Eigen::Vector3d z = hand.X_RG.linear().col(2);
+    const Eigen::Vector3d x = hand.X_RG.linear().col(0);
+    fmt::print(
+        "\ngrasp frame in {}: origin ({:.4f}, {:.4f}, {:.4f}) m, approaches along ({:.3f}, {:.3f}, "
+        "{:.3f}), opposes along ({:.3f}, {:.3f}, {:.3f})\n",
+        linkName(hand, 0),
+        p.x(),
+        p.y(),
+        p.z(),
+        z.x(),
+        z.y(),
+        z.z(),
+        x.x(),
+        x.y(),
+        x.z());
+    const std::vector<std::string> disabled = disabledPairs(hand);
+    fmt::print("{} pairs of links tested against each other, {} not:\n",
+               hand.selfPairs.size(),
+               disabled.size());
+    for (const std::string& pair : disabled)
+    {
+        fmt::print("  {}\n", pair);
+    }
+    printNotes(hand);
+    return kDone;
+}
+
+void addShowOptions(CLI::App& command, HandArguments& arguments)
+{
+    command.add_option("hand", arguments.hand, "URDF file or name of a shipped hand")
+        ->type_name("HAND");
+    command.add_option("--srdf", arguments.srdf, "fingers and preshapes")->type_name("FILE");
+}
+
+int showNamed(const HandArguments& arguments)
+{
+    if (arguments.hand.empty())
+    {
+        throw CLI::RequiredError("hand");
+    }
+    return show(arguments);
+}
+}  // namespace
+
+void addHandCommand(CLI::App& app, int& exitCode)
+{
+    constexpr const char* kWhat = "show what is understood of a hand, and what was inferred";
+    auto* command = app.add_subcommand("hand", kWhat);
+    const auto arguments = std::make_shared<HandArguments>();
+    addShowOptions(*command, *arguments);
+    CLI::App* shown = command->add_subcommand("show", kWhat);
+    addShowOptions(*shown, *arguments);
+    shown->callback([arguments, &exitCode] { exitCode = showNamed(*arguments); });
+    addHandCheckCommand(*command, exitCode);
+    command->callback(
+        [command, arguments, &exitCode]
+        {
+            if (command->get_subcommands().empty())
+            {
+                exitCode = showNamed(*arguments);
+            }
+        });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,260 @@
+#include "grasp/formats/content_hash.h"
+#include "tools/support/obstacle_list.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/plan/plan_journal.h"
+#include "tools/grasp_cli/plan/plan_outputs.h"
+#include "tools/grasp_cli/plan/plan_run.h"
+#include "tools/support/text_table.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <optional>
+#include <stdexcept>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using grasp::Grasp;
+using grasp::RejectReason;
+
+struct PlanArguments
+{
+    PairOptions pair;
+    fs::path output = "out";
+    DrawingOptions drawing;
+    bool quiet = false;
+    bool resume = false;
+    std::vector<std::string> scene;
+    grasp::PlannerOptions options;
+};
+
+std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
+{
+    TextTable table{.header = {"rank",
+                               "candidate",
+                               "epsilon",
+                               "volume",
+                               "contacts",
+                               "links",
+                               "preshape",
+                               "back off [mm]"},
+                    .rows = {}};
+    for (std::size_t k = 0; k < std::min(rows, grasps.size()); ++k)
+    {
+        const Grasp& g = grasps[k];
+        if (g.reject != RejectReason::None)
+        {
+            break;
+        }
+        const double along = (g.X_WH.translation() - g.X_WStart.translation()).dot(g.approach_W);
+        table.rows.push_back(
+            {fmt::format("{}", k + 1),
+             fmt::format("{}", g.candidate),
+             fmt::format("{:.4f}", g.quality.epsilon),
+             g.quality.volume > 0.0 ? fmt::format("{:.3g}", g.quality.volume) : "-",
+             fmt::format("{}", g.contacts.size()),
+             fmt::format("{}", linksInContact(g)),
+             g.preshape,
+             fmt::format("{:.1f}", 1e3 * std::max(0.0, g.approachDistance - along))});
+    }
+    return alignedText(table);
+}
+
+/// What the swept boxes of the hand were worth.
+std::string cullingText(const std::vector<Grasp>& grasps, std::size_t obstacles)
+{
+    double near = 0.0;
+    for (const Grasp& grasp : grasps)
+    {
+        near += static_cast<double>(grasp.obstaclesInReach);
+    }
+    near /= std::max(1.0, static_cast<double>(grasps.size()));
+    return fmt::format(
+        "obstacles: {}, of which {:.1f} in reach of a candidate ({:.1f} % culled by swept boxes)\n",
+        obstacles,
+        near,
+        100.0 * (1.0 - near / static_cast<double>(obstacles)));
+}
+
+void printSummary(const PlanArguments& arguments,
+                  const PlanRun& run,
+                  std::size_t obstacles,
+                  const std::vector<std::string>& written)
+{
+    constexpr std::size_t kRows = 10;
+    const std::size_t found = forceClosures(run.grasps);
+    fmt::print("{} x {}: {} of {} candidates are force closures (mu {:g}, epsilon >= {:g})\n",
+               run.hand.hand.robot.name,
+               run.object.object.name,
+               found,
+               run.grasps.size(),
+               arguments.options.friction,
+               arguments.options.forceClosureThreshold);
+    if (const std::string left = candidatesLeft(run.grasps, arguments.options.candidates);
+        !left.empty())
+    {
+        fmt::print(
+            "time limit reached: {} of {} candidates tried, not {}; --resume goes on with them\n",
+            run.grasps.size(),
+            arguments.options.candidates,
+            left);
+    }
+    if (found > 0)
+    {
+        fmt::print("\n{}", bestGrasps(run.grasps, kRows));
+        if (found > kRows)
+        {
+            fmt::print("({} more in the files)\n", found - kRows);
+        }
+    }
+    fmt::print("\n");
+    if (const std::string rejected = rejectionCounts(run.grasps); !rejected.empty())
+    {
+        fmt::print("rejected: {}\n", rejected);
+    }
+    if (obstacles > 0)
+    {
+        fmt::print("{}", cullingText(run.grasps, obstacles));
+    }
+    fmt::print("planned in {:.2f} s, {:.0f} candidates a second\nwritten:  {}\n",
+               run.seconds,
+               static_cast<double>(run.grasps.size()) / std::max(run.seconds, 1e-9),
+               joined(written, "\n          "));
+}
+
+void printNotes(const PlanJournal& journal, const PlanArguments& arguments)
+{
+    const std::string file = journal.file().string();
+    if (!journal.known().empty())
+    {
+        fmt::print(stderr,
+                   "{}: {} of {} candidates were tried before and are taken over\n",
+                   file,
+                   journal.known().size(),
+                   arguments.options.candidates);
+    }
+    else if (arguments.resume)
+    {
+        fmt::print(stderr, "{}: no stopped run here: starting at the first candidate\n", file);
+    }
+    else if (!journal.setAside().empty())
+    {
+        fmt::print(stderr,
+                   "{}: of a stopped run that --resume would have gone on with: now {}\n",
+                   file,
+                   journal.setAside().filename().string());
+    }
+}
+
+int plan(const PlanArguments& arguments)
+{
+    PlanRun run{.hand = loadHandOf(arguments.pair), .object = loadObjectOf(arguments.pair)};
+    const grasp::HandModel& hand = run.hand.hand;
+    const grasp::GraspObject& object = run.object.object;
+    requireFingers(run.hand, arguments.options.closing);
+    const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
+    if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
+    {
+        throw std::runtime_error(
+            "--scene: the simulated engine closes on the object alone: use --engine kinematic");
+    }
+    const std::vector<RigidBody> bodies = bodiesOf(obstacles);
+    const grasp::GraspRun description{.handFile = run.hand.file,
+                                      .srdfFile = hand.srdfFile,
+                                      .objectFile = run.object.file,
+                                      .objectScale = arguments.pair.objectScale,
+                                      .obstaclesHash = grasp::contentHash(bodies),
+                                      .options = arguments.options};
+    OutputFolder output(arguments.output);
+    PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
+    if (!arguments.quiet)
+    {
+        printNotes(journal, arguments);
+    }
+    runPlan(run,
+            arguments.options,
+            arguments.quiet,
+            {.progress = [&](const Grasp& grasp) { journal.append(grasp); },
+             .obstacles = bodies,
+             .known = journal.known()});
+    std::vector<std::string> written =
+        writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing);
+    if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
+    {
+        journal.remove();
+    }
+    else
+    {
+        written.push_back(journal.file().string());
+    }
+    printSummary(arguments, run, obstacles.size(), written);
+    return forceClosures(run.grasps) > 0 ? kDone : kNothingFound;
+}
+
+void addStoppingOptions(CLI::App& command, PlanArguments& arguments)
+{
+    command
+        .add_option("--time-limit",
+                    arguments.options.timeLimit,
+                    "begin no candidate after so many seconds, 0 for no limit")
+        ->type_name("S")
+        ->check(within(0.0, 1e9))
+        ->capture_default_str()
+        ->group("Search");
+    command
+        .add_flag("--resume",
+                  arguments.resume,
+                  "go on with what a run that was stopped or killed, or met its time\n"
+                  "limit, left in the output folder")
+        ->group("Search");
+}
+}  // namespace
+
+void addPlanCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand("plan", "plan and rank grasps of one object by one hand");
+    const auto arguments = std::make_shared<PlanArguments>();
+    addPairOptions(*command, arguments->pair);
+    command
+        ->add_option("--scene",
+                     arguments->scene,
+                     "obstacles in the object's frame: meshes, or scenes (CSV, YAML) of meshes\n"
+                     "with poses; a grasp that touches one is rejected")
+        ->type_name("FILE")
+        ->group("Input");
+    addPlannerOptions(*command, arguments->options);
+    addFingersOption(*command, arguments->options.closing);
+    addStoppingOptions(*command, *arguments);
+    command
+        ->add_option(
+            "-o,--output", arguments->output, "folder; files in it are replaced at the end")
+        ->type_name("FOLDER")
+        ->capture_default_str()
+        ->group("Output");
+    command
+        ->add_flag("--boxes",
+                   arguments->drawing.sweptBoxes,
+                   "draw the boxes that links sweep while they close, too")
+        ->group("Output");
+    command->add_option("--pictures", arguments->drawing.pictures, "draw the best K grasps")
+        ->type_name("K")
+        ->check(within(0, 99))
+        ->capture_default_str()
+        ->group("Output");
+    command
+        ->add_option("--models",
+                     arguments->drawing.models,
+                     "glTF models (.glb) of the best K grasps, for any 3-D viewer;\n"
+                     "default: as many as pictures")
+        ->type_name("K")
+        ->check(within(0, 99))
+        ->group("Output");
+    command->add_flag("-q,--quiet", arguments->quiet, "no progress and no notes on stderr")
+        ->group("Output");
+    command->callback([arguments, &exitCode] { exitCode = plan(*arguments); });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,205 @@
+#include "grasp/closing/kinematic_closing.h"
+#include "grasp/planner/pose_noise.h"
+#include "grasp/quality/exact_epsilon.h"
+#include "grasp/quality/force_closure.h"
+#include "grasp/quality/wrench_space.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/options/contact_options.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/text_table.h"
+
+#include <fmt/format.h>
+#include <optional>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+struct QualityArguments
+{
+    RecordArguments records;
+    RecordChoice choice;
+    ContactArguments contacts;
+    grasp::WrenchNorm norm = grasp::WrenchNorm::L1;
+    std::optional<int> coneEdges;       ///< else those of the plan
+    std::optional<double> torqueScale;  ///< [m]; else the object's radius
+    double resolution = grasp::ExactEpsilonOptions{}.resolution;
+    std::vector<double> poseNoise;  ///< [m] and [rad]; empty: none
+    int trials = 50;
+};
+
+/// What one grasp is worth.
+struct QualityRow
+{
+    grasp::GraspQuality pyramids;  ///< L1
+    bool closure = false;          ///< of the pyramids, by linear program
+    grasp::EpsilonBounds exact;
+    grasp::PoseRobustness robustness;
+};
+
+grasp::PoseRobustness robustnessOf(const QualityArguments& arguments,
+                                   const GraspRecords& records,
+                                   const grasp::Grasp& grasp)
+{
+    if (arguments.poseNoise.empty())
+    {
+        return {};
+    }
+    return grasp::poseRobustness(records.hand.hand,
+                                 records.object.object,
+                                 grasp,
+                                 {.position = arguments.poseNoise[0],
+                                  .rotation = arguments.poseNoise[1],
+                                  .trials = arguments.trials},
+                                 records.source.run.options,
+                                 grasp::kinematicClosing());
+}
+
+QualityRow qualityOf(const QualityArguments& arguments,
+                     const GraspRecords& records,
+                     const grasp::Grasp& grasp)
+{
+    const grasp::PlannerOptions& plan = records.source.run.options;
+    const grasp::GraspObject& object = records.object.object;
+    const grasp::ContactLaw law = contactLaw(arguments.contacts, plan);
+    const double torqueScale = arguments.torqueScale.value_or(object.radius);
+    const std::vector<grasp::Wrench> wrenches =
+        grasp::contactWrenches(grasp.contacts,
+                               object.centerOfMass,
+                               {.friction = law.friction,
+                                .coneEdges = arguments.coneEdges.value_or(plan.coneEdges),
+                                .torqueScale = torqueScale,
+                                .model = law.model,
+                                .torsion = law.torsion});
+    return {.pyramids = grasp::wrenchSpaceQuality(wrenches, plan.forceClosureThreshold),
+            .closure = grasp::isForceClosure(wrenches),
+            .exact = grasp::exactEpsilon(grasp.contacts,
+                                         object.centerOfMass,
+                                         {.law = law,
+                                          .norm = arguments.norm,
+                                          .torqueScale = torqueScale,
+                                          .resolution = arguments.resolution}),
+            .robustness = robustnessOf(arguments, records, grasp)};
+}
+
+/// Share of the trials, and epsilon in the median.
+std::vector<std::string> robustnessCells(const QualityArguments& arguments, const QualityRow& row)
+{
+    if (arguments.poseNoise.empty())
+    {
+        return {};
+    }
+    const grasp::PoseRobustness& robustness = row.robustness;
+    return {fmt::format("{} of {}", robustness.forceClosures, robustness.trials),
+            fmt::format("{}", robustness.sameLinks),
+            fmt::format("{:.6f}", robustness.medianEpsilon())};
+}
+
+int quality(const QualityArguments& arguments)
+{
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    TextTable table{.header = {"rank",
+                               "candidate",
+                               "contacts",
+                               "recorded epsilon",
+                               "pyramids L1",
+                               "volume",
+                               "cones, from",
+                               "to",
+                               "force closure"},
+                    .rows = {}};
+    if (!arguments.poseNoise.empty())
+    {
+        table.header.insert(table.header.end(),
+                            {"held under noise", "by the same links", "median epsilon"});
+    }
+    const std::vector<std::size_t> chosen =
+        chosenGrasps(records, arguments.records, arguments.choice);
+    int closures = 0;
+    for (const std::size_t index : chosen)
+    {
+        const grasp::Grasp& grasp = records.grasps[index];
+        const QualityRow row = qualityOf(arguments, records, grasp);
+        const bool closure = row.closure || row.exact.forceClosure();
+        closures += closure ? 1 : 0;
+        table.rows.push_back({fmt::format("{}", index + 1),
+                              fmt::format("{}", grasp.candidate),
+                              fmt::format("{}", grasp.contacts.size()),
+                              fmt::format("{:.6f}", grasp.quality.epsilon),
+                              fmt::format("{:.6f}", row.pyramids.epsilon),
+                              fmt::format("{:.4g}", row.pyramids.volume),
+                              fmt::format("{:.6f}", row.exact.lower),
+                              fmt::format("{:.6f}", row.exact.upper),
+                              closure ? "yes" : "no"});
+        const std::vector<std::string> cells = robustnessCells(arguments, row);
+        table.rows.back().insert(table.rows.back().end(), cells.begin(), cells.end());
+    }
+    fmt::print(
+        "{}\n{} of {} grasps are force closures\n", alignedText(table), closures, chosen.size());
+    return closures > 0 ? kDone : kNothingFound;
+}
+}  // namespace
+
+void addQualityCommand(CLI::App& app, int& exitCode)
+{
+    auto* command = app.add_subcommand(
+        "quality", "epsilon, volume and force closure of planned grasps under other assumptions");
+    command->footer(
+        "\"pyramids L1\" and \"volume\" are those of inscribed pyramids and normal forces that sum "
+        "to 1\n"
+        "(qhull); \"cones\" are bounds of epsilon for exact cones in the chosen norm, which differ "
+        "by\n"
+        "--resolution. Wrenches are about the centre of mass. Exit code 1 if none is a force "
+        "closure.");
+    const auto arguments = std::make_shared<QualityArguments>();
+    addRecordOptions(*command, arguments->records);
+    addChoiceOptions(*command, arguments->choice);
+    addContactOptions(*command, arguments->contacts);
+    command
+        ->add_option(
+            "--cone-edges", arguments->coneEdges, "edges of the pyramids; default: the plan's")
+        ->type_name("N")
+        ->check(within(3, 64))
+        ->group("Method");
+    command
+        ->add_option("--norm",
+                     arguments->norm,
+                     "normal forces of the cones: l1: sum to at most 1; linf: each at most 1")
+        ->type_name("NORM")
+        ->transform(wordFor<grasp::WrenchNorm>(
+            {{"l1", grasp::WrenchNorm::L1}, {"linf", grasp::WrenchNorm::LInfinity}}))
+        ->default_str("l1")
+        ->group("Method");
+    command
+        ->add_option("--torque-scale",
+                     arguments->torqueScale,
+                     "moments are divided by it [m]; default: the object's radius")
+        ->type_name("M")
+        ->check(within(1e-9, 1e9))
+        ->group("Method");
+    // --tolerance is its name of before.
+    command
+        ->add_option("--resolution,--tolerance",
+                     arguments->resolution,
+                     "how far apart the bounds of epsilon may be")
+        ->type_name("R")
+        ->check(within(1e-10, 1.0))
+        ->capture_default_str()
+        ->group("Method");
+    command
+        ->add_option("--pose-noise",
+                     arguments->poseNoise,
+                     "repeat every grasp with the object off by normal errors of these standard\n"
+                     "deviations, along each axis and of the rotation vector")
+        ->type_name("M RAD")
+        ->expected(2)
+        ->check(within(0.0, 10.0))
+        ->group("Robustness");
+    command->add_option("--trials", arguments->trials, "repetitions under pose noise")
+        ->type_name("N")
+        ->check(within(1, 1'000'000))
+        ->capture_default_str()
+        ->group("Robustness");
+    command->callback([arguments, &exitCode] { exitCode = quality(*arguments); });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,46 @@
+/// Hands and objects by path or by the name under which the project ships them.
+#pragma once
+
+#include "grasp/grasp_types.h"
+#include "grasp/hand/hand_model.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// Folder with robots/ and objects/: $BULLET_CCD_SHARE if set, else share/bullet_ccd beside the
+/// folder of the program (the same in the build tree and where it is installed), else that of the
+/// installation. Empty if none exists.
+[[nodiscard]] std::filesystem::path shareFolder();
+
+/// Names of what ships: robots/<name>/<name>.urdf and objects/<name>.obj, sorted.
+[[nodiscard]] std::vector<std::string> shippedHands(const std::filesystem::path& share);
+[[nodiscard]] std::vector<std::string> shippedObjects(const std::filesystem::path& share);
+
+/// A path that exists as it is, else a shipped name.
+/// Throws std::runtime_error that lists the known names.
+[[nodiscard]] std::filesystem::path resolveHand(const std::string& nameOrPath);
+[[nodiscard]] std::filesystem::path resolveObject(const std::string& nameOrPath);
+
+/// What was loaded and what a user should know about it, one line each.
+struct LoadedHand
+{
+    grasp::HandModel hand;
+    std::filesystem::path file;
+};
+struct LoadedObject
+{
+    grasp::GraspObject object;
+    std::filesystem::path file;
+    std::vector<std::string> notes;
+};
+
+/// Files are absolute, also HandModel::srdfFile.
+/// Throw std::runtime_error "<file>: <what>: <remedy>".
+/// @param srdf  in place of the one beside the URDF or the one that ships; empty: none
+[[nodiscard]] LoadedHand loadNamedHand(const std::string& nameOrPath,
+                                       const std::filesystem::path& srdf = {});
+[[nodiscard]] LoadedObject loadNamedObject(const std::string& nameOrPath, double scale);
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,126 @@
+#include "tools/grasp_cli/plan/plan_outputs.h"
+
+#include "grasp/formats/isaac_grasp_file.h"
+#include "grasp/report/grasp_model.h"
+#include "grasp/report/grasp_picture.h"
+
+#include <fmt/format.h>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using grasp::Grasp;
+using grasp::RejectReason;
+
+constexpr const char* kRecords = "grasps.jsonl";
+constexpr const char* kIsaac = "grasps.isaac.yaml";
+constexpr const char* kReport = "report.html";
+constexpr const char* kPicture = "png";
+constexpr const char* kModel = "glb";
+
+std::string drawingName(std::size_t rank, const char* extension)
+{
+    return fmt::format("grasp_{:02}.{}", rank, extension);
+}
+
+/// The first `count` grasps that have a final posture; these rank before all others.
+std::size_t worthDrawing(const std::vector<Grasp>& grasps, int count)
+{
+    std::size_t found = 0;
+    while (found < grasps.size() && found < static_cast<std::size_t>(count) &&
+           (grasps[found].reject == RejectReason::None ||
+            grasps[found].reject == RejectReason::NoForceClosure))
+    {
+        ++found;
+    }
+    return found;
+}
+
+/// Drawings of an earlier run that this one does not replace would be mistaken for its own.
+void removeStale(const fs::path& folder, std::size_t drawn, const char* extension)
+{
+    for (std::size_t rank = drawn + 1; fs::exists(folder / drawingName(rank, extension)); ++rank)
+    {
+        fs::remove(folder / drawingName(rank, extension));
+    }
+}
+
+/// Stages a file and fills it by `write`.
+void stageText(OutputFolder& output,
+               const std::string& name,
+               const std::function<void(std::ostream&)>& write)
+{
+    const fs::path file = output.stage(name);
+    std::ofstream out(file);
+    write(out);
+    out.close();
+    if (!out)
+    {
+        throw std::runtime_error(
+            fmt::format("{}: cannot be written: is the disk full?", file.string()));
+    }
+}
+
+void addRange(std::vector<std::string>& lines,
+              const fs::path& folder,
+              std::size_t drawn,
+              const char* extension)
+{
+    if (drawn > 0)
+    {
+        lines.push_back((folder / drawingName(1, extension)).string() +
+                        (drawn > 1 ? " .. " + drawingName(drawn, extension) : ""));
+    }
+}
+}  // namespace
+
+std::vector<std::string> writePlanOutputs(OutputFolder& output,
+                                          const grasp::GraspRun& run,
+                                          const grasp::HandModel& hand,
+                                          const grasp::GraspObject& object,
+                                          const std::vector<Grasp>& grasps,
+                                          const DrawingOptions& drawing)
+{
+    stageText(output,
+              kRecords,
+              [&](std::ostream& out) { grasp::writeGrasps(out, run, hand, object, grasps); });
+    stageText(output,
+              kIsaac,
+              [&](std::ostream& out) { grasp::writeIsaacGrasps(out, run, hand, object, grasps); });
+    std::vector<fs::path> pictures;
+    for (std::size_t k = 0; k < worthDrawing(grasps, drawing.pictures); ++k)
+    {
+        pictures.push_back(output.stage(drawingName(k + 1, kPicture)));
+        grasp::drawGrasp(
+            hand, object, grasps[k], {.sweptBoxes = drawing.sweptBoxes}, pictures.back());
+    }
+    const std::size_t models = worthDrawing(grasps, drawing.models.value_or(drawing.pictures));
+    for (std::size_t k = 0; k < models; ++k)
+    {
+        grasp::writeGraspModel(hand,
+                               object,
+                               grasps[k],
+                               run.options.friction,
+                               output.stage(drawingName(k + 1, kModel)));
+    }
+    grasp::writeReport(run, hand, object, grasps, pictures, output.stage(kReport));
+    output.commit();
+    const fs::path& folder = output.folder();
+    removeStale(folder, pictures.size(), kPicture);
+    removeStale(folder, models, kModel);
+
+    std::vector<std::string> lines;
+    for (const char* name : {kRecords, kIsaac, kReport})
+    {
+        lines.push_back((folder / name).string());
+    }
+    addRange(lines, folder, pictures.size(), kPicture);
+    addRange(lines, folder, models, kModel);
+    return lines;
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,30 @@
+/// The files of a run: records, pictures, models, page.
+#pragma once
+
+#include "grasp/formats/grasp_file.h"
+#include "tools/grasp_cli/plan/output_folder.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// How many of the best grasps that have a final posture are drawn.
+struct DrawingOptions
+{
+    int pictures = 5;
+    std::optional<int> models;  ///< not given: as many as pictures
+    bool sweptBoxes = false;    ///< in the pictures; models always have them
+};
+
+/// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or
+/// none, and removes drawings of an earlier run that are not replaced. Returns one line for each
+/// file, or range of files, that was written. Throws std::runtime_error "<file>: <what>: <remedy>".
+std::vector<std::string> writePlanOutputs(OutputFolder& output,
+                                          const grasp::GraspRun& run,
+                                          const grasp::HandModel& hand,
+                                          const grasp::GraspObject& object,
+                                          const std::vector<grasp::Grasp>& grasps,
+                                          const DrawingOptions& drawing);
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,45 @@
+/// Planning one hand with one object, with notes and progress on stderr.
+#pragma once
+
+#include "grasp/planner/grasp_planner.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+struct PlanRun
+{
+    LoadedHand hand;
+    LoadedObject object;
+    std::vector<grasp::Grasp> grasps{};  ///< best first
+    double seconds = 0.0;                ///< planning alone
+};
+
+/// What a user should know about both, on stderr.
+void printNotes(const LoadedHand& hand, const LoadedObject& object);
+
+/// Throws std::runtime_error "<file>: <what>: <remedy>" for names of fingers that the hand has not.
+void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing);
+
+/// @param obstacles  of the kinematic engine; must outlive the engines
+[[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
+                                                 std::span<const RigidBody> obstacles = {});
+
+/// Plans with the closing engine that the options name and fills in what is found.
+void runPlan(PlanRun& run,
+             const grasp::PlannerOptions& options,
+             bool quiet,
+             const grasp::PlanExtras& extras = {});
+
+/// Candidates that were not tried, such as "3, 7 to 9"; empty if all were.
+[[nodiscard]] std::string candidatesLeft(const std::vector<grasp::Grasp>& grasps,
+                                         std::int64_t candidates);
+
+[[nodiscard]] std::size_t forceClosures(std::span<const grasp::Grasp> grasps);
+[[nodiscard]] std::size_t linksInContact(const grasp::Grasp& grasp);
+/// Such as "3 no force closure, 1 no approach hit"; empty if nothing was rejected.
+[[nodiscard]] std::string rejectionCounts(const std::vector<grasp::Grasp>& grasps);
+}  // namespace bullet_ccd::tools
