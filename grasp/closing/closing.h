@@ -42,9 +42,14 @@ struct ClosingResult
     ToiStatus status = ToiStatus::Separated;  ///< Overlapping or IterationLimit: the closing failed
     std::vector<double> positions;            ///< one entry per link [rad or m]
     std::vector<StopEvent> stops;             ///< in the order of time
-    bool touchedObstacle = false;             ///< something beside the object was touched
-    std::int64_t steps = 0;                   ///< queries or simulation steps
-    ArticulatedCounters counters = {};        ///< of the queries, of a kinematic engine
+    /// For each link that the object stopped, in the order of `stops`, the pair of points that
+    /// stopped it. They are at most the tolerance apart, and the link rests from then on, so this
+    /// is a contact of the final posture. The link may touch at more points, and at nearer ones:
+    /// the planner looks for all within ClosingOptions::contactThreshold.
+    std::vector<GraspContact> contacts = {};
+    bool touchedObstacle = false;       ///< something beside the object was touched
+    std::int64_t steps = 0;             ///< queries or simulation steps
+    ArticulatedCounters counters = {};  ///< of the queries, of a kinematic engine
 };
 
 /// Closes all fingers from `positions` (one entry per link [rad or m]) with the root link fixed at

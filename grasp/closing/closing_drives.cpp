@@ -160,7 +160,7 @@ void ClosingDrives::stopDrive(std::size_t driver)
     }
 }
 
-void ClosingDrives::stopLink(std::int32_t link, double time, bool byObject)
+bool ClosingDrives::stopLink(std::int32_t link, double time, bool byObject)
 {
     const KinematicTree& tree = m_hand.robot.tree;
     // A link that another contact at this very time has stopped is in contact all the same.
@@ -176,9 +176,11 @@ void ClosingDrives::stopLink(std::int32_t link, double time, bool byObject)
     }
     const bool known = std::any_of(
         m_stops.begin(), m_stops.end(), [&](const StopEvent& event) { return event.link == link; });
-    if (stopped && !known)
+    if (!stopped || known)
     {
-        m_stops.push_back({.link = link, .time = time, .byObject = byObject});
+        return false;
     }
+    m_stops.push_back({.link = link, .time = time, .byObject = byObject});
+    return true;
 }
 }  // namespace bullet_ccd::grasp

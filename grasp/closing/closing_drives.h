@@ -46,9 +46,10 @@ public:
     /// Moves on; drives that are at their limits stop there, exactly.
     void advanceTo(double time);
     /// Stops the joints between the link and the root, and what is coupled to them, and notes the
-    /// link as stopped at this time if any was running, or waiting for its turn.
+    /// link as stopped at this time if any was running, or waiting for its turn. Returns true if it
+    /// was noted now: a link is noted once.
     /// @pre advanceTo(time) has been called
-    void stopLink(std::int32_t link, double time, bool byObject);
+    bool stopLink(std::int32_t link, double time, bool byObject);
     [[nodiscard]] const std::vector<StopEvent>& stops() const { return m_stops; }
 
 private:

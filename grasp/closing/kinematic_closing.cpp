@@ -153,7 +153,14 @@ private:
             m_result.status = ToiStatus::Hit;
             for (const LinkContact& contact : event.contacts)
             {
-                m_drives.stopLink(contact.link, m_time, contact.obstacle == kObject);
+                const bool byObject = contact.obstacle == kObject;
+                if (m_drives.stopLink(contact.link, m_time, byObject) && byObject)
+                {
+                    m_result.contacts.push_back({.link = contact.link,
+                                                 .point = contact.pointOther,
+                                                 .normal = contact.normal,
+                                                 .gap = contact.gap});
+                }
                 m_result.touchedObstacle = m_result.touchedObstacle || contact.obstacle > kObject;
                 if (contact.otherLink != kNone)
                 {

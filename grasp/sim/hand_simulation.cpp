@@ -83,6 +83,18 @@ public:
 private:
     std::map<std::pair<btMultiBody*, int>, btScalar> m_speeds;
 };
+
+/// Of a link, A or B of the impact, with the object.
+GraspContact contactOf(const btCcdImpact& impact, std::int32_t link, bool isA)
+{
+    const Eigen::Vector3d normal = btCcdToEigen(impact.m_normal);
+    const Eigen::Vector3d a = btCcdToEigen(impact.m_pointA);
+    const Eigen::Vector3d b = btCcdToEigen(impact.m_pointB);
+    return {.link = link,
+            .point = isA ? b : a,
+            .normal = isA ? normal : Eigen::Vector3d(-normal),
+            .gap = (b - a).norm()};
+}
 }  // namespace
 
 struct HandSimulation::World : btCcdImpactListener
@@ -119,8 +131,9 @@ private:
     BulletParts m_parts;
     DrivenWorld m_world;
 
-    ClosingDrives* m_drives = nullptr;  // while it closes
-    double m_time = 0.0;                // when the current step began [s]
+    ClosingDrives* m_drives = nullptr;     // while it closes
+    double m_time = 0.0;                   // when the current step began [s]
+    std::vector<GraspContact> m_contacts;  // of the links that the object has stopped
 };
 
 HandSimulation::World::World(const HandModel& handModel, const GraspObject& graspObject)
@@ -249,9 +262,9 @@ btCcdAfterImpact HandSimulation::World::onImpact(const btCcdImpact& impact)
     m_drives->advanceTo(time);
     for (const std::int32_t link : {linkA, linkB})
     {
-        if (link != kNone)
+        if (link != kNone && m_drives->stopLink(link, time, byObject) && byObject)
         {
-            m_drives->stopLink(link, time, byObject);
+            m_contacts.push_back(contactOf(impact, link, link == linkA));
         }
     }
     applySpeeds();
@@ -277,6 +290,7 @@ ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
     place(X_WH, result.positions);
     m_drives = &drives;
     m_time = 0.0;
+    m_contacts.clear();
     applySpeeds();
     const btCcdCounters& counters = m_world.getCcdCounters();
     const auto gaveUp = [&] { return counters.m_iterationLimits + counters.m_eventLimits > 0; };
@@ -295,6 +309,7 @@ ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
         }
     }
     result.stops = drives.stops();
+    result.contacts = m_contacts;
     result.status = result.stops.empty() ? ToiStatus::Separated : ToiStatus::Hit;
     if (gaveUp())
     {

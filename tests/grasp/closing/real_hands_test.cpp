@@ -1,4 +1,5 @@
 #include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/check/penetration_check.h"
@@ -62,6 +63,40 @@ double smallestGap(const HandModel& hand,
     return gap;
 }
 
+/// Links that the object stopped touch it in the end, where and as closely as the closing says.
+void expectContactsOfTheFinalPosture(const HandModel& hand,
+                                     const GraspObject& object,
+                                     const Isometry3d& X_WH,
+                                     const ClosingResult& result)
+{
+    const std::vector<Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, result.positions);
+    const auto distance = [](const SsvTree& a, const SsvTree& b, const Isometry3d& X_BA)
+    { return treeDistance(a, b, X_BA, 1.0).distance; };
+    std::vector<std::int32_t> stopped;
+    for (const grasp::StopEvent& stop : result.stops)
+    {
+        if (stop.byObject)
+        {
+            stopped.push_back(stop.link);
+        }
+    }
+    ASSERT_EQ(result.contacts.size(), stopped.size());
+    for (std::size_t i = 0; i < stopped.size(); ++i)
+    {
+        const grasp::GraspContact& contact = result.contacts[i];
+        EXPECT_EQ(contact.link, stopped[i]);
+        const SsvTree& link = *hand.linkTrees[at(contact.link)];
+        const Isometry3d& X_WL = poses[at(contact.link)];
+        // Other points of the two may be nearer, but none is farther apart than the tolerance.
+        EXPECT_LE(contact.gap, 2.001e-5);
+        EXPECT_LE(distance(link, object.tree, X_WL), contact.gap + 1e-9);
+        const auto pointAt = [&](double along)
+        { return buildSsvTree(shifted(cube(1e-10), contact.point - along * contact.normal)); };
+        EXPECT_LE(distance(pointAt(0.0), object.tree, Isometry3d::Identity()), 1e-9);
+        EXPECT_LE(distance(link, pointAt(contact.gap), X_WL), 1e-9);
+    }
+}
+
 /// Positions on the way: every joint moves at its constant speed until it stops for good.
 std::vector<double> positionsAt(const HandModel& hand,
                                 const std::vector<double>& from,
@@ -123,19 +158,7 @@ TEST_P(RealHand, NeverPenetratesOnTheWayNorAtTheEnd)
         {
             EXPECT_LE(result.stops[i - 1].time, result.stops[i].time);
         }
-        for (const grasp::StopEvent& stop : result.stops)
-        {
-            const std::vector<Isometry3d> poses =
-                linkPoses(hand.robot.tree, X_WH, result.positions);
-            if (stop.byObject)
-            {
-                EXPECT_LE(
-                    treeDistance(
-                        *hand.linkTrees[at(stop.link)], object.tree, poses[at(stop.link)], 1.0)
-                        .distance,
-                    2.001e-5);
-            }
-        }
+        expectContactsOfTheFinalPosture(hand, object, X_WH, result);
         for (int sample = 0; sample < 25; ++sample)
         {
             const std::vector<double> on = positionsAt(hand, open, result.positions, 0.08 * sample);
@@ -200,6 +223,7 @@ void expectEnginesAgree(const HandModel& hand,
             ++closed;
             same += alike(result, expected) ? 1 : 0;
             EXPECT_TRUE(grasp::checkPenetration(hand, object, X_WH, result.positions).clean());
+            expectContactsOfTheFinalPosture(hand, object, X_WH, result);
         }
     }
     EXPECT_GE(closed, 5) << "the test is vacuous";
