@@ -1,6 +1,9 @@
 // make_objects: writes household objects as OBJ files, with a table of what was written.
 #include "bullet_ccd/io/mesh_file.h"
 #include "robots/shapes/household_objects.h"
+#include "tools/support/command_line.h"
+#include "tools/support/option_values.h"
+#include "tools/support/text_table.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -165,59 +168,65 @@ void run(const Options& options)
               << " and manifest.csv to " << options.folder.string() << '\n';
 }
 
+void addOptions(CLI::App& app, Options& options)
+{
+    app.add_option("-n,--count",
+                   options.count,
+                   "How many objects to make of sizes that are drawn; the families take turns.")
+        ->check(tools::within(std::int64_t{1}, std::int64_t{100000}))
+        ->type_name("N");
+    app.add_flag("--named",
+                 options.named,
+                 "Make one object of usual size per family: mug.obj, bottle.obj and so on.");
+    app.add_option("-s,--seed", options.seed, "What all sizes are drawn from.")
+        ->check(tools::wholeNumber())
+        ->capture_default_str()
+        ->type_name("S");
+    app.add_option("-o,--output", options.folder, "The folder to write to. It is made if needed.")
+        ->required()
+        ->type_name("FOLDER");
+    app.add_option("--family",
+                   options.families,
+                   "Only make these families. The families are " +
+                       tools::joined(shapes::objectFamilies(), ", ") + ". Default: all.")
+        ->check(tools::oneOf(shapes::objectFamilies()))
+        ->type_name("NAME...");
+}
+
+constexpr const char* kFooter =
+    "The same options write the same bytes. manifest.csv lists what was written.\n"
+    "\n"
+    "Exit codes: 0 if everything was written, 2 for wrong options, 3 if the folder cannot be "
+    "written "
+    "to.\n"
+    "\n"
+    "Examples:\n"
+    "  make_objects --named -o objects\n"
+    "  make_objects -n 100 --seed 7 -o objects\n"
+    "  make_objects -n 20 --family mug jug -o vessels";
 }  // namespace
 
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app(
-        "Makes household objects: closed triangle meshes in metres, z up, standing on z = 0."
-        "\nThe same options write the same bytes. Give -n, --named, or both.",
-        "make_objects");
-    app.add_option("-n,--count",
-                   options.count,
-                   "How many objects to make, families in turn; this or --named is required")
-        ->check(CLI::Range(std::int64_t{1}, std::int64_t{100000}))
-        ->type_name("N");
-    app.add_option("-s,--seed", options.seed, "Seed that all sizes are drawn from")
-        ->capture_default_str()
-        ->type_name("S");
-    app.add_option("-o,--output", options.folder, "Folder to write to; made if it is absent")
-        ->required()
-        ->type_name("DIR");
-    app.add_option("--family", options.families, "Only these families")
-        ->check(CLI::IsMember(shapes::objectFamilies()))
-        ->type_name("NAME");
-    app.add_flag("--named",
-                 options.named,
-                 "Make one object of usual size of every family: mug.obj, bottle.obj, ...; this or "
-                 "-n is required");
-    app.footer(
-        "Examples:\n"
-        "  make_objects --named -o objects\n"
-        "  make_objects -n 100 --seed 7 -o objects\n"
-        "  make_objects -n 20 --family mug jug -o vessels\n\n"
-        "Exit codes: 0 ok, 2 usage, 3 the folder cannot be written.");
-    try
-    {
-        app.parse(argc, argv);
-        if (options.count == 0 && !options.named)
+    return tools::runProgram(
+        argc,
+        argv,
+        {.name = "make_objects",
+         .about = "Makes household objects as OBJ files: closed triangle meshes in metres, z up, "
+                  "standing on z = 0. Give -n, --named or both.",
+         .footer = kFooter},
+        [&](CLI::App& app, int&)
         {
-            throw CLI::ValidationError("nothing to make: give -n N, --named, or both");
-        }
-    }
-    catch (const CLI::ParseError& error)
-    {
-        return app.exit(error) == 0 ? 0 : 2;
-    }
-    try
-    {
-        run(options);
-    }
-    catch (const std::exception& error)
-    {
-        std::cerr << "make_objects: " << error.what() << '\n';
-        return 3;
-    }
-    return 0;
+            addOptions(app, options);
+            app.callback(
+                [&]
+                {
+                    if (options.count == 0 && !options.named)
+                    {
+                        throw CLI::ValidationError("-n", "nothing to make: give -n N or --named");
+                    }
+                    run(options);
+                });
+        });
 }

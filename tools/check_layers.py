@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Checks that includes point one way: a room includes only itself and rooms to its left.
+"""Checks that includes point one way: a room includes only itself and rooms before it.
 
-Usage: check_layers.py [ROOT]. Prints file:line for every include that points the wrong way (or names
-no known room) and exits with 1 if there is one.
+Prints file:line for every include that points the wrong way, or names no known room. The exit
+code is 1 if there is one, and 2 if ROOT is no source tree of this project.
 """
+import argparse
 import pathlib
 import re
 import sys
@@ -44,6 +45,7 @@ ORDER = [
     "grasp/sim",
     "grasp/examples",
     "robots/shapes",
+    "tools/support",
     "robots",
     # What tests, benchmarks, tools and examples share.
     "benchmarks/reference/scenes",
@@ -53,7 +55,6 @@ ORDER = [
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",
     "bullet_ccd/examples",
-    "tools/support",
     "tools/ccd_cli/files",
     "tools/ccd_cli/run",
     "tools/ccd_cli/text",
@@ -150,7 +151,13 @@ def check(root):
 
 
 def main():
-    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", metavar="ROOT", nargs="?", type=pathlib.Path, default=".",
+                        help="the source tree (default: this folder)")
+    root = parser.parse_args().root.resolve()
+    if not (root / "bullet_ccd").is_dir():
+        parser.error(f"{root}: has no folder bullet_ccd: give the root of the source tree")
     problems = check(root)
     for problem in problems:
         print(problem)

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """What tools/check says at its end.
 
-    check_summary.py BUILD_FOLDER START
-
-Prints the slowest compilations since START [s since 1970] from .ninja_log, the slowest tests, the names of the tests
-that failed, and "N passed, N failed, N skipped". Counts the tests that ctest ran (tests.xml); a
-GoogleTest program counts as many as its report in test_reports/ holds. The exit code is 0 if no
-test failed.
+Prints the slowest compilations and tests, the names of the tests that failed, and "N passed,
+N failed, N skipped". Compilations are those of .ninja_log since START. Tests are those that ctest
+ran (tests.xml); a GoogleTest program counts as many as its report in test_reports/ holds. The exit
+code is 0 if no test failed, and 1 otherwise.
 """
+import argparse
 import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path
@@ -55,8 +54,13 @@ def print_slowest(title, entries):
 
 
 def main():
-    folder = Path(sys.argv[1])
-    print_slowest("compilations", compilations(folder / ".ninja_log", int(sys.argv[2])))
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", metavar="BUILD_FOLDER", type=Path, help="such as build/check")
+    parser.add_argument("start", metavar="START", type=int, help="seconds since 1970")
+    arguments = parser.parse_args()
+    folder = arguments.folder
+    print_slowest("compilations", compilations(folder / ".ninja_log", arguments.start))
     try:
         tests = list(xml.parse(folder / "tests.xml").iter("testcase"))
     except (OSError, xml.ParseError) as error:

@@ -26,7 +26,8 @@ TEST_F(BulletCcdProgram, HelpNamesVerbsUnitsAndExitCodes)
     }
     const Outcome toi = run("toi --help");
     EXPECT_EQ(toi.exitCode, 0);
-    for (const char* word : {"absolute distance", "mesh units", "rad per interval", "QW,QX,QY,QZ"})
+    for (const char* word :
+         {"absolute distance", "unit of the meshes", "rad per interval", "QW,QX,QY,QZ"})
     {
         EXPECT_THAT(toi.out, HasSubstr(word));
     }
@@ -35,6 +36,10 @@ TEST_F(BulletCcdProgram, HelpNamesVerbsUnitsAndExitCodes)
     for (const char* word : {"absolute distance", "rad", "touching_leaving", "lower", "--strict"})
     {
         EXPECT_THAT(batchHelp.out, HasSubstr(word));
+    }
+    for (const char* verb : {"", "toi", "batch", "articulated"})
+    {
+        expectReadableHelp(run(std::string(verb) + " --help").out);
     }
     EXPECT_EQ(run("--version").exitCode, 0);
 }
@@ -48,20 +53,21 @@ TEST_F(BulletCcdProgram, UsageErrorsExitWith2AndNameTheOption)
         const char* arguments;
         const char* word;
     };
-    for (const Case& c : {Case{"toi a.obj", "B is required"},
-                          Case{"batch a.obj b.obj q.csv", "--output"},
-                          Case{"toi a.obj b.obj --colour red", "--colour"},
-                          Case{"toi a.obj b.obj --tolerance 0", "--tolerance"},
-                          Case{"toi a.obj b.obj --tolerance nan", "--tolerance"},
-                          Case{"toi a.obj b.obj --minimum-separation -1", "--minimum-separation"},
-                          Case{"toi a.obj b.obj --strategy fast", "--strategy: fast not in {c2a,"},
-                          Case{"toi a.obj b.obj --a0 1,0,0", "--a0: '1,0,0' has 3 numbers"},
-                          Case{"toi a.obj b.obj --b1 2,0,0,0,0,0,0", "--b1: quaternion 2,0,0,0"},
-                          Case{"toi a.obj b.obj --a-angular 1,x,0", "--a-angular: 'x'"},
-                          Case{"toi a.obj b.obj --a1 1,0,0,0,0,0,0 --a-velocity 1,0,0", "excludes"},
-                          Case{"toi a.obj b.obj --motion screw", "give --a1 or --b1"},
-                          Case{"batch a.obj b.obj q.csv -o r.csv --repeat 0", "--repeat"},
-                          Case{"batch a.obj b.obj q.csv -o r.csv --jobs -1", "--jobs"}})
+    for (const Case& c :
+         {Case{"toi a.obj", "B is required"},
+          Case{"batch a.obj b.obj q.csv", "--output"},
+          Case{"toi a.obj b.obj --colour red", "--colour"},
+          Case{"toi a.obj b.obj --tolerance 0", "--tolerance"},
+          Case{"toi a.obj b.obj --tolerance nan", "--tolerance"},
+          Case{"toi a.obj b.obj --minimum-separation -1", "--minimum-separation"},
+          Case{"toi a.obj b.obj --strategy fast", "--strategy: fast is not one of c2a, interval"},
+          Case{"toi a.obj b.obj --a0 1,0,0", "--a0: '1,0,0' has 3 numbers"},
+          Case{"toi a.obj b.obj --b1 2,0,0,0,0,0,0", "--b1: quaternion 2,0,0,0"},
+          Case{"toi a.obj b.obj --a-angular 1,x,0", "--a-angular: 'x'"},
+          Case{"toi a.obj b.obj --a1 1,0,0,0,0,0,0 --a-velocity 1,0,0", "excludes"},
+          Case{"toi a.obj b.obj --motion screw", "give --a1 or --b1"},
+          Case{"batch a.obj b.obj q.csv -o r.csv --repeat 0", "--repeat"},
+          Case{"batch a.obj b.obj q.csv -o r.csv --jobs -1", "--jobs"}})
     {
         const Outcome refused = run(c.arguments);
         EXPECT_EQ(refused.exitCode, 2) << c.arguments;

@@ -92,7 +92,10 @@ TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
         const Outcome ofVerb = run(std::string(verb) + " --help");
         EXPECT_EQ(ofVerb.exitCode, 0);
         EXPECT_THAT(ofVerb.out, HasSubstr(std::string("grasp ") + verb));
+        expectReadableHelp(ofVerb.out);
     }
+    expectReadableHelp(help.out);
+    expectReadableHelp(run("hand check --help").out);
     EXPECT_EQ(run("--version").exitCode, 0);
 }
 

@@ -3,10 +3,13 @@
 
 #include "tests/support/temp_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <sstream>
 #include <string>
 #include <sys/wait.h>
@@ -44,5 +47,18 @@ inline Outcome runProgram(const std::string& command)
     outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     outcome.err = contentOf(errors);
     return outcome;
+}
+
+/// A terminal of 80 columns shows all of it, and it says the exit codes and an example.
+inline void expectReadableHelp(const std::string& help)
+{
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);)
+    {
+        EXPECT_LE(line.size(), 80U) << line;
+    }
+    EXPECT_THAT(help, ::testing::HasSubstr("Exit codes: 0 "));
+    EXPECT_THAT(help, ::testing::HasSubstr("Example"));
+    EXPECT_THAT(help, ::testing::Not(::testing::HasSubstr("REQUIRED")));
 }
 }  // namespace bullet_ccd::tools

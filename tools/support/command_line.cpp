@@ -1,5 +1,7 @@
 #include "tools/support/command_line.h"
 
+#include "tools/support/help_format.h"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -16,9 +18,14 @@ int runProgram(int argc,
     CLI::App app(text.about, text.name);
     try
     {
-        app.set_version_flag("--version", fmt::format("{} {}", text.name, BULLET_CCD_VERSION));
+        app.set_help_flag("-h,--help", "Print this help, and stop.");
+        app.set_version_flag("--version",
+                             fmt::format("{} {}", text.name, BULLET_CCD_VERSION),
+                             "Print the version, and stop.");
         app.footer(text.footer);
-        app.get_formatter()->column_width(34);
+        app.formatter(helpFormat());
+        app.failure_message([](const CLI::App* failed, const CLI::Error& error)
+                            { return usageError(*failed, error); });
         addTo(app, exitCode);
         app.parse(argc, argv);
     }

@@ -1,7 +1,11 @@
 /// Checks of option values that the programs share.
 #pragma once
 
+#include "tools/support/text_table.h"
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
 #include <fmt/format.h>
 #include <stdexcept>
 #include <string>
@@ -26,12 +30,30 @@ template <typename T>
             ""};
 }
 
+/// Accepts whole numbers from 0. Plain conversion to an unsigned number would wrap negative ones
+/// around.
+[[nodiscard]] inline CLI::Validator wholeNumber()
+{
+    return {[](const std::string& text)
+            {
+                std::uint64_t value = 0;
+                const bool fits =
+                    text.find('-') == std::string::npos && CLI::detail::lexical_cast(text, value);
+                return fits ? std::string() : fmt::format("{} is not a whole number from 0", text);
+            },
+            ""};
+}
+
 /// Accepts one of the words, which show in errors, not in the help.
 [[nodiscard]] inline CLI::Validator oneOf(const std::vector<std::string>& words)
 {
-    CLI::Validator validator = CLI::IsMember(words);
-    validator.description("");
-    return validator;
+    return {[words](const std::string& text)
+            {
+                return std::find(words.begin(), words.end(), text) != words.end()
+                           ? std::string()
+                           : fmt::format("{} is not one of {}", text, joined(words, ", "));
+            },
+            ""};
 }
 
 /// Turns a word into the enumerator that it stands for; the words show in errors, not in the help.
@@ -40,7 +62,7 @@ template <typename Enum>
 {
     return {[words](std::string& text)
             {
-                std::string known;
+                std::vector<std::string> known;
                 for (const auto& [word, value] : words)
                 {
                     if (text == word)
@@ -48,9 +70,9 @@ template <typename Enum>
                         text = std::to_string(static_cast<int>(value));
                         return std::string();
                     }
-                    known += (known.empty() ? "" : ", ") + word;
+                    known.push_back(word);
                 }
-                return fmt::format("{} is not one of {}", text, known);
+                return fmt::format("{} is not one of {}", text, joined(known, ", "));
             },
             ""};
 }

@@ -1,13 +1,13 @@
+#include "tools/ccd_cli/commands/commands.h"
+#include "tools/ccd_cli/files/joint_file.h"
 #include "tools/ccd_cli/run/articulated_run.h"
 #include "tools/ccd_cli/text/articulated_text.h"
 #include "tools/ccd_cli/text/batch_summary.h"
-#include "tools/ccd_cli/commands/commands.h"
-#include "tools/ccd_cli/files/joint_file.h"
 #include "tools/support/obstacle_list.h"
+#include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/progress_line.h"
 #include "tools/support/stopwatch.h"
-#include "tools/support/option_values.h"
 #include "tools/support/text_file.h"
 
 #include <algorithm>
@@ -296,56 +296,71 @@ void answer(const ArticulatedArguments& a)
 }
 
 constexpr const char* kArticulatedFooter =
-    "Files of joint positions: the first line names joints, each other line is a configuration,\n"
-    "rad or m. Columns id, time (not used) and base_qw base_qx base_qy base_qz base_tx base_ty\n"
-    "base_tz (pose of the root) may be there; joints without a column rest. Positions change\n"
-    "linearly over t = 0 to 1, without wrapping turns.\n"
+    "The first line of a file of joint positions names joints. Each other line is a configuration "
+    "[rad or m]. There may also be the columns id, time (not used), and base_qw base_qx base_qy "
+    "base_qz base_tx base_ty base_tz, the pose of the root. Joints without a column rest. "
+    "Positions "
+    "change linearly over t = 0 to 1; turns are not wrapped.\n"
     "\n"
-    "An obstacle is a mesh at the origin, or a scene. One that ends in .csv has a row an obstacle, "
-    "columns\n"
-    "mesh (relative to the scene), and name, scale, qw qx qy qz tx ty tz as needed. One that ends "
-    "in\n"
-    ".yaml has a list obstacles: of items with the keys mesh, name, scale, position [tx, ty, tz], "
-    "and\n"
-    "quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw].\n"
+    "An obstacle is a mesh at the origin, or a scene. A scene in CSV has one obstacle per row, "
+    "with "
+    "the columns mesh (relative to the scene) and, as needed, name, scale, qw qx qy qz tx ty tz. A "
+    "scene in YAML has a list 'obstacles:' of items with the keys mesh, name, scale, position "
+    "[tx, ty, tz], and quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw].\n"
     "\n"
-    "With -o: --path asks for the motion from every row to the next, a row of RESULTS for each,\n"
-    "named by the row it starts from; --from and --to of n rows each ask n queries.\n"
+    "--self tests links against each other, except for the pairs that the SRDF disables. Links "
+    "that "
+    "are joined overlap about their joint by design: triangles that come within --joint-reach of "
+    "the other link, somewhere within the limits of the joint, are exempt. The rest of both links "
+    "is tested.\n"
     "\n"
-    "--self tests links against each other but for the pairs that the SRDF disables. Joined links\n"
-    "are exempt only where they come within --joint-reach within the limits of their joint.\n"
+    "With -o, --path asks for the motion from every row to the next and writes a row of RESULTS "
+    "for "
+    "each, named by the row that it starts from. --from and --to of n rows each ask n queries.\n"
+    "\n"
+    "Exit codes: 0 if everything was answered, whatever the answer is, 2 for wrong options, 3 for "
+    "bad input.\n"
     "\n"
     "Example:\n"
-    "  bullet-ccd articulated arm.urdf --srdf arm.srdf --self --obstacles table.stl shelf.csv \\\n"
-    "      --path trajectory.csv -o results.csv --summary";
+    "  bullet-ccd articulated arm.urdf --srdf arm.srdf --self \\\n"
+    "      --obstacles table.stl shelf.csv --path trajectory.csv -o results.csv";
 
 void addMotionOptions(CLI::App& command, ArticulatedArguments& a)
 {
-    command.add_option("--from", a.from, "joint positions at t = 0")->type_name("CSV");
-    command.add_option("--to", a.to, "joint positions at t = 1")->type_name("CSV");
-    command.add_option("--path", a.path, "configurations, each a query to the next; needs -o")
-        ->type_name("CSV");
-    command.add_option("--base-from", a.baseFrom, "pose of the root at t = 0; default identity")
-        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+    const auto add = [&](const char* name, std::string& value, const char* text, const char* type)
+    { return command.add_option(name, value, text)->type_name(type)->group("Motion"); };
+    add("--from", a.from, "The joint positions at t = 0.", "CSV");
+    add("--to", a.to, "The joint positions at t = 1.", "CSV");
+    add("--path",
+        a.path,
+        "Instead of --from and --to: configurations, of which each asks a query to the next.",
+        "CSV");
+    const char* pose = "QW,QX,QY,QZ,TX,TY,TZ";
+    add("--base-from", a.baseFrom, "The pose of the root at t = 0. Default: the identity.", pose)
         ->check(parsedBy(poseFromText));
-    command.add_option("--base-to", a.baseTo, "pose of the root at t = 1; default at rest")
-        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+    add("--base-to", a.baseTo, "The pose of the root at t = 1. Default: as at t = 0.", pose)
         ->check(parsedBy(poseFromText));
 }
 
 void addWorldOptions(CLI::App& command, ArticulatedArguments& a)
 {
-    command.add_option("--obstacles", a.obstacles, "meshes, scenes (.csv, .yaml)")
-        ->type_name("FILE");
-    command.add_flag("--self", a.self, "test links against each other");
-    command.add_option("--srdf", a.srdf, "disabled pairs of links")->type_name("SRDF");
+    command.add_option("--obstacles", a.obstacles, "Meshes, and scenes of meshes (.csv, .yaml).")
+        ->type_name("FILE...")
+        ->group("What it may touch");
+    command.add_flag("--self", a.self, "Test the links against each other.")
+        ->group("What it may touch");
+    command.add_option("--srdf", a.srdf, "With --self: which pairs of links not to test.")
+        ->type_name("SRDF")
+        ->group("What it may touch");
     command
         .add_option("--joint-reach",
                     a.jointReach,
-                    "joined links: triangles this near at a position of the joint are exempt, m")
+                    "With --self: how near triangles of joined links must come to each other, at a "
+                    "position within the limits of the joint, to be exempt [m].")
         ->type_name("D")
         ->check(within(0.0, 1e6))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group("What it may touch");
 }
 
 void addAnswerOptions(CLI::App& command, ArticulatedArguments& a)
@@ -353,39 +368,49 @@ void addAnswerOptions(CLI::App& command, ArticulatedArguments& a)
     command
         .add_option("--contacts",
                     a.contacts,
-                    "follow the motion beyond the first contact and show up to N: at each, joints "
-                    "stop, the others go on")
+                    "Follow the motion beyond the first contact, and show up to N contacts. At "
+                    "each of them joints stop, and the others move on.")
         ->type_name("N")
         ->check(within(1, 1'000'000))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group("Answer");
     command
-        .add_option_function<std::string>(
-            "--stop",
-            [&a](const std::string& text)
-            { a.rule = text == "joint" ? StopRule::NearestJoint : StopRule::Chain; },
-            "what stops: chain (all joints up to the root) or joint (the nearest that moves)")
+        .add_option("--stop",
+                    a.rule,
+                    "What stops at a contact. chain: all joints up to the root or the common link. "
+                    "joint: the nearest joint that moves.")
         ->type_name("NAME")
-        ->check(oneOf({"chain", "joint"}))
-        ->default_str("chain");
-    command.add_flag("--json", a.json, "print one JSON object with all digits");
-    command.add_option("-o,--output", a.output, "RESULTS: a table of the queries")
-        ->type_name("CSV");
+        ->transform(
+            wordFor<StopRule>({{"chain", StopRule::Chain}, {"joint", StopRule::NearestJoint}}))
+        ->default_str("chain")
+        ->group("Answer");
+    command.add_flag("--json", a.json, "Print one JSON object with all digits.")->group("Answer");
     command
-        .add_option("--repeat", a.repeat, "passes over all queries; the median of the times counts")
+        .add_option(
+            "-o,--output", a.output, "Where to write RESULTS, a table with one row per query.")
+        ->type_name("CSV")
+        ->group("Answer");
+    command
+        .add_option(
+            "--repeat",
+            a.repeat,
+            "With -o: how often to pass over all queries. The time of a query is its median.")
         ->type_name("K")
         ->check(within(1, 10'000))
-        ->capture_default_str();
-    command.add_flag("--summary", a.summary, "print counts and times when done");
+        ->capture_default_str()
+        ->group("Answer");
+    command.add_flag("--summary", a.summary, "With -o: print counts and times when all is done.")
+        ->group("Answer");
 }
 }  // namespace
 
 void addArticulatedCommand(CLI::App& app)
 {
-    CLI::App* command =
-        app.add_subcommand("articulated", "first contacts of a robot with obstacles and itself");
+    CLI::App* command = app.add_subcommand(
+        "articulated", "Finds the first contacts of a robot with obstacles and with itself.");
     command->footer(kArticulatedFooter);
     const auto arguments = std::make_shared<ArticulatedArguments>();
-    command->add_option("ROBOT", arguments->urdf, "robot")->type_name("URDF")->required();
+    command->add_option("ROBOT", arguments->urdf, "The robot.")->type_name("URDF")->required();
     addMotionOptions(*command, *arguments);
     addWorldOptions(*command, *arguments);
     addToiOptions(*command, arguments->toi);

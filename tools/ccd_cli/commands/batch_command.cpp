@@ -1,12 +1,12 @@
-#include "tools/ccd_cli/text/batch_summary.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/ccd_cli/files/mesh_pair.h"
-#include "tools/support/progress_line.h"
-#include "tools/support/stopwatch.h"
 #include "tools/ccd_cli/files/query_file.h"
 #include "tools/ccd_cli/run/query_run.h"
+#include "tools/ccd_cli/text/batch_summary.h"
 #include "tools/ccd_cli/text/result_text.h"
 #include "tools/support/option_values.h"
+#include "tools/support/progress_line.h"
+#include "tools/support/stopwatch.h"
 #include "tools/support/text_file.h"
 
 #include <cstdio>
@@ -101,59 +101,85 @@ void runBatch(const BatchArguments& arguments)
 
 constexpr const char* kBatchFooter =
     "The first line of QUERIES names the columns, in any order, of one of two forms:\n"
-    "  poses   id, and qw qx qy qz tx ty tz with each of a0_ a1_ b0_ b1_: A and B at t = 0 and\n"
-    "          t = 1; origins move on straight lines, bodies turn along the shortest arc\n"
-    "  twists  id, and the same with a0_ b0_, and vx vy vz wx wy wz with each of a_ b_:\n"
-    "          velocity of the body's origin and angular velocity in world axes, per interval,\n"
-    "          lengths in mesh units, angles in rad, any number of turns\n"
+    "  poses   id, and qw qx qy qz tx ty tz behind each of a0_ a1_ b0_ b1_: the poses\n"
+    "          of A and B at t = 0 and t = 1. Origins move on straight lines, and\n"
+    "          bodies turn along the shortest arc.\n"
+    "  twists  id, the same behind a0_ b0_, and vx vy vz wx wy wz behind each of\n"
+    "          a_ b_: the velocity of the origin and the angular velocity, in world\n"
+    "          axes, per interval, in the unit of the meshes and in rad.\n"
     "\n"
-    "RESULTS has a row for every query: id,status,toi,gap,px,py,pz,nx,ny,nz,iterations,\n"
-    "microseconds. status is separated, hit, overlapping, touching_leaving, touching_pressing,\n"
-    "iteration_limit or bad_row. Without contact toi is 1, p and n are empty and gap is a lower\n"
-    "bound of the distance; else p is the middle of the closest points in the world and n the\n"
-    "normal from A to B. microseconds is the time of one query alone, without state of an earlier\n"
-    "one; measure with --jobs 1. --warm asks the same query again at once; the library keeps no\n"
-    "answers, so only the caches of the processor are warm. RESULTS appears when all is done,\n"
-    "or not at all.\n"
+    "RESULTS has one row per query, with the columns id, status, toi, gap, px, py, pz, nx, ny, nz, "
+    "iterations, microseconds. The status is separated, hit, overlapping, touching_leaving, "
+    "touching_pressing, iteration_limit or bad_row. With a contact, toi is its time, p is the "
+    "middle "
+    "of the closest points in the world, and n is the normal from A to B. Without one, toi is 1, p "
+    "and n are empty, and gap is a lower bound of the distance. RESULTS appears when everything is "
+    "done, or not at all.\n"
     "\n"
-    "A bad row is reported on stderr with its line and column, its status is bad_row, the others\n"
-    "are answered and the exit code is 0; with --strict nothing is computed and it is 3.";
+    "microseconds is the time of one query alone; nothing of an earlier query is used. Measure "
+    "with "
+    "--jobs 1.\n"
+    "\n"
+    "A row that is no query is reported on stderr with its line and column. It becomes a row "
+    "bad_row, and the others are answered.\n"
+    "\n"
+    "Exit codes: 0 if RESULTS was written, 2 for wrong options, 3 for bad input, with --strict for "
+    "a bad row, too.\n"
+    "\n"
+    "Example:\n"
+    "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary";
 
 void addRunOptions(CLI::App& command, RunOptions& run)
 {
-    command.add_option("-j,--jobs", run.jobs, "threads, 0 for one a core; changes only the times")
+    command
+        .add_option(
+            "-j,--jobs",
+            run.jobs,
+            "The number of threads; 0 takes one per core. It changes nothing but the times.")
         ->type_name("N")
         ->check(within(0, 1024))
         ->capture_default_str();
     command
-        .add_option(
-            "--repeat", run.repeat, "passes over all queries; the median of the times counts")
+        .add_option("--repeat",
+                    run.repeat,
+                    "How often to pass over all queries. The time of a query is its median.")
         ->type_name("K")
         ->check(within(1, 10'000))
         ->capture_default_str();
-    command.add_flag(
-        "--warm", run.warm, "time every query a second time: column warm_microseconds");
+    command.add_flag("--warm",
+                     run.warm,
+                     "Ask every query again at once, and write that time to the column "
+                     "warm_microseconds. The library keeps no answers, so only the caches of the "
+                     "processor are warm.");
 }
 }  // namespace
 
 void addBatchCommand(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand("batch", "a file of queries over the same two bodies");
+    CLI::App* command =
+        app.add_subcommand("batch", "Answers a CSV file of queries about the same two bodies.");
     command->footer(kBatchFooter);
     const auto arguments = std::make_shared<BatchArguments>();
-    command->add_option("A", arguments->fileA, "mesh of body A")->type_name("MESH")->required();
-    command->add_option("B", arguments->fileB, "mesh of body B")->type_name("MESH")->required();
-    command->add_option("QUERIES", arguments->queries, "motions, one row a query")
+    command->add_option("A", arguments->fileA, "The mesh of body A.")
+        ->type_name("MESH")
+        ->required();
+    command->add_option("B", arguments->fileB, "The mesh of body B.")
+        ->type_name("MESH")
+        ->required();
+    command->add_option("QUERIES", arguments->queries, "The motions, one query per row.")
         ->type_name("CSV")
         ->required();
     command
-        ->add_option("-o,--output", arguments->output, "RESULTS, one row for each row of QUERIES")
+        ->add_option("-o,--output",
+                     arguments->output,
+                     "Where to write RESULTS, one row for each row of QUERIES.")
         ->type_name("CSV")
         ->required();
     addToiOptions(*command, arguments->run.toi);
     addRunOptions(*command, arguments->run);
-    command->add_flag("--summary", arguments->summary, "print counts and times when done");
-    command->add_flag("--strict", arguments->strict, "compute nothing if a row is bad");
+    command->add_flag(
+        "--summary", arguments->summary, "Print counts and times when everything is done.");
+    command->add_flag("--strict", arguments->strict, "Compute nothing if a row is bad.");
     command->callback([arguments] { runBatch(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -5,7 +5,6 @@
 #include "bullet_ccd/toi/toi.h"
 
 #include <CLI/CLI.hpp>
-#include <string>
 
 namespace bullet_ccd::tools
 {
@@ -15,7 +14,4 @@ void addArticulatedCommand(CLI::App& app);
 
 /// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);
-
-/// Name of a strategy on the command line.
-[[nodiscard]] std::string strategyName(ToiStrategy strategy);
 }  // namespace bullet_ccd::tools

@@ -8,17 +8,20 @@ namespace bullet_ccd::tools
 namespace
 {
 constexpr const char* kBulletCcdFooter =
-    "Lengths, tolerances too, are in the unit of the meshes; angles are rad; the motion runs over\n"
-    "the interval t = 0 to 1. Meshes: OBJ, STL, PLY, OFF, DAE, glTF, GLB.\n"
+    "'bullet-ccd VERB --help' shows the options of a verb.\n"
+    "\n"
+    "Lengths and tolerances are in the unit of the meshes, and angles are in radians. A motion "
+    "runs "
+    "over the interval t = 0 to 1. Meshes are OBJ, STL, PLY, OFF, DAE, glTF or GLB files. "
     "docs/glossary.md defines tolerance, gap and minimum separation.\n"
     "\n"
-    "Exit codes: 0 answered, 2 usage, 3 bad input.\n"
+    "Exit codes: 0 if everything was answered, 2 for wrong options, 3 for bad input.\n"
     "\n"
     "Examples:\n"
     "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4\n"
     "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary\n"
-    "  bullet-ccd articulated arm.urdf --from start.csv --to goal.csv --obstacles table.stl --self";
-
+    "  bullet-ccd articulated arm.urdf --from start.csv --to goal.csv \\\n"
+    "      --obstacles table.stl --self";
 }  // namespace
 
 int runBulletCcd(int argc, char** argv)
@@ -27,7 +30,8 @@ int runBulletCcd(int argc, char** argv)
         argc,
         argv,
         {.name = "bullet-ccd",
-         .about = "Continuous collision detection: when do moving meshes and robots first touch?",
+         .about =
+             "Finds when moving meshes and robots first touch (continuous collision detection).",
          .footer = kBulletCcdFooter},
         [](CLI::App& app, int&)
         {

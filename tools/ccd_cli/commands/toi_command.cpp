@@ -1,10 +1,10 @@
 #include "bullet_ccd/contact/rigid_contacts.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/ccd_cli/files/mesh_pair.h"
-#include "tools/support/pose_text.h"
 #include "tools/ccd_cli/run/query_run.h"
 #include "tools/ccd_cli/text/result_text.h"
 #include "tools/support/option_values.h"
+#include "tools/support/pose_text.h"
 
 #include <algorithm>
 #include <array>
@@ -25,13 +25,20 @@ struct BodyArguments
     std::string angular = "0,0,0";
 };
 
+/// How a body gets from one pose to the other.
+enum class PathKind
+{
+    Linear,
+    Screw,
+};
+
 struct ToiArguments
 {
     std::string fileA;
     std::string fileB;
     BodyArguments bodyA;
     BodyArguments bodyB;
-    bool screw = false;
+    PathKind motion = PathKind::Linear;
     bool json = false;
     ToiOptions toi;
 };
@@ -50,48 +57,60 @@ Eigen::Vector3d vectorOf(const std::string& text)
     return {numbers[0], numbers[1], numbers[2]};
 }
 
-RigidMotion motionOf(const BodyArguments& body, bool screw)
+RigidMotion motionOf(const BodyArguments& body, PathKind kind)
 {
     const Eigen::Isometry3d start = poseOf(body.start);
     if (!body.end.empty())
     {
         const Eigen::Isometry3d end = poseOf(body.end);
-        return screw ? screwBetween(start, end) : motionBetween(start, end);
+        return kind == PathKind::Screw ? screwBetween(start, end) : motionBetween(start, end);
     }
     return {.X_W0 = start, .v_W = vectorOf(body.velocity), .w_W = vectorOf(body.angular)};
 }
 
 void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
 {
-    const std::string group = name == "a" ? "Motion of A" : "Motion of B";
     const auto add = [&](const std::string& option, std::string& value, const std::string& text)
-    { return command.add_option("--" + name + option, value, text)->group(group); };
-    add("0", body.start, "pose at t = 0; default identity")
+    {
+        return command.add_option("--" + name + option, value, text)
+            ->group("Motion of " + std::string(name == "a" ? "A" : "B"));
+    };
+    add("0", body.start, "The pose at t = 0: a unit quaternion, then the position of the origin.")
         ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
-        ->check(parsedBy(poseOf));
-    CLI::Option* end = add("1", body.end, "pose at t = 1; default by the velocities")
-                           ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
-                           ->check(parsedBy(poseOf));
-    add("-velocity", body.velocity, "of the origin, mesh units per interval, world axes")
+        ->check(parsedBy(poseOf))
+        ->capture_default_str();
+    CLI::Option* end =
+        add("1", body.end, "The pose at t = 1. Without it, the velocities say how the body moves.")
+            ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+            ->check(parsedBy(poseOf));
+    add("-velocity",
+        body.velocity,
+        "The velocity of the origin in world axes [unit of the meshes per interval].")
         ->type_name("VX,VY,VZ")
         ->check(parsedBy(vectorOf))
-        ->excludes(end);
-    add("-angular", body.angular, "rad per interval, world axes, any number of turns")
+        ->excludes(end)
+        ->capture_default_str();
+    add("-angular",
+        body.angular,
+        "The angular velocity in world axes [rad per interval]. The body may turn any number of "
+        "times.")
         ->type_name("WX,WY,WZ")
         ->check(parsedBy(vectorOf))
-        ->excludes(end);
+        ->excludes(end)
+        ->capture_default_str();
 }
 
 void answer(const ToiArguments& arguments)
 {
-    if (arguments.screw && arguments.bodyA.end.empty() && arguments.bodyB.end.empty())
+    if (arguments.motion == PathKind::Screw && arguments.bodyA.end.empty() &&
+        arguments.bodyB.end.empty())
     {
-        throw CLI::ValidationError("--motion", "a screw leads to an end pose: give --a1 or --b1");
+        throw CLI::ValidationError("--motion", "screw leads to a pose at t = 1: give --a1 or --b1");
     }
     const std::array<RigidQuery, 1> query{
         RigidQuery{.id = "",
-                   .motionA = motionOf(arguments.bodyA, arguments.screw),
-                   .motionB = motionOf(arguments.bodyB, arguments.screw)}};
+                   .motionA = motionOf(arguments.bodyA, arguments.motion),
+                   .motionB = motionOf(arguments.bodyB, arguments.motion)}};
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
     const std::vector<TimedAnswer> answers =
         runQueries(*meshes.treeA, *meshes.treeB, query, {.toi = arguments.toi}, [](std::size_t) {});
@@ -112,31 +131,39 @@ void answer(const ToiArguments& arguments)
 
 void addToiCommand(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand("toi", "first contact of two moving bodies");
+    CLI::App* command = app.add_subcommand("toi", "Finds the first contact of two moving bodies.");
     command->footer(
-        "Without options a body rests at the origin. The motion between poses takes the shortest "
-        "arc;\n"
-        "at a half turn, where there are two, the axis whose first component is positive.\n"
+        "A body without options rests at the origin. Where the shortest arc between two poses is a "
+        "half turn, the axis whose first component is positive is taken.\n"
+        "\n"
+        "Exit codes: 0 if the query was answered, whatever the answer is, 2 for wrong options, 3 "
+        "for "
+        "bad input.\n"
         "\n"
         "Example, a cube that falls on a plate and turns once:\n"
-        "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4 "
-        "--a-angular 0,0,6.2832");
+        "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 \\\n"
+        "      --a-velocity 0,0,-4 --a-angular 0,0,6.2832");
     const auto arguments = std::make_shared<ToiArguments>();
-    command->add_option("A", arguments->fileA, "mesh of body A")->type_name("MESH")->required();
-    command->add_option("B", arguments->fileB, "mesh of body B")->type_name("MESH")->required();
+    command->add_option("A", arguments->fileA, "The mesh of body A.")
+        ->type_name("MESH")
+        ->required();
+    command->add_option("B", arguments->fileB, "The mesh of body B.")
+        ->type_name("MESH")
+        ->required();
     addBody(*command, "a", arguments->bodyA);
     addBody(*command, "b", arguments->bodyB);
     command
-        ->add_option_function<std::string>(
-            "--motion",
-            [arguments](const std::string& text) { arguments->screw = text == "screw"; },
-            "between poses: linear (origin on a line) or screw")
+        ->add_option("--motion",
+                     arguments->motion,
+                     "How a body gets from one pose to the other. linear: its origin "
+                     "moves on a straight line, and it turns along the shortest arc at a constant "
+                     "rate. screw: it moves along a fixed axis and turns about it.")
         ->type_name("NAME")
-        ->check(oneOf({"linear", "screw"}))
+        ->transform(wordFor<PathKind>({{"linear", PathKind::Linear}, {"screw", PathKind::Screw}}))
         ->default_str("linear");
     addToiOptions(*command, arguments->toi);
     command->add_flag(
-        "--json", arguments->json, "print one JSON object with all digits and contacts");
+        "--json", arguments->json, "Print one JSON object with all digits and all contacts.");
     command->callback([arguments] { answer(*arguments); });
 }
 }  // namespace bullet_ccd::tools

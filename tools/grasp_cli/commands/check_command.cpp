@@ -109,17 +109,22 @@ int check(const CheckArguments& arguments)
 void addCheckCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand(
-        "check", "measure penetration and contact gaps of planned grasps afresh");
+        "check", "Measures penetration and contact gaps of planned grasps afresh.");
     command->footer(
-        "Loads hand and object that the file names and tests every final posture with methods "
-        "that\n"
-        "share no code with planning: triangle against triangle, vertices against the inside of a\n"
-        "watertight object, contact points against all triangles. Exit code 1 if a posture "
-        "penetrates\n"
-        "or a contact is wider than --max-gap.");
+        "Loads the hand and the object that the file names, and tests every final posture with "
+        "methods that share no code with planning: triangles against triangles, vertices against "
+        "the "
+        "inside of a watertight object, and contact points against all triangles.\n"
+        "\n"
+        "Exit codes: 0 if no posture penetrates and no contact is wider than --max-gap, 1 if one "
+        "does or is, 2 for wrong options, 3 for bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp check out/grasps.jsonl --max-gap 1e-4");
     const auto arguments = std::make_shared<CheckArguments>();
     addRecordOptions(*command, arguments->records);
-    command->add_option("--max-gap", arguments->maxGap, "largest gap of a contact [m]")
+    command
+        ->add_option("--max-gap", arguments->maxGap, "The largest gap that a contact may have [m].")
         ->type_name("M")
         ->check(within(0.0, 1.0))
         ->capture_default_str();

@@ -1,9 +1,9 @@
 #include "grasp/check/penetration_check.h"
 #include "grasp/planner/close_at_pose.h"
 #include "tools/grasp_cli/commands/commands.h"
-#include "tools/grasp_cli/options/planner_options.h"
-#include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/inputs/path_file.h"
+#include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/planner_options.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
 #include "tools/support/pose_text.h"
@@ -307,27 +307,28 @@ int close(const CloseArguments& arguments)
 
 void addCloseCommand(CLI::App& app, int& exitCode)
 {
-    auto* command = app.add_subcommand("close", "close the hand at one pose and score the grasp");
+    auto* command =
+        app.add_subcommand("close", "Closes the hand at one pose and scores what it holds.");
     const auto arguments = std::make_shared<CloseArguments>();
     arguments->options.candidates = 1;
     addPairOptions(*command, arguments->pair);
-    auto* pose =
-        command
-            ->add_option(
-                "--pose",
-                arguments->pose,
-                "of the hand's root link in the object's mesh frame [m]:\nx y z qw qx qy qz")
-            ->type_name("X..QZ")
-            ->expected(7)
-            ->check(within(-kFar, kFar))
-            ->group("Pose");
+    auto* pose = command
+                     ->add_option("--pose",
+                                  arguments->pose,
+                                  "The pose of the root link of the hand in the frame of the "
+                                  "object [m]: position, then unit "
+                                  "quaternion.")
+                     ->type_name("X Y Z QW QX QY QZ")
+                     ->expected(7)
+                     ->check(within(-kFar, kFar))
+                     ->group("Pose");
     command
         ->add_option("--approach",
                      arguments->approach,
-                     "first move the open hand along dx dy dz until its first\n"
-                     "contact, or by the distance [m], and close there:\n"
-                     "dx dy dz distance")
-        ->type_name("DX..D")
+                     "First move the open hand along the direction DX DY DZ until its first "
+                     "contact, or by the "
+                     "distance D [m], and close there.")
+        ->type_name("DX DY DZ D")
         ->expected(4)
         ->check(within(-kFar, kFar))
         ->needs(pose)
@@ -335,33 +336,44 @@ void addCloseCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--path",
                      arguments->path,
-                     "instead of a pose: CSV file of poses x,y,z,qw,qx,qy,qz, one a\n"
-                     "row; the open hand moves from each to the next until its\n"
-                     "first contact, or the end, and closes there")
+                     "Instead of a pose: a CSV file of poses x,y,z,qw,qx,qy,qz, one per row. The "
+                     "open hand moves "
+                     "from each to the next until its first contact, or the end, and closes there.")
         ->type_name("FILE")
         ->excludes(pose)
         ->group("Pose");
     command
-        ->add_option("--preshape", arguments->preshape, "to close from; default: the hand's first")
+        ->add_option("--preshape",
+                     arguments->preshape,
+                     "The preshape to close from. Default: the first of the hand.")
         ->type_name("NAME")
         ->group("Pose");
     addEngineOption(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addQualityOptions(*command, arguments->options);
-    command->add_flag("--json", arguments->json, "print one record, as in grasps.jsonl, instead")
+    command
+        ->add_flag(
+            "--json", arguments->json, "Print one record as in grasps.jsonl instead of tables.")
         ->group("Output");
     command
         ->add_option("-o,--output",
                      arguments->output,
-                     "folder for the same files that plan writes; default: none")
+                     "A folder for the same files that plan writes. Default: none.")
         ->type_name("FOLDER")
         ->group("Output");
-    command->add_flag("--boxes", arguments->boxes, "draw the boxes that links sweep, too")
+    command->add_flag("--boxes", arguments->boxes, "Also draw the boxes that links sweep.")
         ->group("Output");
-    command->add_flag("-q,--quiet", arguments->quiet, "no notes on stderr")->group("Output");
+    command->add_flag("-q,--quiet", arguments->quiet, "Print no notes on stderr.")->group("Output");
     command->footer(
-        "Exit codes: 0 closed with contacts, 1 nothing touched or an overlap (stderr "
-        "says which),\n2 usage, 3 bad input.");
+        "Exit codes: 0 if the hand closed with contacts, 1 if nothing touched or something "
+        "overlaps "
+        "(stderr says which), 2 for wrong options, 3 for bad input.\n"
+        "\n"
+        "Examples:\n"
+        "  grasp close --hand parallel_gripper --object box.obj \\\n"
+        "      --pose 0 0 -0.13 1 0 0 0\n"
+        "  grasp close --hand parallel_gripper --object box.obj \\\n"
+        "      --pose 0 0 -0.3 1 0 0 0 --approach 0 0 1 0.2 -o out");
     command->callback([arguments, &exitCode] { exitCode = close(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -145,12 +145,14 @@ int force(const ForceArguments& arguments)
 
 void addLoadOptions(CLI::App& command, ForceArguments& arguments)
 {
-    command.add_option("--mass", arguments.mass, "of the object [kg]")
+    command.add_option("--mass", arguments.mass, "The mass of the object [kg].")
         ->type_name("KG")
         ->check(within(0.0, 1e6))
         ->capture_default_str()
         ->group("Load");
-    command.add_option("--gravity", arguments.gravity, "its direction, in the object's frame")
+    command
+        .add_option(
+            "--gravity", arguments.gravity, "The direction of gravity in the frame of the object.")
         ->type_name("X Y Z")
         ->expected(3)
         ->check(within(-1e6, 1e6))
@@ -159,8 +161,9 @@ void addLoadOptions(CLI::App& command, ForceArguments& arguments)
     command
         .add_option("--wrench",
                     arguments.wrench,
-                    "also acts on the object: force [N] and moment [N m] about\n"
-                    "its centre of mass, in its frame")
+                    "A force [N] and a moment [N m] that act on the object besides its weight, in "
+                    "its frame, "
+                    "about its centre of mass.")
         ->type_name("FX FY FZ TX TY TZ")
         ->expected(6)
         ->check(within(-1e9, 1e9))
@@ -168,8 +171,9 @@ void addLoadOptions(CLI::App& command, ForceArguments& arguments)
     command
         .add_option("--any-wrench",
                     arguments.anyWrench,
-                    "besides, any wrench of that size [N]; moments count as\n"
-                    "force times the object's radius")
+                    "Hold any additional wrench of this size [N], too. A moment counts as a force "
+                    "times the "
+                    "radius of the object.")
         ->type_name("SIZE")
         ->check(within(0.0, 1e9))
         ->group("Load");
@@ -180,12 +184,16 @@ void addLimitOptions(CLI::App& command, ForceArguments& arguments)
     command
         .add_option("--effort",
                     arguments.efforts,
-                    "torque limit [N m or N] of all joints, or JOINT=E of one;\n"
-                    "0: unlimited; may be repeated, the last one counts")
+                    "The largest torque [N m] or force [N] of all joints, or JOINT=E of one; 0 "
+                    "sets no limit. "
+                    "It may be repeated; the last one counts. Default: the efforts of the URDF.")
         ->type_name("E")
         ->check(parsedBy(parseEffort))
         ->group("Limits");
-    command.add_option("--max-force", arguments.maxForce, "largest normal force of a contact [N]")
+    command
+        .add_option("--max-force",
+                    arguments.maxForce,
+                    "The largest normal force of a contact [N]. Default: unlimited.")
         ->type_name("N")
         ->check(within(1e-9, 1e9))
         ->group("Limits");
@@ -196,10 +204,11 @@ void addSolverOptions(CLI::App& command, ForceArguments& arguments)
     using grasp::ForceObjective;
     using grasp::ForceSolver;
     command
-        .add_option("--objective",
-                    arguments.objective,
-                    "total: least sum of normal forces; max: least largest one;\n"
-                    "firm: largest margin to slip within the limits")
+        .add_option(
+            "--objective",
+            arguments.objective,
+            "What to look for. total: the least sum of normal forces. max: the least largest one. "
+            "firm: the largest margin to slip within the limits.")
         ->type_name("WHAT")
         ->transform(wordFor<ForceObjective>({{"total", ForceObjective::Total},
                                              {"max", ForceObjective::Max},
@@ -208,13 +217,18 @@ void addSolverOptions(CLI::App& command, ForceArguments& arguments)
         ->group("Method");
     command
         .add_option(
-            "--solver", arguments.solver, "cone: exact friction cones; lp: inscribed pyramids")
+            "--solver",
+            arguments.solver,
+            "How to look for it. cone: with exact friction cones. lp: with inscribed pyramids.")
         ->type_name("WHICH")
         ->transform(
             wordFor<ForceSolver>({{"cone", ForceSolver::Cone}, {"lp", ForceSolver::LinearProgram}}))
         ->default_str("cone")
         ->group("Method");
-    command.add_option("--cone-edges", arguments.coneEdges, "edges of the pyramids of lp")
+    command
+        .add_option("--cone-edges",
+                    arguments.coneEdges,
+                    "With --solver lp: the number of edges of the pyramids.")
         ->type_name("N")
         ->check(within(3, 64))
         ->capture_default_str()
@@ -225,12 +239,18 @@ void addSolverOptions(CLI::App& command, ForceArguments& arguments)
 void addForceCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand(
-        "force", "smallest contact forces that hold the object in planned grasps");
+        "force", "Finds the smallest contact forces that hold the object in planned grasps.");
     command->footer(
-        "Balances weight and wrench by contact forces within friction cones, and joint torques\n"
-        "within the efforts of the URDF, for every chosen grasp. A grasp that cannot is told with "
-        "the\n"
-        "reason: friction alone, or the joints. Exit code 1 if none can.");
+        "Balances weight and wrench by contact forces within the friction cones and joint torques "
+        "within the efforts, for every chosen grasp. Of a grasp that cannot, it says the reason: "
+        "friction alone, or the joints.\n"
+        "\n"
+        "Exit codes: 0 if a chosen grasp can hold the load, 1 if none can, 2 for wrong options, 3 "
+        "for "
+        "bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp force out/grasps.jsonl --rank 1 --mass 0.4 --effort 5 --objective firm");
     const auto arguments = std::make_shared<ForceArguments>();
     addRecordOptions(*command, arguments->records);
     addChoiceOptions(*command, arguments->choice);
@@ -238,7 +258,8 @@ void addForceCommand(CLI::App& app, int& exitCode)
     addContactOptions(*command, arguments->contacts);
     addLimitOptions(*command, *arguments);
     addSolverOptions(*command, *arguments);
-    command->add_flag("--json", arguments->json, "one JSON record a grasp instead of tables");
+    command->add_flag(
+        "--json", arguments->json, "Print one JSON record per grasp instead of tables.");
     command->callback([arguments, &exitCode] { exitCode = force(*arguments); });
 }
 }  // namespace bullet_ccd::tools

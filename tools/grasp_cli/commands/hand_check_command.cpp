@@ -1,9 +1,9 @@
 #include "grasp/hand/sampled_pairs.h"
 #include "grasp/hand/srdf_file.h"
-#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/commands/commands.h"
-#include "tools/support/text_table.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_file.h"
+#include "tools/support/text_table.h"
 
 #include <algorithm>
 #include <array>
@@ -202,38 +202,60 @@ std::vector<std::string> reasonNames()
 void addHandCheckCommand(CLI::App& hand, int& exitCode)
 {
     auto* command = hand.add_subcommand(
-        "check", "find pairs of links that need not be tested against each other, by sampling");
+        "check",
+        "Finds by sampling the pairs of links that need not be tested against each other.");
     command->footer(
-        "Tries random joint positions within the limits and sorts the pairs of links:\n"
-        "  Adjacent   joined, with no other geometry between\n"
-        "  Default    overlap at rest, all joints at 0 or the limit next to it\n"
+        "Tries random joint positions within the limits, sorts the pairs of links, and prints an "
+        "SRDF that disables all kinds but the last:\n"
+        "  Adjacent   are joined, with no other geometry between them\n"
+        "  Default    overlap at rest: all joints at 0, or at the limit next to it\n"
         "  Always     overlap in at least 95 % of the samples\n"
-        "  Never      overlap in no sample: likely, but not proved, never to meet\n"
+        "  Never      overlap in no sample, so that they are likely never to meet\n"
         "  Sometimes  have to be tested\n"
-        "and prints an SRDF that disables all but the last kind. bullet-ccd exempts joined links\n"
-        "about their joint on its own: leave out Adjacent to have the rest of them tested.\n"
+        "bullet-ccd exempts joined links about their joint by itself. Leave out Adjacent to have "
+        "the rest of them tested.\n"
         "\n"
-        "Where the hand has an SRDF that disables pairs, exit code 1 if it disables pairs that\n"
-        "overlap in some samples, or does not disable pairs that overlap at rest or always.");
+        "Exit codes: 0 if the samples do not contradict the SRDF of the hand; 1 if it disables "
+        "pairs "
+        "that overlap in some samples only, or does not disable pairs that overlap at rest or "
+        "always; "
+        "2 for wrong options, 3 for bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp hand check my_hand.urdf --samples 10000 --write-srdf my_hand.srdf");
     const auto arguments = std::make_shared<HandCheckArguments>();
     arguments->reasons = reasonNames();
-    command->add_option("hand", arguments->hand, "URDF file or name of a shipped hand")
+    command->add_option("hand", arguments->hand, "A URDF file, or the name of a hand that ships.")
         ->type_name("HAND")
         ->required();
-    command->add_option("--srdf", arguments->srdf, "disabled pairs to check")->type_name("FILE");
-    command->add_option("--samples", arguments->sampling.samples, "random configurations")
+    command
+        ->add_option("--srdf",
+                     arguments->srdf,
+                     "The SRDF whose disabled pairs are checked. Default: as in grasp plan.")
+        ->type_name("FILE");
+    command
+        ->add_option(
+            "--samples", arguments->sampling.samples, "How many random configurations to try.")
         ->type_name("N")
         ->check(within(1, 100'000'000))
         ->capture_default_str();
-    command->add_option("--seed", arguments->sampling.seed, "of the configurations")
+    command
+        ->add_option(
+            "--seed", arguments->sampling.seed, "Where the sequence of configurations starts.")
         ->type_name("S")
+        ->check(wholeNumber())
         ->capture_default_str();
-    command->add_option("--reasons", arguments->reasons, "kinds of pairs to disable, with commas")
+    command
+        ->add_option("--reasons",
+                     arguments->reasons,
+                     "Which kinds of pairs to disable, with commas between.")
         ->type_name("NAMES")
         ->delimiter(',')
         ->check(oneOf(reasonNames()))
         ->default_str(joined(reasonNames(), ","));
-    command->add_option("--write-srdf", arguments->output, "write the SRDF there, do not print it")
+    command
+        ->add_option(
+            "--write-srdf", arguments->output, "Write the SRDF to a file instead of printing it.")
         ->type_name("FILE");
     command->callback([arguments, &exitCode] { exitCode = check(*arguments); });
 }

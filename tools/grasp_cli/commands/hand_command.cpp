@@ -1,5 +1,5 @@
-#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -185,9 +185,13 @@ int show(const HandArguments& arguments)
 
 void addShowOptions(CLI::App& command, HandArguments& arguments)
 {
-    command.add_option("hand", arguments.hand, "URDF file or name of a shipped hand")
+    command.add_option("hand", arguments.hand, "A URDF file, or the name of a hand that ships.")
         ->type_name("HAND");
-    command.add_option("--srdf", arguments.srdf, "fingers and preshapes")->type_name("FILE");
+    command
+        .add_option("--srdf",
+                    arguments.srdf,
+                    "Where fingers and preshapes are read from. Default: as in grasp plan.")
+        ->type_name("FILE");
 }
 
 int showNamed(const HandArguments& arguments)
@@ -202,8 +206,18 @@ int showNamed(const HandArguments& arguments)
 
 void addHandCommand(CLI::App& app, int& exitCode)
 {
-    constexpr const char* kWhat = "show what is understood of a hand, and what was inferred";
+    constexpr const char* kWhat = "Shows what is understood of a hand, and what was inferred.";
     auto* command = app.add_subcommand("hand", kWhat);
+    command->footer(
+        "It prints the fingers, the joints with their preshapes, the grasp frame and the pairs of "
+        "links that are not tested against each other. 'grasp hand HAND' is short for 'grasp hand "
+        "show HAND'.\n"
+        "\n"
+        "Exit codes: 0 if the hand could be read, 2 for wrong options, 3 for bad input.\n"
+        "\n"
+        "Examples:\n"
+        "  grasp hand anthropomorphic_hand\n"
+        "  grasp hand check my_hand.urdf");
     const auto arguments = std::make_shared<HandArguments>();
     addShowOptions(*command, *arguments);
     CLI::App* shown = command->add_subcommand("show", kWhat);

@@ -1,11 +1,11 @@
 #include "grasp/formats/content_hash.h"
-#include "tools/support/obstacle_list.h"
 #include "tools/grasp_cli/commands/commands.h"
-#include "tools/grasp_cli/options/planner_options.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/planner_options.h"
 #include "tools/grasp_cli/plan/plan_journal.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
+#include "tools/support/obstacle_list.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -200,7 +200,7 @@ void addStoppingOptions(CLI::App& command, PlanArguments& arguments)
     command
         .add_option("--time-limit",
                     arguments.options.timeLimit,
-                    "begin no candidate after so many seconds, 0 for no limit")
+                    "Begin no further candidate after S seconds; 0 sets no limit.")
         ->type_name("S")
         ->check(within(0.0, 1e9))
         ->capture_default_str()
@@ -208,53 +208,69 @@ void addStoppingOptions(CLI::App& command, PlanArguments& arguments)
     command
         .add_flag("--resume",
                   arguments.resume,
-                  "go on with what a run that was stopped or killed, or met its time\n"
-                  "limit, left in the output folder")
+                  "Go on with what a run that was stopped, was killed or met its time limit has "
+                  "left in the "
+                  "output folder. The result is that of a run that was never stopped.")
         ->group("Search");
 }
 }  // namespace
 
 void addPlanCommand(CLI::App& app, int& exitCode)
 {
-    auto* command = app.add_subcommand("plan", "plan and rank grasps of one object by one hand");
+    auto* command = app.add_subcommand("plan", "Plans and ranks grasps of an object by a hand.");
     const auto arguments = std::make_shared<PlanArguments>();
     addPairOptions(*command, arguments->pair);
     command
-        ->add_option("--scene",
-                     arguments->scene,
-                     "obstacles in the object's frame: meshes, or scenes (CSV, YAML) of meshes\n"
-                     "with poses; a grasp that touches one is rejected")
-        ->type_name("FILE")
+        ->add_option(
+            "--scene",
+            arguments->scene,
+            "Obstacles in the frame of the object: meshes, or scenes (.csv, .yaml) of meshes with "
+            "poses. A grasp that touches one is rejected.")
+        ->type_name("FILE...")
         ->group("Input");
     addPlannerOptions(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);
     command
         ->add_option(
-            "-o,--output", arguments->output, "folder; files in it are replaced at the end")
+            "-o,--output",
+            arguments->output,
+            "The folder for grasps.jsonl, grasps.isaac.yaml, report.html, pictures and models. "
+            "They replace those of an earlier run at the end.")
         ->type_name("FOLDER")
         ->capture_default_str()
         ->group("Output");
     command
         ->add_flag("--boxes",
                    arguments->drawing.sweptBoxes,
-                   "draw the boxes that links sweep while they close, too")
+                   "Also draw the boxes that links sweep while they close.")
         ->group("Output");
-    command->add_option("--pictures", arguments->drawing.pictures, "draw the best K grasps")
+    command
+        ->add_option("--pictures",
+                     arguments->drawing.pictures,
+                     "How many of the best grasps to draw as PNG.")
         ->type_name("K")
         ->check(within(0, 99))
         ->capture_default_str()
         ->group("Output");
     command
-        ->add_option("--models",
-                     arguments->drawing.models,
-                     "glTF models (.glb) of the best K grasps, for any 3-D viewer;\n"
-                     "default: as many as pictures")
+        ->add_option(
+            "--models",
+            arguments->drawing.models,
+            "How many of the best grasps to write as glTF models (.glb) for a 3-D viewer. Default: "
+            "as many as pictures.")
         ->type_name("K")
         ->check(within(0, 99))
         ->group("Output");
-    command->add_flag("-q,--quiet", arguments->quiet, "no progress and no notes on stderr")
+    command->add_flag("-q,--quiet", arguments->quiet, "Print no progress and no notes on stderr.")
         ->group("Output");
+    command->footer(
+        "Exit codes: 0 if a force closure was found, 1 if none was, 2 for wrong options, 3 for bad "
+        "input.\n"
+        "\n"
+        "Examples:\n"
+        "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"
+        "  grasp plan --config plan.yaml --seed 2 --time-limit 600 -o out");
     command->callback([arguments, &exitCode] { exitCode = plan(*arguments); });
 }
 }  // namespace bullet_ccd::tools

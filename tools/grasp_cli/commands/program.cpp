@@ -16,18 +16,19 @@ namespace bullet_ccd::tools
 namespace
 {
 constexpr const char* kGraspFooter =
-    "Lengths are metres, angles radians. --hand and --object take a path or the name of a robot "
-    "or\n"
-    "object that ships; what ships is found beside the program or in $BULLET_CCD_SHARE.\n"
+    "'grasp VERB --help' shows the options of a verb.\n"
+    "\n"
+    "Lengths are in metres and angles in radians. A hand or an object is given by a file or by the "
+    "name of one that ships. What ships is found beside the program or in $BULLET_CCD_SHARE. "
     "docs/glossary.md defines tolerance, gap, margin, friction, mass and effort.\n"
     "\n"
-    "Exit codes: 0 ok, 1 nothing found (check: a grasp failed; force: no grasp can hold the load;\n"
-    "close: nothing touched), 2 usage, 3 bad input.\n"
+    "Exit codes: 0 if something was found or everything holds, 1 if not, 2 for wrong options, 3 "
+    "for "
+    "bad input. The help of a verb says what it looks for.\n"
     "\n"
     "Examples:\n"
-    "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out/\n"
+    "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"
     "  grasp close --hand parallel_gripper --object box.obj --pose 0 0 -0.13 1 0 0 0\n"
-    "  grasp plan --config plan.yaml --seed 2   # options from a file; --print-config writes one\n"
     "  grasp check out/grasps.jsonl\n"
     "  grasp force out/grasps.jsonl --mass 0.4 --effort 5 --objective firm\n"
     "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
@@ -71,15 +72,16 @@ int runMoved(int argc, char** argv)
 
 int runGrasp(int argc, char** argv)
 {
-    if (argc > 1 &&
-        (argv[1] == std::string_view("bench") || argv[1] == std::string_view("table")))
+    if (argc > 1 && (argv[1] == std::string_view("bench") || argv[1] == std::string_view("table")))
     {
         return runMoved(argc, argv);
     }
     return runProgram(argc,
                       argv,
                       {.name = "grasp",
-                       .about = "Plans grasps: approach, close until first contact, score, rank.",
+                       .about = "Plans grasps: a hand approaches an object and closes until its "
+                                "first contacts; the grasps "
+                                "are scored and ranked.",
                        .footer = kGraspFooter},
                       addVerbs);
 }

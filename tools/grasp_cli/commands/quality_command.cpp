@@ -143,37 +143,46 @@ int quality(const QualityArguments& arguments)
 void addQualityCommand(CLI::App& app, int& exitCode)
 {
     auto* command = app.add_subcommand(
-        "quality", "epsilon, volume and force closure of planned grasps under other assumptions");
+        "quality",
+        "Computes epsilon, volume and force closure of planned grasps under other assumptions.");
     command->footer(
-        "\"pyramids L1\" and \"volume\" are those of inscribed pyramids and normal forces that sum "
-        "to 1\n"
-        "(qhull); \"cones\" are bounds of epsilon for exact cones in the chosen norm, which differ "
-        "by\n"
-        "--resolution. Wrenches are about the centre of mass. Exit code 1 if none is a force "
-        "closure.");
+        "The columns 'pyramids L1' and 'volume' are those of inscribed pyramids and normal forces "
+        "that sum to 1 (qhull). The columns 'cones' are bounds of epsilon for exact cones in the "
+        "chosen norm, at most --resolution apart. Wrenches are about the centre of mass.\n"
+        "\n"
+        "Exit codes: 0 if a chosen grasp is a force closure, 1 if none is, 2 for wrong options, 3 "
+        "for "
+        "bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp quality out/grasps.jsonl --model soft --friction 0.8 \\\n"
+        "      --pose-noise 0.002 0.02");
     const auto arguments = std::make_shared<QualityArguments>();
     addRecordOptions(*command, arguments->records);
     addChoiceOptions(*command, arguments->choice);
     addContactOptions(*command, arguments->contacts);
     command
-        ->add_option(
-            "--cone-edges", arguments->coneEdges, "edges of the pyramids; default: the plan's")
+        ->add_option("--cone-edges",
+                     arguments->coneEdges,
+                     "The number of edges of the friction pyramids. Default: that of the plan.")
         ->type_name("N")
         ->check(within(3, 64))
         ->group("Method");
     command
         ->add_option("--norm",
                      arguments->norm,
-                     "normal forces of the cones: l1: sum to at most 1; linf: each at most 1")
+                     "What the normal forces of the cones may be. l1: their sum is at most 1. "
+                     "linf: each is at most 1.")
         ->type_name("NORM")
         ->transform(wordFor<grasp::WrenchNorm>(
             {{"l1", grasp::WrenchNorm::L1}, {"linf", grasp::WrenchNorm::LInfinity}}))
         ->default_str("l1")
         ->group("Method");
     command
-        ->add_option("--torque-scale",
-                     arguments->torqueScale,
-                     "moments are divided by it [m]; default: the object's radius")
+        ->add_option(
+            "--torque-scale",
+            arguments->torqueScale,
+            "The length that moments are divided by [m]. Default: the radius of the object.")
         ->type_name("M")
         ->check(within(1e-9, 1e9))
         ->group("Method");
@@ -181,7 +190,7 @@ void addQualityCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--resolution,--tolerance",
                      arguments->resolution,
-                     "how far apart the bounds of epsilon may be")
+                     "How far apart the bounds of epsilon may be.")
         ->type_name("R")
         ->check(within(1e-10, 1.0))
         ->capture_default_str()
@@ -189,13 +198,16 @@ void addQualityCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--pose-noise",
                      arguments->poseNoise,
-                     "repeat every grasp with the object off by normal errors of these standard\n"
-                     "deviations, along each axis and of the rotation vector")
+                     "Repeat every grasp with the object off by normal errors of these standard "
+                     "deviations: along "
+                     "each axis [m], and of the rotation vector [rad].")
         ->type_name("M RAD")
         ->expected(2)
         ->check(within(0.0, 10.0))
         ->group("Robustness");
-    command->add_option("--trials", arguments->trials, "repetitions under pose noise")
+    command
+        ->add_option(
+            "--trials", arguments->trials, "With --pose-noise: how often to repeat each grasp.")
         ->type_name("N")
         ->check(within(1, 1'000'000))
         ->capture_default_str()

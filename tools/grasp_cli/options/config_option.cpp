@@ -240,8 +240,8 @@ void addConfigOptions(CLI::App& command)
         .add_option_function<std::string>(
             "--config",
             [options](const std::string& file) { ConfigFile(file, options).apply(); },
-            "YAML map of options by their long names; lists for repeated\n"
-            "ones; what the command line gives wins")
+            "Read options from a YAML map. Its keys are the long names without dashes; repeated "
+            "options are lists. What the command line gives wins.")
         ->type_name("FILE")
         ->group("Configuration");
     // Stands last, so that all other options have been looked at when its turn comes.
@@ -253,7 +253,7 @@ void addConfigOptions(CLI::App& command)
                 fmt::print("{}\n", effectiveConfig(options, *written));
                 throw CLI::Success();
             },
-            "write all options as such a file, and stop")
+            "Print all options as such a file, and stop.")
         ->group("Configuration");
 }
 }  // namespace bullet_ccd::tools

@@ -10,11 +10,16 @@ void addContactOptions(CLI::App& command, ContactArguments& arguments)
     command
         .add_option("--friction",
                     arguments.friction,
-                    "Coulomb coefficient of all contacts; default: that of the plan")
+                    "Coulomb's coefficient of friction of all contacts. Default: that of the plan.")
         ->type_name("MU")
         ->check(within(0.0, 10.0))
         ->group("Contacts");
-    command.add_option("--model", arguments.model, "hard or soft fingers, or frictionless")
+    command
+        .add_option("--model",
+                    arguments.model,
+                    "What a contact passes on. hard: a force within the friction cone. soft: a "
+                    "torsional moment, "
+                    "too. frictionless: a normal force.")
         ->type_name("MODEL")
         ->transform(wordFor<ContactModel>({{"hard", ContactModel::HardFinger},
                                            {"soft", ContactModel::SoftFinger},
@@ -22,9 +27,10 @@ void addContactOptions(CLI::App& command, ContactArguments& arguments)
         ->default_str("hard")
         ->group("Contacts");
     command
-        .add_option("--torsion",
-                    arguments.torsion,
-                    "soft: largest torsional moment over largest friction [m]")
+        .add_option(
+            "--torsion",
+            arguments.torsion,
+            "With --model soft: the largest torsional moment over the largest friction force [m].")
         ->type_name("M")
         ->check(within(0.0, 1.0))
         ->capture_default_str()

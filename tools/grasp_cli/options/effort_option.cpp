@@ -1,7 +1,7 @@
 #include "tools/grasp_cli/options/effort_option.h"
 
-#include "tools/support/text_table.h"
 #include "tools/support/option_values.h"
+#include "tools/support/text_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,9 @@ void addPairOptions(CLI::App& command, PairOptions& pair)
     command
         .add_option("--srdf",
                     pair.srdf,
-                    "fingers and preshapes; default: the one beside the URDF,\n"
-                    "else a shipped one for the robot's name, else inferred")
+                    "Where fingers and preshapes are read from. Default: the SRDF beside the URDF, "
+                    "else the "
+                    "one that ships for a robot of that name; else they are inferred.")
         ->type_name("FILE")
         ->group("Input");
 }
@@ -26,27 +27,36 @@ LoadedObject loadObjectOf(const PairOptions& pair)
 
 void addRecordOptions(CLI::App& command, RecordArguments& arguments)
 {
-    command.add_option("file", arguments.file, "grasps.jsonl that grasp plan wrote")
+    command
+        .add_option("file", arguments.file, "The file grasps.jsonl that grasp plan or close wrote.")
         ->type_name("FILE")
         ->required();
-    command.add_option("--hand", arguments.hand, "where the hand is now, if it moved")
-        ->type_name("HAND");
-    command.add_option("--object", arguments.object, "where the object is now, if it moved")
-        ->type_name("OBJECT");
+    command.add_option("--hand", arguments.hand, "Where the hand is now, if it has moved since.")
+        ->type_name("HAND")
+        ->group("Input");
+    command
+        .add_option("--object", arguments.object, "Where the object is now, if it has moved since.")
+        ->type_name("OBJECT")
+        ->group("Input");
 }
 
 void addChoiceOptions(CLI::App& command, RecordChoice& choice)
 {
     command
-        .add_option("--rank",
-                    choice.ranks,
-                    "only the grasp of that rank; may be repeated;\n"
-                    "default: all force closures of the file")
-        ->type_name("N");
+        .add_option(
+            "--rank",
+            choice.ranks,
+            "Take only the grasp of this rank. It may be repeated. Default: all force closures of "
+            "the file.")
+        ->type_name("N")
+        ->check(within(1, 1'000'000'000))
+        ->group("Input");
     command
         .add_option("--candidate",
                     choice.candidates,
-                    "only the grasp of that candidate number; may be repeated")
-        ->type_name("N");
+                    "Take only the grasp of this candidate number. It may be repeated.")
+        ->type_name("N")
+        ->check(within(std::int64_t{0}, std::int64_t{1'000'000'000}))
+        ->group("Input");
 }
 }  // namespace bullet_ccd::tools

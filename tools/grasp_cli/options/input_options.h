@@ -16,16 +16,19 @@ namespace bullet_ccd::tools
 template <typename Names>
 void addInputOptions(CLI::App& command, Names& hand, Names& object, double& objectScale)
 {
-    const std::string more = std::is_same_v<Names, std::string> ? "" : "; repeatable";
-    command.add_option("--hand", hand, "URDF file or name of a shipped hand" + more)
+    const std::string more = std::is_same_v<Names, std::string> ? "" : " It may be repeated.";
+    command.add_option("--hand", hand, "A URDF file, or the name of a hand that ships." + more)
         ->type_name("HAND")
         ->required()
         ->group("Input");
-    command.add_option("--object", object, "mesh file or name of a shipped object" + more)
+    command
+        .add_option("--object", object, "A mesh file, or the name of an object that ships." + more)
         ->type_name("OBJECT")
         ->required()
         ->group("Input");
-    command.add_option("--object-scale", objectScale, "object units in metres")
+    command
+        .add_option(
+            "--object-scale", objectScale, "How many metres one unit of the object's mesh is.")
         ->type_name("S")
         ->check(within(1e-9, 1e9))
         ->capture_default_str()

@@ -13,18 +13,6 @@ namespace bullet_ccd::tools
 {
 namespace
 {
-/// Plain conversion to an unsigned number would wrap negative ones around.
-CLI::Validator wholeNumber()
-{
-    return {[](const std::string& text)
-            {
-                std::uint64_t value = 0;
-                const bool fits =
-                    text.find('-') == std::string::npos && CLI::detail::lexical_cast(text, value);
-                return fits ? std::string() : fmt::format("{} is not a whole number from 0", text);
-            },
-            ""};
-}
 /// An option with a default that the help shows.
 template <typename T>
 CLI::Option* addValue(
@@ -56,17 +44,19 @@ void setRoll(grasp::ApproachOptions& options, const std::vector<double>& limits)
 void addDistances(CLI::App& command, grasp::ApproachOptions& options)
 {
     command
-        .add_option(
-            "--standoff", options.standoff, "added to the distance from which the hand starts [m]")
+        .add_option("--standoff",
+                    options.standoff,
+                    "How much farther away than it must the hand starts [m].")
         ->type_name("M")
         ->check(within(0.0, kFar))
         ->capture_default_str()
         ->group("Approach");
     command
-        .add_option("--reach",
-                    options.reach,
-                    "longest travel of the hand from its start to the first contact [m];\n"
-                    "0: until it is past the object")
+        .add_option(
+            "--reach",
+            options.reach,
+            "The longest travel of the hand from its start to its first contact [m]; 0 goes on "
+            "until it is past the object.")
         ->type_name("M")
         ->check(within(0.0, kFar))
         ->capture_default_str()
@@ -94,24 +84,28 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
 {
     using grasp::ApproachSource;
     command
-        .add_option("--approach-from",
-                    options.source,
-                    "where hands come from: sphere, directions all around; surface, against\n"
-                    "the normals of points of the surface; or boxes, at right angles to the\n"
-                    "faces of the box along the object's principal axes")
+        .add_option(
+            "--approach-from",
+            options.source,
+            "Where the hand comes from. sphere: directions all around. surface: against the "
+            "normals "
+            "of points of the surface. boxes: at right angles to the faces of the box along the "
+            "principal axes of the object.")
         ->type_name("SOURCE")
         ->transform(wordFor<ApproachSource>({{"sphere", ApproachSource::Sphere},
                                              {"surface", ApproachSource::Surface},
                                              {"boxes", ApproachSource::Boxes}}))
         ->default_str(grasp::toString(options.source))
         ->group("Approach");
-    auto* tableTop =
-        command
-            .add_flag("--table-top", options.tableTop, "no approach from below: --max-tilt holds")
-            ->group("Approach");
+    auto* tableTop = command
+                         .add_flag("--table-top",
+                                   options.tableTop,
+                                   "Approach from above only, as on a table: within --max-tilt.")
+                         ->group("Approach");
     command
-        .add_option(
-            "--max-tilt", options.maxTilt, "largest angle of an approach from straight down [rad]")
+        .add_option("--max-tilt",
+                    options.maxTilt,
+                    "The largest angle between an approach and straight down [rad].")
         ->type_name("RAD")
         ->needs(tableTop)
         ->check(within(0.0, std::numbers::pi))
@@ -121,8 +115,8 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
         .add_option_function<std::vector<double>>(
             "--up",
             [&options](const std::vector<double>& up) { setUp(options, up); },
-            "direction of up in the object's frame: x y z")
-        ->type_name("X..Z")
+            "The direction of up in the frame of the object.")
+        ->type_name("X Y Z")
         ->expected(3)
         ->check(within(-kFar, kFar))
         ->default_str("[0,0,1]")
@@ -132,10 +126,11 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
         .add_option_function<std::vector<double>>(
             "--roll",
             [&options](const std::vector<double>& limits) { setRoll(options, limits); },
-            "limits of the roll about the direction of approach, from to [rad]: 0 where the\n"
-            "fingers' opposition lies level; from above or below, along the object's x;\n"
-            "default: as it fits the object")
-        ->type_name("FROM..TO")
+            "The limits of the roll about the direction of approach [rad]. At 0 the fingers oppose "
+            "each "
+            "other level, or, from above or below, along x of the object. Default: as it fits the "
+            "object.")
+        ->type_name("FROM TO")
         ->expected(2)
         ->check(within(-2.0 * std::numbers::pi, 2.0 * std::numbers::pi))
         ->group("Approach");
@@ -147,8 +142,9 @@ void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing)
         .add_option_function<std::vector<std::string>>(
             "--fingers",
             [&closing](const std::vector<std::string>& words) { setFingers(closing, words); },
-            "together; or one-by-one: the next begins when the one before it\n"
-            "has stopped; or names: these first, one by one, then the others")
+            "Which finger closes when. together: all at once. one-by-one: the next one begins when "
+            "the "
+            "one before it has stopped. NAME,NAME: these first, one by one, then the others.")
         ->type_name("ORDER")
         ->delimiter(',')
         ->allow_extra_args(false)
@@ -161,8 +157,9 @@ void addEngineOption(CLI::App& command, grasp::PlannerOptions& options)
     command
         .add_option("--engine",
                     options.engine,
-                    "how fingers close: kinematic, by time-of-impact queries alone,\n"
-                    "or simulated, in Bullet's multibody world")
+                    "How fingers close. kinematic: by time-of-impact queries alone. simulated: as "
+                    "a multibody "
+                    "in a world of Bullet.")
         ->type_name("ENGINE")
         ->transform(wordFor<grasp::ClosingEngine>({{"kinematic", grasp::ClosingEngine::Kinematic},
                                                    {"simulated", grasp::ClosingEngine::Simulated}}))
@@ -172,45 +169,58 @@ void addEngineOption(CLI::App& command, grasp::PlannerOptions& options)
 
 void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options)
 {
-    addValue(command, "--friction", options.friction, "MU", "Coulomb coefficient of all contacts")
+    addValue(command,
+             "--friction",
+             options.friction,
+             "MU",
+             "Coulomb's coefficient of friction of all contacts.")
         ->check(within(1e-3, 10.0))
         ->group("Quality");
-    addValue(command, "--cone-edges", options.coneEdges, "N", "edges of the friction pyramids")
+    addValue(command,
+             "--cone-edges",
+             options.coneEdges,
+             "N",
+             "The number of edges of the friction pyramids.")
         ->check(within(3, 64))
         ->group("Quality");
     addValue(command,
              "--min-epsilon",
              options.forceClosureThreshold,
              "EPS",
-             "epsilon from which a grasp counts as force closure")
+             "The epsilon from which on a grasp counts as force closure.")
         ->check(within(0.0, 1.0))
         ->group("Quality");
 }
 
 void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
 {
-    addValue(command, "-n,--candidates", options.candidates, "N", "approaches to try")
+    addValue(command, "-n,--candidates", options.candidates, "N", "How many approaches to try.")
         ->check(within(std::int64_t{1}, std::int64_t{1'000'000}))
         ->group("Search");
-    addValue(command, "--seed", options.seed, "N", "of the sampling sequence")
+    addValue(command,
+             "--seed",
+             options.seed,
+             "N",
+             "Where the sequence of samples starts. The same seed gives the same grasps.")
         ->check(wholeNumber())
         ->group("Search");
     addValue(command,
              "-j,--jobs",
              options.jobs,
              "N",
-             "threads, 0 for one a core; the result does not depend on it")
+             "The number of threads; 0 takes one per core. The result does not depend on it.")
         ->check(within(0, 1024))
         ->group("Search");
     addApproachOptions(command, options.approach);
     addEngineOption(command, options);
     addQualityOptions(command, options);
-    addValue(command,
-             "--volumes",
-             options.volumes,
-             "N",
-             "so many of the best grasps get the volume of their wrench space,\n"
-             "which takes far longer than epsilon")
+    addValue(
+        command,
+        "--volumes",
+        options.volumes,
+        "N",
+        "How many of the best grasps get the volume of their wrench space, which takes far longer "
+        "than epsilon.")
         ->check(within(0, 1'000'000))
         ->group("Quality");
 }
