@@ -188,23 +188,23 @@ int main(int argc, char** argv)
         {.name = "bench_articulated",
          .about = "Queries of moving linkages: answers checked, then timed",
          .options = {{"--data", &human.data, "data folder"}},
-         .verbs = {{.name = "human",
-                    .about = "15 links among 16 chessmen, beside FCL",
-                    .options =
-                        {{"--motion", &human.motions, "walk, run, kick"},
-                         {"--repeats", &human.repeats, "passes; the median counts"},
-                         {"--list", &human.list, "list pairs that intersect at the start"},
-                         {"--bounds", &human.bounds, "the other motion bounds, too: takes minutes"},
-                         {"!--no-fcl", &human.fcl, "without FCL"}},
-                    .run = [&] { return runHuman(human); }},
-                   hands,
-                   {.name = "arms",
-                    .about = "two arms that cross each other",
-                    .options = optionsOf(arms),
-                    .run = [&]
-                    {
-                        requireFcl();
-                        arms.data = human.data;
-                        return runCrossingArms(arms);
-                    }}}});
+         .verbs = {
+             {.name = "human",
+              .about = "15 links among 16 chessmen, beside FCL",
+              .options = {{"--motion", &human.motions, "walk, run, kick"},
+                          {"--repeats", &human.repeats, "passes; the median counts"},
+                          {"--list", &human.list, "list pairs that intersect at the start"},
+                          {"--bounds", &human.bounds, "bounds of first order, too: takes minutes"},
+                          {"!--no-fcl", &human.fcl, "without FCL"}},
+              .run = [&] { return runHuman(human); }},
+             hands,
+             {.name = "arms",
+              .about = "two arms that cross each other",
+              .options = optionsOf(arms),
+              .run = [&]
+              {
+                  requireFcl();
+                  arms.data = human.data;
+                  return runCrossingArms(arms);
+              }}}});
 }

@@ -43,18 +43,18 @@ using SharedWorld = std::shared_ptr<const World>;
 
 ChartMethod stageMethod(const SharedWorld& world, const Stage& stage)
 {
-    const auto answer = [=, options = stage.options, work = std::make_shared<ToiWorkspace>()](
+    const auto answer = [=, work = std::make_shared<ToiWorkspace>()](
                             std::size_t i, double tolerance) -> ChartAnswer
     {
-        ArticulatedToiOptions asked = options;
-        asked.toi.tolerance = tolerance;
+        Stage asked = stage;
+        asked.options.toi.tolerance = tolerance;
         const ArticulatedToiResult result =
-            articulatedToi(world->scene.body(*world->queries[i]), world->environment, asked, *work);
+            asked.ask(world->scene, *world->queries[i], world->environment, *work);
         return {.hit = isContact(result.status), .time = result.time};
     };
     // With bounds of first order, steps shrink with the distance: a query takes a second, small
     // tolerances take minutes.
-    const bool isFast = stage.options.bound == MotionBound::SecondOrder;
+    const bool isFast = !stage.bound;
     const ToiAsking few{.queries = world->options.quick ? 3U : 12U};
     return toiMethod(stage.name,
                      world->truths,

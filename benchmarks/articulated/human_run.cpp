@@ -37,12 +37,20 @@ std::vector<Stage> humanStages(bool withBounds)
     all[3].options.cullByTime = false;
     if (withBounds)
     {
-        all.push_back({"directional bound", whole});
-        all.back().options.bound = MotionBound::Directional;
-        all.push_back({"sum bound", whole});
-        all.back().options.bound = MotionBound::Sum;
+        all.push_back({"directional bound", whole, FirstOrderBound::Directional});
+        all.push_back({"sum bound", whole, FirstOrderBound::Sum});
     }
     return all;
+}
+
+ArticulatedToiResult Stage::ask(const HumanScene& scene,
+                                const HumanQuery& query,
+                                const Environment& environment,
+                                ToiWorkspace& work) const
+{
+    const ArticulatedBody body = scene.body(query);
+    return bound ? firstOrderToi(body, scene.obstacles, *bound, options.toi)
+                 : articulatedToi(body, environment, options, work);
 }
 
 void add(Mix& sum, const Mix& more)
@@ -162,8 +170,7 @@ Mix HumanRun::check(const Stage& stage, std::vector<bool>& hits)
     for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
     {
         const HumanQuery& query = m_scene.queries[f];
-        const ArticulatedToiResult result =
-            articulatedToi(m_scene.body(query), m_environment, stage.options, m_work);
+        const ArticulatedToiResult result = stage.ask(m_scene, query, m_environment, m_work);
         const bool isHit = isContact(result.status);
         hits.push_back(isHit);
         const double time = isHit ? result.time : kNever;
@@ -197,10 +204,7 @@ std::vector<Mix> HumanRun::run(std::span<const Stage> stages, int repeats)
     {
         mixes.push_back(check(stage, hits[mixes.size()]));
         const auto ask = [&](std::size_t f)
-        {
-            const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
-            keep(articulatedToi(body, m_environment, stage.options, m_work).time);
-        };
+        { keep(stage.ask(m_scene, m_scene.queries[f], m_environment, m_work).time); };
         timed.push_back({.queries = count, .passes = repeats, .ask = ask});
     }
     const auto askRigid = [&](std::size_t f)

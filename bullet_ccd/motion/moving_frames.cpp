@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace bullet_ccd
 {
@@ -290,40 +289,6 @@ SpeedBound MovingFrames::speedBound(std::int32_t base, std::int32_t frame) const
     bound.constant *= kUp;
     bound.perRadius *= kUp;
     return bound;
-}
-
-double MovingFrames::directionalSpeed(
-    std::int32_t base, std::int32_t frame, const Vector3d& n, double t, double ahead, double radius)
-{
-    double above = 0.0;  // angular speed of the frames above the one in hand
-    for (std::int32_t k = frame; k != base; k = at(k).parent)
-    {
-        above += at(k).slides ? 0.0 : std::abs(at(k).rate);
-    }
-    double speed = 0.0;
-    double reach = radius;
-    for (std::int32_t k = frame; k != base; k = at(k).parent)
-    {
-        const MovingFrame& here = at(k);
-        const double rate = std::abs(here.rate);
-        above -= here.slides ? 0.0 : rate;
-        const Vector3d z = stateAt(base, k, t).X_W.linear().col(2);
-        const double drift = ahead * std::max(above, 0.0) * kUp + 1e-12;
-        if (here.slides)
-        {
-            const double cosine =
-                std::clamp((here.rate > 0.0 ? n : Vector3d(-n)).dot(z), -1.0, 1.0);
-            speed += rate * std::cos(std::max(0.0, std::acos(cosine) - drift));
-            reach += std::max(std::abs(here.position), std::abs(here.position + here.rate));
-        }
-        else
-        {
-            const double angle = std::asin(std::min(1.0, n.cross(z).norm()));
-            speed += rate * reach * std::sin(std::min(0.5 * std::numbers::pi, angle + drift));
-        }
-        reach += here.X_PF.translation().norm();
-    }
-    return speed + 1e-12 * std::abs(speed);
 }
 
 bool asRigidMotion(const MovingFrames& frames, std::int32_t frame, RigidMotion& motion)

@@ -73,19 +73,6 @@ public:
     /// can contribute, in whatever direction.
     [[nodiscard]] SpeedBound speedBound(std::int32_t base, std::int32_t frame) const;
 
-    /// Bound of the speed along the unit vector n, in the axes of `base`, of points within `radius`
-    /// of the frame's origin, at all times of [t, t + ahead].
-    ///
-    /// A joint k turns points at its reach by at most |q'_k| |n x z_k| reach; until then its axis
-    /// has turned by at most the sum of the turns of the joints above it, so the angle between n
-    /// and z_k is not nearer to a right angle than that allows.
-    [[nodiscard]] double directionalSpeed(std::int32_t base,
-                                          std::int32_t frame,
-                                          const Eigen::Vector3d& n,
-                                          double t,
-                                          double ahead,
-                                          double radius);
-
 private:
     struct Memory
     {

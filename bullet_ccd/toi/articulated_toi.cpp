@@ -16,14 +16,6 @@ using Eigen::Isometry3d;
 /// Intervals are not halved more often than this.
 constexpr int kDeepest = 6;
 
-bool hasUserMotion(const Environment& environment)
-{
-    const std::span<const RigidBody> bodies = environment.bodies();
-    return std::any_of(bodies.begin(),
-                       bodies.end(),
-                       [](const RigidBody& body) { return body.userMotion != nullptr; });
-}
-
 /// One query. Every link is two bodies of the search: 2 slot for pairs with obstacles, as a rigid
 /// body where its motion is that of one, and 2 slot + 1 for pairs with other links. Obstacles are
 /// added when they are needed.
@@ -102,7 +94,7 @@ private:
                                                      .link = link.link,
                                                      .frames = &frames}};
         RigidMotion rigid;
-        if (m_options.bound == MotionBound::SecondOrder && asRigidMotion(frames, link.frame, rigid))
+        if (asRigidMotion(frames, link.frame, rigid))
         {
             m_scratch.bodies.push_back(
                 {.tree = asLink.tree, .motion = rigid, .X_BG = frames.place(link.link).X_FL});
@@ -191,7 +183,6 @@ private:
     void searchPairs(std::size_t begin, std::span<const BodyPair> pairs)
     {
         m_state.scene.reset(m_scratch.bodies, pairs, m_options.toi);
-        m_state.scene.setBound(m_options.bound);
         const auto count = static_cast<std::int32_t>(pairs.size());
         for (const ArticulatedScratch::Relaxed& relaxed : m_scratch.relaxed)
         {
@@ -387,9 +378,6 @@ ArticulatedToiResult articulatedToi(const ArticulatedBody& body,
 {
     checkOptions(options.toi);
     checkBody(body);
-    require(options.bound == MotionBound::SecondOrder || !hasUserMotion(environment),
-            "articulatedToi: obstacles with motions supplied by the user need the bound of second "
-            "order");
     return ArticulatedQuery(body, environment, options, work.scratch()).run();
 }
 

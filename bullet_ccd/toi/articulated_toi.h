@@ -106,9 +106,6 @@ struct ArticulatedToiOptions
     bool cullBySpace = true;  ///< boxes of the moving links, and trees over links and obstacles
     bool cullByTime = true;   ///< one queue for all pairs; otherwise one search per pair
     bool subdivide = true;    ///< halve intervals over which links sweep wide boxes
-    /// The other bounds need the best-first strategy and obstacles that rest or move as
-    /// RigidMotion.
-    MotionBound bound = MotionBound::SecondOrder;
 };
 
 /// First time in [0, 1] at which a link comes within `options.toi.tolerance` of an obstacle or of a

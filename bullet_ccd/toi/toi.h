@@ -41,14 +41,6 @@ enum class ToiStrategy : std::uint8_t
           ///< a traversal that goes deeper as contact comes near
 };
 
-/// How the motion of a link over the time ahead is bounded. All bounds are conservative.
-enum class MotionBound : std::uint8_t
-{
-    SecondOrder,  ///< by its velocity now and a bound of its acceleration
-    Directional,  ///< by the speed of every joint along the direction in question
-    Sum,          ///< by the speeds of all joints, in whatever direction
-};
-
 /// The default tolerance of all queries and of closing a hand [m]. The worlds of Bullet take ten
 /// times as much, because Bullet may compute in single precision.
 inline constexpr double kDefaultTolerance = 2e-5;

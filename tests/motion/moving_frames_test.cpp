@@ -141,34 +141,6 @@ TEST(MovingFrames, AccelerationBoundHoldsAndIsNotAboveThePlainSum)
     EXPECT_LT(gain, 0.8 * 1500);
 }
 
-TEST(MovingFrames, DirectionalSpeedHoldsOverTheTimeAheadAndIsNotAboveTheSum)
-{
-    Random random(2308);
-    double tightest = 0.0;
-    for (int i = 0; i < 1500; ++i)
-    {
-        Scene scene = randomScene(random, random.uniform(0.1, 5.0));
-        const auto frame = static_cast<std::int32_t>(scene.frames.frames().size()) - 1;
-        const double t = random.uniform(0.0, 0.9);
-        const double ahead = random.logUniform(1e-3, 0.1);
-        const double radius = random.uniform(0.0, 1.0);
-        const Vector3d n = random.direction();
-        const double bound = scene.frames.directionalSpeed(0, frame, n, t, ahead, radius);
-        const SpeedBound sum = scene.frames.speedBound(0, frame);
-        EXPECT_LE(bound, (sum.constant + sum.perRadius * radius) * (1.0 + 1e-6) + 1e-9);
-        for (int k = 0; k < 20; ++k)
-        {
-            const MotionState& state =
-                scene.frames.stateAt(0, frame, t + random.uniform(0.0, ahead));
-            const Vector3d arm = radius * random.direction();
-            const double speed = n.dot(state.v_W + state.w_W.cross(arm));
-            EXPECT_LE(speed, bound + 1e-9) << i;
-            tightest = std::max(tightest, bound > 0.1 ? speed / bound : 0.0);
-        }
-    }
-    EXPECT_GT(tightest, 0.9);
-}
-
 TEST(MovingFrames, CoaxialJointsThatTurnAgainstEachOtherDoNotAccelerate)
 {
     // G14: the links below the second joint rest.

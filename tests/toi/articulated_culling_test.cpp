@@ -55,17 +55,14 @@ ArticulatedScene randomChain(Random& random, int joints, double fastest)
 TEST(ArticulatedToi, StagesSwitchedOffGiveTheSameAnswer)
 {
     Random random(2502);
-    const std::array<ArticulatedToiOptions, 8> stages{
+    const std::array<ArticulatedToiOptions, 6> stages{
         {{},
          {.toi = {}, .cullBySpace = false},
          {.toi = {}, .cullByTime = false},
          {.toi = {}, .subdivide = false},
          {.toi = {.strategy = ToiStrategy::Interval}},
-         {.toi = {}, .bound = MotionBound::Directional},
-         {.toi = {}, .bound = MotionBound::Sum},
          {.toi = {}, .cullBySpace = false, .cullByTime = false, .subdivide = false}}};
-    std::array<int, 8> hits{};
-    std::array<std::int64_t, 8> efforts{};
+    std::array<int, 6> hits{};
     int subdivided = 0;
     for (int i = 0; i < 400; ++i)
     {
@@ -74,7 +71,7 @@ TEST(ArticulatedToi, StagesSwitchedOffGiveTheSameAnswer)
         const BuiltScene built(scene);
         const Environment environment(built.obstacles());
         ToiWorkspace work;
-        std::array<ArticulatedToiResult, 8> results;
+        std::array<ArticulatedToiResult, 6> results;
         for (std::size_t k = 0; k < stages.size(); ++k)
         {
             ArticulatedToiOptions options = stages[k];
@@ -88,12 +85,6 @@ TEST(ArticulatedToi, StagesSwitchedOffGiveTheSameAnswer)
             // A graze within the tolerance may be met early; 1e-8 is reached in 1e-4 then.
             EXPECT_NEAR(results[k].time, results[0].time, 1e-4) << i << " stage " << k;
         }
-        const auto effort = [&](std::size_t k)
-        { return results[k].counters.nodePairs + results[k].counters.trianglePairs; };
-        for (std::size_t k = 0; k < stages.size(); ++k)
-        {
-            efforts[k] += effort(k);
-        }
         const ArticulatedCounters& c = results[0].counters;
         subdivided += c.subdivisions > 0 ? 1 : 0;
         EXPECT_GE(c.culledBySpace, 0);
@@ -104,9 +95,6 @@ TEST(ArticulatedToi, StagesSwitchedOffGiveTheSameAnswer)
     }
     EXPECT_GT(hits[0], 100);
     EXPECT_GT(subdivided, 100);
-    // Bounds of second order take fewer steps than those of first, and direction helps.
-    EXPECT_LT(2 * efforts[0], efforts[5]);
-    EXPECT_LT(efforts[5], efforts[6]);
 }
 
 TEST(ArticulatedToi, AThousandObstaclesOutOfReachCostNothing)

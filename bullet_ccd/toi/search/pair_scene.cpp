@@ -115,7 +115,6 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_batchPair = kNone;
     m_mayStartTouching = false;
     m_treesUsed = 0;
-    m_bound = MotionBound::SecondOrder;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
@@ -222,7 +221,6 @@ void PairScene::computeState(std::int32_t index, double t)
     const TreeState a = treeStateAt(pair.sideA, pair.base, t);
     const TreeState b = treeStateAt(pair.sideB, pair.base, t);
     const Matrix3d toB = b.X.linear().transpose();
-    m_axesOfB = b.X.linear();
     const Matrix3d R = toB * a.X.linear();
     for (int i = 0; i < 9; ++i)
     {
@@ -364,11 +362,6 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
                    static_cast<float>(kSingleRounding),
                    up(kSingleRounding * pair.rigid.reach),
                    m_batch);
-    }
-    else if (m_bound != MotionBound::SecondOrder)
-    {
-        firstOrderSteps(nodePairs, counters, out);
-        return;
     }
     else
     {

@@ -79,14 +79,6 @@ public:
         return nodeOf(treeB(p), p.nodeB);
     }
 
-    /// How links are bounded from now on, until reset(), which sets it to second order. The others
-    /// are there to be compared with: they are evaluated one by one.
-    /// @pre every pair has a link
-    void setBound(MotionBound bound) { m_bound = bound; }
-    [[nodiscard]] MotionBound bound() const { return m_bound; }
-    /// Time in which triangles at that distance keep the pair's margin, by a bound of first order.
-    [[nodiscard]] double firstOrderTime(const NodePair& p, const TriangleDistance& found);
-
     /// True if the pair's mask exempts all that is below its nodes.
     [[nodiscard]] bool isExempt(const NodePair& p) const
     {
@@ -126,9 +118,6 @@ private:
     [[nodiscard]] MovingFrames& framesOf(const LinkMotion& link);
     void setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b);
     void computeState(std::int32_t index, double t);
-    void firstOrderSteps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
-    [[nodiscard]] double firstOrderTime(const NodePair& p, ToiCounters& counters);
-    [[nodiscard]] double firstOrderTime(const NodePair& p, double gap, const Eigen::Vector3d& n);
     void fillConstants(std::int32_t index);
     void fillLane(int lane, const NodePair& p, ToiCounters& counters);
 
@@ -144,10 +133,8 @@ private:
     std::vector<OwnFrames> m_trees;
     std::size_t m_treesUsed = 0;
     PairState m_state;
-    Eigen::Matrix3d m_axesOfB = Eigen::Matrix3d::Identity();  ///< of its tree, for m_state
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
-    MotionBound m_bound = MotionBound::SecondOrder;
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd

@@ -74,13 +74,8 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const std::int32_t slotB = state.scene.nodeB(p).first;
     const auto look = [&]
     {
-        TriangleStep step = triangleStep(
+        return triangleStep(
             *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
-        if (state.scene.bound() != MotionBound::SecondOrder)
-        {
-            step.time = state.scene.firstOrderTime(p, step.distance);
-        }
-        return step;
     };
     TriangleStep step = look();
     const EarliestHit found{.time = p.time,
