@@ -74,7 +74,8 @@ bool contactsAreOurs(int type0, int type1)
 
 struct CreateFunc : btCollisionAlgorithmCreateFunc
 {
-    btCollisionAlgorithmCreateFunc* m_stock = nullptr;
+    btCollisionAlgorithmCreateFunc* m_stock = nullptr;     // null: contacts are ours
+    btCollisionAlgorithmCreateFunc* m_replaced = nullptr;  // what was registered before
 
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* body0,
@@ -130,7 +131,8 @@ void registerIn(FuncTable& table, std::vector<std::unique_ptr<CreateFunc>>& func
         for (const int type1 : types)
         {
             auto func = std::make_unique<CreateFunc>();
-            func->m_stock = contactsAreOurs(type0, type1) ? nullptr : table[type0][type1];
+            func->m_replaced = table[type0][type1];
+            func->m_stock = contactsAreOurs(type0, type1) ? nullptr : func->m_replaced;
             table[type0][type1] = func.get();
             funcs.push_back(std::move(func));
         }
@@ -220,9 +222,9 @@ void btCcdCollisionAlgorithm::unregisterAlgorithm(btCollisionDispatcher* dispatc
                     std::find_if(funcs.begin(),
                                  funcs.end(),
                                  [&](const auto& func) { return func.get() == entry; });
-                if (own != funcs.end() && (*own)->m_stock != nullptr)
+                if (own != funcs.end())
                 {
-                    entry = (*own)->m_stock;
+                    entry = (*own)->m_replaced;
                 }
             }
         }

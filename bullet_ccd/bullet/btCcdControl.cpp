@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <LinearMath/btIDebugDraw.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -48,9 +49,20 @@ double btCcdControl::getCcdTolerance() const
     return m_context.m_tolerance;
 }
 
-void btCcdControl::setCcdMaxEvents(int maxEvents)
+void btCcdControl::setCcdBudget(const btCcdBudget& budget)
 {
-    m_step->setMaxEvents(maxEvents);
+    const int fewest =
+        std::min({budget.m_impactsPerInstant, budget.m_impactsPerBody, budget.m_impactsPerStep});
+    if (fewest < 0 || !(budget.m_seconds >= 0.0))
+    {
+        throw std::invalid_argument("setCcdBudget: no limit may be negative");
+    }
+    m_step->setBudget(budget);
+}
+
+const btCcdBudget& btCcdControl::getCcdBudget() const
+{
+    return m_step->budget();
 }
 
 void btCcdControl::setCcdEnabled(const btCollisionObject* object, bool enabled)
@@ -61,6 +73,11 @@ void btCcdControl::setCcdEnabled(const btCollisionObject* object, bool enabled)
 bool btCcdControl::isCcdEnabled(const btCollisionObject* object) const
 {
     return m_step->stepper().isEnabled(object);
+}
+
+void btCcdControl::teleported(const btCollisionObject* object)
+{
+    m_step->teleported(*object);
 }
 
 void btCcdControl::setCcdImpactListener(btCcdImpactListener* listener)

@@ -24,9 +24,22 @@ struct btCcdCounters
     std::int64_t m_clamps = 0;       ///< bodies that were held for the rest of a step
     double m_lostTime = 0.0;         ///< motion those bodies missed, summed over them [s]
     std::int64_t m_overlaps = 0;     ///< pairs left to discrete contacts: they intersected already
-    std::int64_t m_eventLimits = 0;  ///< steps in which a body met its limit of impacts
+    std::int64_t m_eventLimits = 0;  ///< impacts of bodies that had met their limit
+    std::int64_t m_settled = 0;      ///< bodies that lost their spin and approach (btCcdYield)
+    std::int64_t m_carried = 0;      ///< held bodies that a kinematic object took along
+    std::int64_t m_squeezed = 0;     ///< bodies caught between kinematic objects, once a step
     std::int64_t m_iterationLimits = 0;  ///< queries that gave up (their bodies are held)
     std::int64_t m_unsupported = 0;      ///< colliders not covered in the last step
+};
+
+/// How much work the impacts of a step may be. A body that has used up its part yields in the
+/// order of btCcdYield; nothing goes through it or it through anything, unless it is squeezed.
+struct btCcdBudget
+{
+    int m_impactsPerInstant = 12;  ///< answers to a body while time stands still
+    int m_impactsPerBody = 24;     ///< of one body in a step
+    int m_impactsPerStep = 20000;  ///< of all bodies; then whatever meets is held at once
+    double m_seconds = 0.0;  ///< likewise, by the clock; 0: no limit. Results depend on the machine
 };
 
 /// Settings and counters; base of btCcdAction, btCcdDiscreteDynamicsWorld and
@@ -46,8 +59,6 @@ struct btCcdCounters
 class BULLET_CCD_API btCcdControl
 {
 public:
-    static constexpr int kDefaultMaxEvents = 24;
-
     /// Registers btCcdCollisionAlgorithm with the world's dispatcher if that was not done.
     explicit btCcdControl(btDiscreteDynamicsWorld& world);
     virtual ~btCcdControl();
@@ -59,13 +70,17 @@ public:
     /// largest coordinate. Meshes are stopped at their margins instead.
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
-    /// Impacts of one body in one step; then it is settled (it loses its spin and its approach),
-    /// and held for the rest of the step if that is in vain.
-    void setCcdMaxEvents(int maxEvents);
+    /// Throws std::invalid_argument for limits that are negative or not numbers.
+    void setCcdBudget(const btCcdBudget& budget);
+    const btCcdBudget& getCcdBudget() const;
     /// All objects are covered unless they are excluded here. Excluded objects keep all of stock
     /// Bullet, including its own motion clamping. Include an object again before it is destroyed.
     void setCcdEnabled(const btCollisionObject* object, bool enabled);
     bool isCcdEnabled(const btCollisionObject* object) const;
+    /// To be called after the object has been put elsewhere (setWorldTransform), before the next
+    /// step: nothing is swept on the way. A kinematic object that comes farther than four times its
+    /// reach in a step, and more than twice as far as before, is taken to have jumped without that.
+    void teleported(const btCollisionObject* object);
     /// The listener is not owned. Without one (null) the solver answers all impacts.
     void setCcdImpactListener(btCcdImpactListener* listener);
 

@@ -32,6 +32,16 @@ enum class btCcdAfterImpact
     Continue,  ///< the listener has stopped or turned the motion; the step goes on for both
 };
 
+/// What becomes of a body that has used up its part of the btCcdBudget, in this order.
+enum class btCcdYield
+{
+    Settled,   ///< has lost its spin and its approach, and goes on
+    Held,      ///< stands still for the rest of the step
+    Carried,   ///< goes along with the kinematic object that pressed on it
+    Squeezed,  ///< is caught between kinematic objects, or one of them and what is fixed: it stands
+               ///< still, they go on into it, and Bullet's contacts have it
+};
+
 /// Is told of impacts while a step is under way. The bodies are where they are at the time of the
 /// impact. An action tells of impacts after the step, with the bodies put back to where they met.
 struct btCcdImpactListener
@@ -40,6 +50,12 @@ struct btCcdImpactListener
     /// May change velocities, but must not add or remove objects. It is safe but slow to return
     /// Continue without having ended the approach: the pair is met again a little nearer.
     virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
+    /// The body of this collider has met its limits at the impact.
+    virtual void onYield(const btCollisionObject& /*object*/,
+                         btCcdYield /*how*/,
+                         const btCcdImpact& /*impact*/)
+    {
+    }
 };
 
 #endif  // BT_CCD_IMPACT_H

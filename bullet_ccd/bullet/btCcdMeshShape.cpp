@@ -52,6 +52,11 @@ btCcdMeshShape::btCcdMeshShape(std::shared_ptr<const SsvTree> tree, btScalar mar
 {
     bullet_ccd::require(m_tree != nullptr,
                         "btCcdMeshShape: the hierarchy is null: build one with buildSsvTree()");
+    if (m_tree.use_count() == 0)
+    {
+        // It belongs to nobody, so nobody could tell when it goes.
+        m_tree = m_scaledTree = std::make_shared<const SsvTree>(*m_tree);
+    }
     // Not CUSTOM_CONCAVE_SHAPE_TYPE: it equals the type of signed distance fields, which stock code
     // would cast this shape to.
     m_shapeType = FAST_CONCAVE_MESH_PROXYTYPE;

@@ -28,7 +28,8 @@ public:
 
     static constexpr double kDefaultMargin = 5e-4;  ///< [m]
 
-    /// @param tree several shapes may share it
+    /// @param tree several shapes may share it; one that belongs to nobody (a std::shared_ptr that
+    /// counts no owners) is copied
     /// Throws std::invalid_argument for null and for margins as setMargin() does.
     explicit btCcdMeshShape(std::shared_ptr<const bullet_ccd::SsvTree> tree,
                             btScalar margin = btScalar(kDefaultMargin));

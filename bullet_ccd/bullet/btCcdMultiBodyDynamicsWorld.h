@@ -12,7 +12,7 @@
 /// Positions are integrated at the solved velocities up to the first time at which two colliders
 /// come too near (see btCcdControl). There the listener is told, and the solver answers the impact
 /// with Bullet's restitution and friction. Then the step goes on with the new velocities. No body
-/// loses motion, unless it meets its limit of impacts in the step (setCcdMaxEvents) and is held for
+/// loses motion, unless it uses up its part of the budget of the step (btCcdBudget) and is held for
 /// the rest of it.
 ///
 /// Guarantee: that of btCcdControl, and a step without an impact is Bullet's own, bit for bit.

@@ -150,7 +150,8 @@ HandSimulation::World::World(const HandModel& handModel, const GraspObject& gras
     m_parts.broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&m_handPairs);
     m_world.setGravity(btVector3(0, 0, 0));
     m_world.setCcdImpactListener(this);
-    m_world.setCcdMaxEvents(2 * static_cast<int>(handModel.robot.tree.size()) + 16);
+    m_world.setCcdBudget(
+        {.m_impactsPerBody = 2 * static_cast<int>(handModel.robot.tree.size()) + 16});
     m_multiBody.body->setCanSleep(false);
     m_world.addMultiBody(m_multiBody.body.get());
     for (const auto& collider : m_multiBody.colliders)

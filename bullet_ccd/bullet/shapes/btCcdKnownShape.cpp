@@ -1,15 +1,11 @@
 #include "bullet_ccd/bullet/shapes/btCcdKnownShape.h"
 
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include "bullet_ccd/bullet/shapes/btCcdShapeContent.h"
+
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 
 namespace
 {
-int revisionOf(const btCollisionShape& shape)
-{
-    return shape.isCompound() ? static_cast<const btCompoundShape&>(shape).getUpdateRevision() : 0;
-}
-
 bool isSimpleType(int type)
 {
     return type == BOX_SHAPE_PROXYTYPE || type == SPHERE_SHAPE_PROXYTYPE ||
@@ -30,12 +26,12 @@ btCcdKnownShape::btCcdKnownShape(const btCollisionShape& shape)
     }
     m_scaling = shape.getLocalScaling();
     m_margin = shape.getMargin();
-    m_revision = revisionOf(shape);
+    m_revision = btCcdRevisionOf(shape);
 }
 
 bool btCcdKnownShape::isOther(const btCollisionShape& shape) const
 {
     return m_shape == &shape && m_type == shape.getShapeType() &&
            m_scaling == shape.getLocalScaling() && m_margin == shape.getMargin() &&
-           m_revision == revisionOf(shape);
+           m_revision == btCcdRevisionOf(shape);
 }

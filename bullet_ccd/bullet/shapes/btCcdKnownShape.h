@@ -20,8 +20,8 @@ struct btCcdKnownShape
     btVector3 m_dimensions = btVector3(0, 0, 0);
     btVector3 m_scaling = btVector3(0, 0, 0);
     btScalar m_margin = 0;
-    int m_revision = 0;  // of a compound
-    int m_epoch = -1;    // when it was found to be the same
+    std::uint64_t m_revision = 0;  // see btCcdRevisionOf()
+    int m_epoch = -1;              // when it was found to be the same
     bool m_covered = false;
     btCcdShapeOutline m_outline;
     btCcdExtent m_extent;

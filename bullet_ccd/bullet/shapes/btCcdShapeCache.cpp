@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/shapes/btCcdShapeContent.h"
 #include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -220,6 +221,7 @@ void Fingerprint::add(const btCollisionShape& shape)
             break;
         case TERRAIN_SHAPE_PROXYTYPE:
             addBounds(shape);
+            addBits(btCcdRevisionOf(shape));
             break;
         case GIMPACT_SHAPE_PROXYTYPE:
             addGImpact(static_cast<const btGImpactShapeInterface&>(shape));
@@ -284,7 +286,8 @@ std::shared_ptr<const SsvTree> btCcdTreeStore::tree(TriangleMesh mesh)
 {
     std::weak_ptr<const SsvTree>& known = m_trees[bullet_ccd::contentHash(mesh)];
     std::shared_ptr<const SsvTree> tree = known.lock();
-    if (tree == nullptr)
+    if (tree == nullptr || tree->mesh().vertices != mesh.vertices ||
+        tree->mesh().triangles != mesh.triangles)
     {
         tree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
         known = tree;
@@ -297,6 +300,15 @@ void btCcdTreeStore::dropUnused()
     std::erase_if(m_trees, [](const auto& item) { return item.second.expired(); });
 }
 
+void btCcdShapeCache::check(const btCollisionShape* shape)
+{
+    const auto known = m_entries.find(shape);
+    if (known != m_entries.end() && known->second.m_content != btCcdContentOf(*shape))
+    {
+        forget(shape);
+    }
+}
+
 const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
 {
     const std::uint64_t fingerprint = Fingerprint(*shape).value();
@@ -305,6 +317,7 @@ const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
     {
         entry.m_model = {.m_parts = convert(*shape)};
         entry.m_fingerprint = fingerprint;
+        entry.m_content = btCcdContentOf(*shape);
         entry.m_covered = !entry.m_model.m_parts.empty();
         if (entry.m_covered)
         {

@@ -105,15 +105,18 @@ private:
 /// about the plane's origin. Compounds of all these, nested.
 ///
 /// A model is kept while its shape is asked for now and then, and made again when what defines the
-/// shape changes: type, scaling, margin, bounds, points, children, mesh interface. Triangle meshes
-/// and height fields whose vertices are moved in place within the same bounds must be forgotten by
-/// hand; so must convex hulls of which inner points are moved.
+/// shape changes: type, scaling, margin, bounds, children, mesh interface, number of points, and a
+/// sample of points and heights. All of the content is compared when an object with the shape comes
+/// into a world (check()), so that a shape may be freed and another one made at its address. Points
+/// and heights that are changed in place while the object stays must be forgotten by hand.
 class btCcdShapeCache
 {
 public:
     /// The model, or null if a part of the shape is not covered. Valid until the shape changes, is
     /// forgotten, or endRound() drops it.
     const btCcdShapeModel* find(const btCollisionShape* shape);
+    /// Makes the model anew if anything about the shape has changed.
+    void check(const btCollisionShape* shape);
     /// Once a step: now and then drops models that were not asked for in the last kRoundsKept
     /// rounds.
     void endRound();
@@ -128,6 +131,7 @@ private:
         btCcdShapeModel m_model;
         bool m_covered = false;
         std::uint64_t m_fingerprint = 0;
+        std::uint64_t m_content = 0;
         std::int64_t m_round = 0;
     };
 

@@ -48,6 +48,12 @@ const btCollisionObject* btCcdBody::collider() const
     return collider;
 }
 
+bool btCcdBody::isFree() const
+{
+    return m_multiBody != nullptr ||
+           (m_rigidBody != nullptr && !m_rigidBody->isStaticOrKinematicObject());
+}
+
 bool btCcdBody::isStill() const
 {
     if (m_multiBody == nullptr)
@@ -73,7 +79,7 @@ btScalar btCcdBody::mobility() const
 {
     if (m_multiBody == nullptr)
     {
-        return m_rigidBody != nullptr ? m_rigidBody->getInvMass() : btScalar(0);
+        return isFree() ? m_rigidBody->getInvMass() : btScalar(0);
     }
     if (m_multiBody->hasFixedBase() || m_multiBody->isBaseKinematic())
     {
@@ -148,6 +154,21 @@ void btCcdBody::slide(const btVector3& impulse) const
     }
 }
 
+void btCcdBody::setVelocity(const btVector3& linear, const btVector3& angular) const
+{
+    btCcdStop(*this);
+    if (m_rigidBody != nullptr)
+    {
+        m_rigidBody->setLinearVelocity(linear);
+        m_rigidBody->setAngularVelocity(angular);
+    }
+    else if (mobility() > btScalar(0))
+    {
+        m_multiBody->setBaseVel(linear);
+        m_multiBody->setBaseOmega(angular);
+    }
+}
+
 btCcdVelocities::btCcdVelocities(const btCcdBody& body)
     : m_body(body), m_linear(body.velocity()), m_angular(body.spin(btCcdBody::kBase))
 {
@@ -155,6 +176,16 @@ btCcdVelocities::btCcdVelocities(const btCcdBody& body)
     {
         const btScalar* joints = multiBody->getVelocityVector() + 6;
         m_joints.assign(joints, joints + multiBody->getNumDofs());
+    }
+}
+
+void btCcdVelocities::add(const btCcdVelocities& other)
+{
+    m_linear += other.m_linear;
+    m_angular += other.m_angular;
+    for (std::size_t i = 0; i < m_joints.size(); ++i)
+    {
+        m_joints[i] += other.m_joints[i];
     }
 }
 

@@ -22,6 +22,8 @@ struct btCcdBody
     [[nodiscard]] bool isNone() const { return m_rigidBody == nullptr && m_multiBody == nullptr; }
     /// One of its colliders; null for a multibody without.
     [[nodiscard]] const btCollisionObject* collider() const;
+    /// Bullet moves it, and an impact may stop it.
+    [[nodiscard]] bool isFree() const;
     /// Nothing of it has a velocity.
     [[nodiscard]] bool isStill() const;
     /// Of the base.
@@ -37,6 +39,8 @@ struct btCcdBody
     void calm(btScalar factor) const;
     /// Without any turn, at the velocity of its base after the impulse.
     void slide(const btVector3& impulse) const;
+    /// Joints stand. Has no effect on what is fixed.
+    void setVelocity(const btVector3& linear, const btVector3& angular) const;
     /// Visits all links with a spin(), kBase first.
     template <typename Visit>
     void forSpins(const Visit& visit) const
@@ -60,6 +64,8 @@ public:
     [[nodiscard]] const btCcdBody& body() const { return m_body; }
     /// Gives them back, but for what the user moves.
     void restore() const;
+    /// With what has come to be since the body was stopped.
+    void add(const btCcdVelocities& other);
 
 private:
     btCcdBody m_body;

@@ -5,7 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
-#include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btTypedConstraint.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
@@ -14,6 +14,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodySphericalJointMotor.h>
 
 #include <algorithm>
+#include <memory>
 
 namespace
 {
@@ -95,15 +96,86 @@ private:
     std::vector<Saved> m_saved;
 };
 
+/// What a joint transmits at an instant: its rows that hold, both ways or at a stop, and nothing of
+/// what drives it. Motors, springs and everything else with a limited force have had their share of
+/// the step already, and errors of position are none of an impact. The joint's own applied impulse
+/// and feedback stay those of the step.
+ATTRIBUTE_ALIGNED16(class) RigidRows : public btTypedConstraint
+{
+public:
+    BT_DECLARE_ALIGNED_ALLOCATOR();
+
+    explicit RigidRows(btTypedConstraint & joint)
+        : btTypedConstraint(
+              joint.getConstraintType(), joint.getRigidBodyA(), joint.getRigidBodyB()),
+          m_joint(joint)
+    {
+        setBreakingImpulseThreshold(joint.getBreakingImpulseThreshold());
+        setOverrideNumSolverIterations(joint.getOverrideNumSolverIterations());
+    }
+    /// A joint that the impact has broken stays broken.
+    ~RigidRows() override
+    {
+        if (!isEnabled())
+        {
+            m_joint.setEnabled(false);
+        }
+    }
+    RigidRows(const RigidRows&) = delete;
+    RigidRows& operator=(const RigidRows&) = delete;
+
+    void buildJacobian() override
+    {
+        m_joint.buildJacobian();
+    }
+    void getInfo1(btConstraintInfo1 * info) override
+    {
+        m_joint.getInfo1(info);
+        m_rows = info->m_numConstraintRows;
+    }
+    void getInfo2(btConstraintInfo2 * info) override
+    {
+        // With it, errors say how far away stops are.
+        const btScalar erp = info->erp;
+        info->erp = btScalar(1);
+        m_joint.getInfo2(info);
+        info->erp = erp;
+        for (int i = 0; i < m_rows; ++i)
+        {
+            const int row = i * info->rowskip;
+            btScalar& lower = info->m_lowerLimit[row];
+            btScalar& upper = info->m_upperLimit[row];
+            btScalar& error = info->m_constraintError[row];
+            const bool pulls = lower <= -btScalar(BT_LARGE_FLOAT);
+            const bool pushes = upper >= btScalar(BT_LARGE_FLOAT);
+            // A stop that is not reached yet may be approached.
+            const bool isFar = (pushes && !pulls && error < btScalar(0)) ||
+                               (pulls && !pushes && error > btScalar(0));
+            error = btScalar(0);
+            if (isFar || (!pulls && !pushes))
+            {
+                lower = upper = btScalar(0);
+            }
+        }
+    }
+    void setParam(int number, btScalar value, int axis) override
+    {
+        m_joint.setParam(number, value, axis);
+    }
+    btScalar getParam(int number, int axis) const override
+    {
+        return m_joint.getParam(number, axis);
+    }
+
+private:
+    btTypedConstraint& m_joint;
+    int m_rows = 0;
+};
+
 /// Motors have had their share of the step already.
 class WithoutMotors
 {
 public:
-    void addHinge(btHingeConstraint& hinge)
-    {
-        m_hinges.emplace_back(&hinge, hinge.getMaxMotorImpulse());
-        hinge.setMaxMotorImpulse(btScalar(0));
-    }
     void addMotor(btMultiBodyConstraint& motor)
     {
         m_motors.emplace_back(&motor, motor.getMaxAppliedImpulse());
@@ -112,10 +184,6 @@ public:
     WithoutMotors() = default;
     ~WithoutMotors()
     {
-        for (const auto& [hinge, impulse] : m_hinges)
-        {
-            hinge->setMaxMotorImpulse(impulse);
-        }
         for (const auto& [motor, impulse] : m_motors)
         {
             motor->setMaxAppliedImpulse(impulse);
@@ -125,7 +193,6 @@ public:
     WithoutMotors& operator=(const WithoutMotors&) = delete;
 
 private:
-    std::vector<std::pair<btHingeConstraint*, btScalar>> m_hinges;
     std::vector<std::pair<btMultiBodyConstraint*, btScalar>> m_motors;
 };
 
@@ -133,6 +200,59 @@ bool isMotor(const btMultiBodyConstraint& constraint)
 {
     return dynamic_cast<const btMultiBodyJointMotor*>(&constraint) != nullptr ||
            dynamic_cast<const btMultiBodySphericalJointMotor*>(&constraint) != nullptr;
+}
+
+/// Adds points to contacts that live for one impact: nobody is told that they start or end. A point
+/// far away goes first meanwhile, which says that the contact is not new.
+class PassingResult : public btManifoldResult
+{
+public:
+    using btManifoldResult::btManifoldResult;
+
+    void addContactPoint(const btVector3& normalOnBInWorld,
+                         const btVector3& pointInWorld,
+                         btScalar depth) override
+    {
+        btPersistentManifold& manifold = *m_manifoldPtr;
+        const bool isFirst = manifold.getNumContacts() == 0;
+        if (isFirst)
+        {
+            constexpr btScalar kFarOff = 1e15F;
+            manifold.getContactPoint(0) = {};
+            manifold.getContactPoint(0).m_localPointA.setValue(kFarOff, kFarOff, kFarOff);
+            manifold.setNumContacts(1);
+        }
+        btManifoldResult::addContactPoint(normalOnBInWorld, pointInWorld, depth);
+        if (isFirst)
+        {
+            const bool isAdded = manifold.getNumContacts() > 1;
+            if (isAdded)
+            {
+                manifold.getContactPoint(0) = manifold.getContactPoint(1);
+                manifold.getContactPoint(1).m_userPersistentData = nullptr;
+            }
+            manifold.setNumContacts(isAdded ? 1 : 0);
+        }
+    }
+};
+
+void dropQuietly(btPersistentManifold& manifold, int point)
+{
+    const int last = manifold.getNumContacts() - 1;
+    manifold.clearUserCache(manifold.getContactPoint(point));
+    std::swap(manifold.getContactPoint(point), manifold.getContactPoint(last));
+    manifold.setNumContacts(last);
+}
+
+/// What users have kept with the points of a passing contact is theirs again; nobody is told that
+/// it ends.
+void endQuietly(btPersistentManifold& manifold)
+{
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        manifold.clearUserCache(manifold.getContactPoint(k));
+    }
+    manifold.setNumContacts(0);
 }
 
 /// Impulses of contact points, for the warm start of the next step.
@@ -383,7 +503,7 @@ void btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
     btCollisionAlgorithm* algorithm =
         dispatcher.findAlgorithm(&a, &b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     m_ownAlgorithms.push_back(algorithm);
-    btManifoldResult result(&a, &b);
+    PassingResult result(&a, &b);
     algorithm->processCollision(&a, &b, m_world.getDispatchInfo(), &result);
 
     btManifoldArray found;
@@ -399,7 +519,7 @@ void btCcdImpactSolver::addContactsOfOverlap(const btCcdImpact& impact)
             if (side * found[i]->getContactPoint(k).m_normalWorldOnB.dot(impact.m_normal) <
                 kSameDirection)
             {
-                found[i]->removeContactPoint(k);
+                dropQuietly(*found[i], k);
             }
         }
         if (found[i]->getNumContacts() > 0)
@@ -417,7 +537,7 @@ void btCcdImpactSolver::addWitness(const btCcdImpact& impact)
         wrapperOf(*impact.m_objectA, impact.m_objectA->getWorldTransform());
     const btCollisionObjectWrapper b =
         wrapperOf(*impact.m_objectB, impact.m_objectB->getWorldTransform());
-    btManifoldResult result(&a, &b);
+    PassingResult result(&a, &b);
     result.setPersistentManifold(manifold);
     result.addContactPoint(-impact.m_normal, impact.m_pointB, btScalar(0));
     m_manifolds.push_back(manifold);
@@ -429,11 +549,18 @@ void btCcdImpactSolver::releaseOwnContacts()
     btDispatcher& dispatcher = *m_world.getDispatcher();
     for (btPersistentManifold* manifold : m_ownManifolds)
     {
+        endQuietly(*manifold);
         dispatcher.releaseManifold(manifold);
     }
     m_ownManifolds.clear();
     for (btCollisionAlgorithm* algorithm : m_ownAlgorithms)
     {
+        btManifoldArray manifolds;
+        algorithm->getAllContactManifolds(manifolds);
+        for (int i = 0; i < manifolds.size(); ++i)
+        {
+            endQuietly(*manifolds[i]);
+        }
         algorithm->~btCollisionAlgorithm();
         dispatcher.freeCollisionAlgorithm(algorithm);
     }
@@ -443,6 +570,7 @@ void btCcdImpactSolver::releaseOwnContacts()
 void btCcdImpactSolver::solveIsland(bool bouncing)
 {
     WithoutMotors withoutMotors;
+    std::vector<std::unique_ptr<RigidRows>> joints;
     std::vector<btTypedConstraint*> constraints;
     for (int i = 0; i < m_world.getNumConstraints(); ++i)
     {
@@ -450,11 +578,8 @@ void btCcdImpactSolver::solveIsland(bool bouncing)
         if (constraint->isEnabled() &&
             (isIn(constraint->getRigidBodyA()) || isIn(constraint->getRigidBodyB())))
         {
-            constraints.push_back(constraint);
-            if (auto* hinge = dynamic_cast<btHingeConstraint*>(constraint))
-            {
-                withoutMotors.addHinge(*hinge);
-            }
+            joints.push_back(std::make_unique<RigidRows>(*constraint));
+            constraints.push_back(joints.back().get());
         }
     }
     const WithoutForces withoutForces(m_objects);

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/contact/contact_patches.h"
+#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
@@ -32,25 +33,26 @@ struct Scratch
     struct Entry
     {
         std::weak_ptr<const bullet_ccd::SsvTree> m_tree;
-        std::unique_ptr<const ContactSurface> m_surface;
+        std::shared_ptr<const ContactSurface> m_surface;
     };
 
     std::unordered_map<const bullet_ccd::SsvTree*, Entry> m_surfaces;
     bullet_ccd::PatchWorkspace m_work;
     std::vector<btManifoldPoint> m_old;
 
-    const ContactSurface& surfaceOf(const std::shared_ptr<const bullet_ccd::SsvTree>& tree)
+    std::shared_ptr<const ContactSurface> surfaceOf(
+        const std::shared_ptr<const bullet_ccd::SsvTree>& tree)
     {
         const auto known = m_surfaces.find(tree.get());
         // Another tree may have lived at this address before.
         if (known != m_surfaces.end() && !known->second.m_tree.expired())
         {
-            return *known->second.m_surface;
+            return known->second.m_surface;
         }
         std::erase_if(m_surfaces, [](const auto& item) { return item.second.m_tree.expired(); });
         Entry& entry = m_surfaces[tree.get()];
-        entry = {tree, std::make_unique<const ContactSurface>(*tree)};
-        return *entry.m_surface;
+        entry = {tree, std::make_shared<const ContactSurface>(*tree)};
+        return entry.m_surface;
     }
 };
 
@@ -66,18 +68,105 @@ double shellOf(const btCcdShapePart& a, const btCcdShapePart& b)
     return sum > 0.0 ? sum : btCcdManifolds::kLeastShell;
 }
 
+/// Two hierarchies that intersect, or are so near that their contacts have no direction, are looked
+/// at where one of them has been moved out of the other: the shortest way out among some
+/// directions.
+class WayOut
+{
+public:
+    /// Surfaces nearer than this part of the shell are taken apart, to between so much of it and
+    /// all of it.
+    static constexpr double kNear = 1.0 / 16.0;
+    static constexpr double kApart = 1.0 / 4.0;
+
+    WayOut(const bullet_ccd::SsvTree& a,
+           const Eigen::Isometry3d& X_WA,
+           const bullet_ccd::SsvTree& b,
+           const Eigen::Isometry3d& X_WB,
+           double shell)
+        : m_treeA(a), m_treeB(b), m_A(X_WA), m_BW(X_WB.inverse()), m_shell(shell)
+    {
+        // Beyond that, what is caught is no more likely to come out than to go in.
+        m_limit = std::min(a.radius(), b.radius());
+    }
+
+    /// Tries to move A against the normal.
+    void look(const Eigen::Vector3d& normal)
+    {
+        double way = m_shell;
+        double distance = 0.0;
+        for (; way < m_limit; way *= 2.0)
+        {
+            distance = distanceAt(normal, way);
+            if (distance >= kApart * m_shell)
+            {
+                break;
+            }
+        }
+        if (!(way < m_limit))
+        {
+            return;
+        }
+        for (int i = 0; i < kRefinements && distance > m_shell; ++i)
+        {
+            way -= distance - 0.5 * m_shell;
+            distance = distanceAt(normal, way);
+        }
+        m_way = m_limit = way;
+        m_normal = normal;
+    }
+    /// Others must be this much shorter than what was found.
+    void prefer(double factor) { m_limit /= factor; }
+
+    [[nodiscard]] bool isFound() const { return !m_normal.isZero(); }
+    [[nodiscard]] double way() const { return m_way; }
+    [[nodiscard]] double shell() const { return m_shell; }
+    /// Points from A to B, as that of a contact.
+    [[nodiscard]] const Eigen::Vector3d& normal() const { return m_normal; }
+    [[nodiscard]] Eigen::Isometry3d poseOfA() const { return moved(m_normal, m_way); }
+
+private:
+    static constexpr int kRefinements = 12;
+
+    [[nodiscard]] Eigen::Isometry3d moved(const Eigen::Vector3d& normal, double way) const
+    {
+        Eigen::Isometry3d pose = m_A;
+        pose.translation() -= way * normal;
+        return pose;
+    }
+    /// Far away does not matter.
+    [[nodiscard]] double distanceAt(const Eigen::Vector3d& normal, double way) const
+    {
+        return bullet_ccd::treeDistance(
+                   m_treeA, m_treeB, m_BW * moved(normal, way), way + 2.0 * m_shell)
+            .distance;
+    }
+
+    const bullet_ccd::SsvTree& m_treeA;
+    const bullet_ccd::SsvTree& m_treeB;
+    Eigen::Isometry3d m_A;
+    Eigen::Isometry3d m_BW;
+    double m_shell;
+    double m_limit;
+    double m_way = 0.0;
+    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();
+};
+
 /// Contacts of all parts of two shapes, moved out to the surfaces of the shells: the gap becomes
 /// the depth, negative inside.
 class Collector
 {
 public:
+    /// @param former the normal of the last contacts of the two, zero if there were none
     Collector(const btCollisionObjectWrapper& a,
               const btCollisionObjectWrapper& b,
               double asked,
+              const Eigen::Vector3d& former,
               Scratch& scratch)
         : m_a(btCcdToEigen(a.getWorldTransform())),
           m_b(btCcdToEigen(b.getWorldTransform())),
           m_asked(asked),
+          m_former(former),
           m_scratch(scratch)
     {
         m_scratch.m_work.raw.clear();
@@ -91,13 +180,36 @@ public:
         const std::size_t first = raw.size();
         const Eigen::Vector3d middleA = m_a * (a.X_SG * a.m_tree->origin());
         const Eigen::Vector3d middleB = m_b * (b.X_SG * b.m_tree->origin());
-        bullet_ccd::appendContacts(m_scratch.surfaceOf(a.m_tree),
-                                   m_a * btCcdMeshPose(a, m_a.inverse() * middleB),
-                                   m_scratch.surfaceOf(b.m_tree),
-                                   m_b * btCcdMeshPose(b, m_b.inverse() * middleA),
-                                   reach + shell + a.m_radius + b.m_radius,
-                                   m_scratch.m_work.search,
-                                   raw);
+        const Eigen::Isometry3d X_WA = m_a * btCcdMeshPose(a, m_a.inverse() * middleB);
+        const Eigen::Isometry3d X_WB = m_b * btCcdMeshPose(b, m_b.inverse() * middleA);
+        const std::shared_ptr<const ContactSurface> surfaceA = m_scratch.surfaceOf(a.m_tree);
+        const std::shared_ptr<const ContactSurface> surfaceB = m_scratch.surfaceOf(b.m_tree);
+        const auto append = [&](const Eigen::Isometry3d& poseOfA)
+        {
+            bullet_ccd::appendContacts(*surfaceA,
+                                       poseOfA,
+                                       *surfaceB,
+                                       X_WB,
+                                       reach + shell + a.m_radius + b.m_radius,
+                                       m_scratch.m_work.search,
+                                       raw);
+        };
+        append(X_WA);
+        const auto deepest =
+            std::min_element(raw.begin() + std::ptrdiff_t(first),
+                             raw.end(),
+                             [](const Contact& x, const Contact& y) { return x.gap < y.gap; });
+        if (deepest != raw.end() && deepest->gap <= WayOut::kNear * shell)
+        {
+            WayOut out(*a.m_tree, X_WA, *b.m_tree, X_WB, shell);
+            findWayOut(out, first);
+            if (out.isFound())
+            {
+                raw.resize(first);
+                append(out.poseOfA());
+                moveBack(out, first);
+            }
+        }
         const double outA = a.m_radius + 0.5 * (shell + a.m_margin - b.m_margin);
         const double outB = b.m_radius + 0.5 * (shell + b.m_margin - a.m_margin);
         for (std::size_t i = first; i < raw.size(); ++i)
@@ -109,13 +221,76 @@ public:
         m_reach = std::max(m_reach, reach);
     }
 
+    /// Of the deepest contact; zero without.
+    [[nodiscard]] Eigen::Vector3d normal() const
+    {
+        const std::vector<Contact>& raw = m_scratch.m_work.raw;
+        const auto deepest =
+            std::min_element(raw.begin(),
+                             raw.end(),
+                             [](const Contact& x, const Contact& y) { return x.gap < y.gap; });
+        return deepest != raw.end() ? deepest->normal : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    }
     /// The largest depth of a point.
     [[nodiscard]] double reach() const { return m_reach; }
 
 private:
+    /// Cosine of the angle between directions that are worth trying both.
+    static constexpr double kOtherDirection = 0.9;
+    static constexpr std::size_t kMostDirections = 12;
+    /// Out the way that the two came, if that is not far, in shells.
+    static constexpr double kSameWay = 8.0;
+    static constexpr double kPreferred = 4.0;
+
+    /// The normals of contacts between the first and last are those of faces that intersect.
+    void findWayOut(WayOut& out, std::size_t first) const
+    {
+        const std::vector<Contact>& raw = m_scratch.m_work.raw;
+        std::vector<Eigen::Vector3d> tried;
+        const auto look = [&](const Eigen::Vector3d& normal)
+        {
+            const auto isLike = [&](const Eigen::Vector3d& other)
+            { return normal.dot(other) > kOtherDirection; };
+            if (tried.size() < kMostDirections && !std::any_of(tried.begin(), tried.end(), isLike))
+            {
+                tried.push_back(normal);
+                out.look(normal);
+            }
+        };
+        if (!m_former.isZero())
+        {
+            look(m_former);
+            if (out.isFound() && out.way() <= kSameWay * out.shell())
+            {
+                return;
+            }
+            out.prefer(out.isFound() ? kPreferred : 1.0);
+        }
+        for (std::size_t i = first; i < raw.size(); ++i)
+        {
+            look(raw[i].normal);
+        }
+    }
+
+    /// From where A has been moved to where it is.
+    void moveBack(const WayOut& out, std::size_t first) const
+    {
+        std::vector<Contact>& raw = m_scratch.m_work.raw;
+        const auto isOther = [&](const Contact& contact)
+        { return contact.normal.dot(out.normal()) < 0.0; };
+        raw.erase(std::remove_if(raw.begin() + std::ptrdiff_t(first), raw.end(), isOther),
+                  raw.end());
+        for (std::size_t i = first; i < raw.size(); ++i)
+        {
+            raw[i].pointA += out.way() * out.normal();
+            raw[i].gap -= out.way() * raw[i].normal.dot(out.normal());
+        }
+    }
+
     Eigen::Isometry3d m_a;
     Eigen::Isometry3d m_b;
     double m_asked;
+    Eigen::Vector3d m_former;
     Scratch& m_scratch;
     double m_reach = 0.0;
 };
@@ -179,7 +354,17 @@ void inherit(const btManifoldPoint& old,
     point.m_prevRHS = old.m_prevRHS;
     point.m_appliedImpulseLateral1 = old.m_appliedImpulseLateral1;
     point.m_appliedImpulseLateral2 = old.m_appliedImpulseLateral2;
-    point.m_userPersistentData = old.m_userPersistentData;
+    if (old.m_userPersistentData != nullptr)
+    {
+        // What gContactAddedCallback has kept with the point that it took for a new one is undone.
+        if (point.m_userPersistentData != nullptr &&
+            point.m_userPersistentData != old.m_userPersistentData &&
+            gContactDestroyedCallback != nullptr)
+        {
+            gContactDestroyedCallback(point.m_userPersistentData);
+        }
+        point.m_userPersistentData = old.m_userPersistentData;
+    }
     point.m_lifeTime = old.m_lifeTime + 1;
     if (holds(old, point))
     {
@@ -283,6 +468,7 @@ void refill(btPersistentManifold& manifold,
         if (manifold.getNumContacts() > before)
         {
             fresh[std::size_t(count++)] = manifold.getContactPoint(before);
+            manifold.getContactPoint(before).m_userPersistentData = nullptr;
         }
     }
     manifold.setNumContacts(0);
@@ -312,8 +498,12 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     const Sides sides{a, modelA.m_parts.front(), b, modelB.m_parts.front()};
     Scratch& mine = scratch();
     recall(a, b, mine.m_work);
-    Collector collector(a, b, double(result.m_closestPointDistanceThreshold), mine);
+    const double side = m_first == a.getCollisionObject() ? 1.0 : -1.0;
+    Collector collector(
+        a, b, double(result.m_closestPointDistanceThreshold), side * m_normal, mine);
     collector.add(sides.m_partA, sides.m_partB);
+    m_first = a.getCollisionObject();
+    m_normal = collector.normal();
     bullet_ccd::reducePatches({.threshold = collector.reach(), .maxPatches = kMaxManifolds},
                               mine.m_work);
     if (shared == nullptr)

@@ -25,6 +25,10 @@ struct btCollisionObjectWrapper;
 /// margins are smaller), plus what the result asks for (m_closestPointDistanceThreshold). Without
 /// margins m is kLeastShell.
 ///
+/// Surfaces that intersect, or are so near that their contacts have no direction, get the contacts
+/// that they have where one of them has been moved out of the other: the way that they came, or the
+/// shortest that is found, and as much deeper.
+///
 /// Points persist: one that is near an old one of its patch, in the frame of either body (a corner
 /// that slides stays where it is in its own), inherits its impulses, age and user data; what is no
 /// longer found is dropped at once. gContactStartedCallback and gContactEndedCallback tell of the
@@ -89,6 +93,8 @@ private:
 
     btDispatcher* m_dispatcher;
     btManifoldArray m_manifolds;
+    const btCollisionObject* m_first = nullptr;          // A of the last update,
+    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  // and the normal of its deepest contact
 };
 
 #endif  // BT_CCD_MANIFOLDS_H

@@ -17,6 +17,19 @@ constexpr int kChatter = 3;
 constexpr btScalar kCalm = btScalar(0.5);
 /// How often a body is settled beyond its limit of impacts before it is held.
 constexpr int kSettlings = 4;
+/// How often a body is carried along anew before it is squeezed.
+constexpr int kCarries = 6;
+/// What a body that is carried gets away by at first, relative to the tolerance, and beside that
+/// relative to how far it would be off a circle.
+constexpr double kAway = 0.01;
+/// Impacts that come within this part of the step come at one time.
+constexpr btScalar kInstant = btScalar(1e-6);
+/// So many impacts are remembered.
+constexpr std::size_t kMostSeen = 1000;
+/// The action: a body that is held within the first part of the step, in more than so many steps in
+/// a row, is stuck.
+constexpr btScalar kFirstPart = btScalar(1.0 / 16.0);
+constexpr int kStuck = 2;
 
 /// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
 /// where the step began for it.
@@ -56,7 +69,7 @@ private:
 }  // namespace
 
 btCcdStep::btCcdStep(btDiscreteDynamicsWorld& world)
-    : m_world(world), m_stepper(world), m_solver(world), m_spins(world)
+    : m_world(world), m_stepper(world), m_solver(world), m_spins(world), m_pushes(world)
 {
     m_stepper.prepare();
 }
@@ -76,6 +89,13 @@ void btCcdStep::resetCounters()
 bool btCcdStep::begin(btScalar timeStep)
 {
     m_lastImpacts.clear();
+    m_impacts = 0;
+    m_begin = std::chrono::steady_clock::now();
+    m_stepper.newStep();
+    if (!m_pushes.find(timeStep, false).empty())
+    {
+        takeBackPushes(timeStep);
+    }
     const bool found = m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome);
     m_counters.m_unsupported = m_stepper.unsupported();
     if (m_stepper.seesStockClamping())
@@ -95,8 +115,55 @@ bool btCcdStep::begin(btScalar timeStep)
     return true;
 }
 
+void btCcdStep::takeStarts()
+{
+    for (const btCcdPushes::Push& push : m_pushes.found())
+    {
+        m_stepper.startsAt(*push.m_body, push.m_from);
+    }
+}
+
+/// A push that would lead through something ends there; everything else stands meanwhile.
+void btCcdStep::takeBackPushes(btScalar timeStep)
+{
+    const btCcdPushed pushed(m_world, m_pushes.found(), true);
+    takeStarts();
+    if (!m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
+    {
+        return;
+    }
+    m_stepper.askAll();
+    for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
+    {
+        m_stepper.advance(event.m_time);
+        for (const btCcdImpact& impact : event.m_impacts)
+        {
+            for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+            {
+                btRigidBody* body = btRigidBody::upcast(object);
+                const btCcdObjectMotion* motion = m_stepper.motionOf(*object);
+                if (body != nullptr && !btCcdBody{body, nullptr}.isStill() && motion != nullptr)
+                {
+                    body->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+                    btCcdStop({body, nullptr});
+                }
+                m_stepper.changed(*object);
+            }
+        }
+        m_stepper.refresh();
+    }
+    countQueries();
+}
+
+void btCcdStep::teleported(const btCollisionObject& object)
+{
+    m_pushes.forget(object);
+    m_stepper.teleported(object);
+}
+
 void btCcdStep::integrate(btScalar timeStep, const Integrate& integrate)
 {
+    m_timeStep = timeStep;
     btScalar elapsed = 0;
     while (elapsed < timeStep)
     {
@@ -112,8 +179,7 @@ void btCcdStep::integrate(btScalar timeStep, const Integrate& integrate)
         respond(event, timeStep - elapsed);
         m_stepper.refresh();
     }
-    releaseHeld();
-    m_events.clear();
+    releaseStopped();
     m_pairEvents.clear();
     m_spins.endStep();
     countQueries();
@@ -136,6 +202,19 @@ void btCcdStep::integrateInPieces(btScalar time, const Integrate& integrate)
 void btCcdStep::rollBack(btScalar timeStep)
 {
     m_lastImpacts.clear();
+    m_stepper.newStep();
+    {
+        const btCcdPushed pushed(m_world, m_pushes.find(timeStep, true), false);
+        takeStarts();
+        takeBack(timeStep);
+    }
+    m_pushes.noteEnd();
+    m_stepper.endStep();
+    m_counters.m_unsupported = m_stepper.unsupported();
+}
+
+void btCcdStep::takeBack(btScalar timeStep)
+{
     if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
     {
         m_stepper.askAll();
@@ -151,6 +230,13 @@ void btCcdStep::rollBack(btScalar timeStep)
                 m_stepper.changed(*impact.m_objectA);
                 m_stepper.changed(*impact.m_objectB);
             }
+            for (const btCcdImpact& impact : event.m_impacts)
+            {
+                if (event.m_time < kFirstPart * timeStep && isStuck(impact))
+                {
+                    part(impact);
+                }
+            }
             m_counters.m_iterationLimits += event.m_gaveUp ? 1 : 0;
             for (const btCcdImpact& impact : event.m_impacts)
             {
@@ -163,10 +249,33 @@ void btCcdStep::rollBack(btScalar timeStep)
             }
             m_stepper.refresh();
         }
-        m_events.clear();
+        m_fates.clear();
         countQueries();
     }
-    m_counters.m_unsupported = m_stepper.unsupported();
+    ++m_step;
+    std::erase_if(m_stuck, [this](const auto& known) { return known.second.m_step < m_step - 1; });
+}
+
+/// Counts the steps in which a body of the impact has been held at once.
+bool btCcdStep::isStuck(const btCcdImpact& impact)
+{
+    bool stuck = false;
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const btCcdBody body = btCcdBody::of(object);
+        if (!body.isFree())
+        {
+            continue;
+        }
+        Stuck& known = m_stuck[body];
+        if (known.m_count == 0 || known.m_step != m_step)
+        {
+            ++known.m_count;
+            known.m_step = m_step;
+        }
+        stuck = stuck || known.m_count > kStuck;
+    }
+    return stuck;
 }
 
 void btCcdStep::countQueries()
@@ -194,6 +303,8 @@ void btCcdStep::suspendStockClamping()
 
 void btCcdStep::end()
 {
+    m_pushes.noteEnd();
+    m_stepper.endStep();
     if (m_stockThresholds.empty())
     {
         return;
@@ -205,18 +316,22 @@ void btCcdStep::end()
     m_stockThresholds.clear();
 }
 
-void btCcdStep::releaseHeld()
+void btCcdStep::releaseStopped()
 {
-    for (const btCcdVelocities& held : m_held)
+    for (const auto& [body, fate] : m_fates)
     {
-        held.restore();
+        if (fate.m_own)
+        {
+            fate.m_own->restore();
+        }
     }
-    m_held.clear();
+    m_fates.clear();
 }
 
 void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
 {
     m_spins.free(m_stepper);
+    const KinematicInPlace kinematic(event.m_impacts, m_stepper);
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
     for (const btCcdImpact& impact : event.m_impacts)
@@ -227,8 +342,7 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
         if (event.m_gaveUp)
         {
             ++m_counters.m_iterationLimits;
-            hold(impact.m_objectA, remaining);
-            hold(impact.m_objectB, remaining);
+            yield(impact, remaining);
         }
         else if (!isDone(impact, remaining))
         {
@@ -237,7 +351,6 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
             (met < kBounces ? bouncing : again).push_back(impact);
         }
     }
-    const KinematicInPlace kinematic(event.m_impacts, m_stepper);
     solve(bouncing, true);
     for (const btCcdImpact& impact : again)
     {
@@ -253,7 +366,7 @@ void btCcdStep::calmDown(btCollisionObject* object)
 {
     const btCcdBody body = btCcdBody::of(object);
     if (body.isNone() || object->isStaticOrKinematicObject() ||
-        m_events[body] <= m_maxEvents / kChatter)
+        m_fates[body].m_impacts <= m_budget.m_impactsPerBody / kChatter)
     {
         return;
     }
@@ -274,11 +387,17 @@ bool btCcdStep::isDone(const btCcdImpact& impact, btScalar remaining)
     }
     if (limit || answer == btCcdAfterImpact::Hold)
     {
-        hold(impact.m_objectA, remaining);
-        hold(impact.m_objectB, remaining);
+        yield(impact, remaining);
         return true;
     }
     return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
+}
+
+bool btCcdStep::isSpent() const
+{
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
+    return m_impacts > m_budget.m_impactsPerStep ||
+           (m_budget.m_seconds > 0.0 && passed.count() > m_budget.m_seconds);
 }
 
 /// What the solver could not part in so many impacts goes on without spin (a multibody: without the
@@ -286,17 +405,39 @@ bool btCcdStep::isDone(const btCcdImpact& impact, btScalar remaining)
 /// time. False if it was in vain.
 bool btCcdStep::settle(const btCcdImpact& impact)
 {
+    if (isSpent())
+    {
+        return false;
+    }
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const btCcdBody body = btCcdBody::of(object);
+        const Fate& fate = m_fates[body];
+        if (fate.m_yield || fate.m_impacts > m_budget.m_impactsPerBody + kSettlings ||
+            fate.m_atInstant > m_budget.m_impactsPerInstant + kSettlings)
+        {
+            return false;
+        }
+    }
+    part(impact);
+    return true;
+}
+
+/// Takes the spin and the approach from the two bodies.
+void btCcdStep::part(const btCcdImpact& impact)
+{
     btScalar approach = 0;
     btScalar mobility = 0;
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btCcdBody body = btCcdBody::of(object);
-        if (m_events[body] > m_maxEvents + kSettlings)
-        {
-            return false;
-        }
         const btScalar side = object == impact.m_objectA ? btScalar(1) : btScalar(-1);
-        approach += side * body.velocity().dot(impact.m_normal);
+        const btVector3& point = object == impact.m_objectA ? impact.m_pointA : impact.m_pointB;
+        const btVector3 velocity = !body.isFree() && body.m_rigidBody != nullptr
+                                       ? body.m_rigidBody->getVelocityInLocalPoint(
+                                             point - object->getWorldTransform().getOrigin())
+                                       : body.velocity();
+        approach += side * velocity.dot(impact.m_normal);
         mobility += body.mobility();
     }
     const btScalar impulse =
@@ -304,22 +445,163 @@ bool btCcdStep::settle(const btCcdImpact& impact)
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
-        btCcdBody::of(object).slide(side * impulse * impact.m_normal);
+        const btCcdBody body = btCcdBody::of(object);
+        body.slide(side * impulse * impact.m_normal);
+        if (body.isFree())
+        {
+            ++m_counters.m_settled;
+            tell(object, btCcdYield::Settled, impact);
+        }
     }
-    return true;
 }
 
+/// Counts the impact for both bodies.
 bool btCcdStep::meetsLimit(const btCcdImpact& impact)
 {
-    bool meets = false;
+    bool meets = isSpent();
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btCcdBody body = btCcdBody::of(object);
-        const bool moves = !body.isNone() && !object->isStaticOrKinematicObject();
-        meets = meets || (moves && ++m_events[body] > m_maxEvents);
+        if (!body.isFree())
+        {
+            continue;
+        }
+        Fate& fate = m_fates[body];
+        if (impact.m_time > fate.m_instant + kInstant * m_timeStep)
+        {
+            fate.m_instant = impact.m_time;
+            fate.m_atInstant = 0;
+        }
+        ++fate.m_impacts;
+        ++fate.m_atInstant;
+        meets = meets || fate.m_impacts > m_budget.m_impactsPerBody ||
+                fate.m_atInstant > m_budget.m_impactsPerInstant;
     }
     m_counters.m_eventLimits += meets ? 1 : 0;
     return meets;
+}
+
+/// The next of the ways in which bodies give way: they are held; one that is held already is
+/// carried along by what presses on it; one that is carried into something else that cannot give
+/// way is squeezed. Every body takes every one of these once, or a few times, so this ends.
+void btCcdStep::yield(const btCcdImpact& impact, btScalar remaining)
+{
+    const bool heldA = hold(impact, impact.m_objectA, remaining);
+    const bool heldB = hold(impact, impact.m_objectB, remaining);
+    if (heldA || heldB)
+    {
+        return;
+    }
+    for (const int side : {0, 1})
+    {
+        const btCollisionObject* carrier = carrierIn(impact, 1 - side);
+        if (carrier != nullptr && carry(impact, side, *carrier, remaining))
+        {
+            return;
+        }
+    }
+    squeeze(impact, impact.m_objectA);
+    squeeze(impact, impact.m_objectB);
+}
+
+/// What moves this side of the impact, and nothing stops: a kinematic object.
+const btCollisionObject* btCcdStep::carrierIn(const btCcdImpact& impact, int side)
+{
+    btCollisionObject* object = side == 0 ? impact.m_objectA : impact.m_objectB;
+    const btCcdBody body = btCcdBody::of(object);
+    if (body.isFree())
+    {
+        return m_fates[body].m_carrier;
+    }
+    return object->isKinematicObject() ? object : nullptr;
+}
+
+/// Where the carrier takes the body until the step ends, and a little away from it. False if the
+/// body is beyond that.
+bool btCcdStep::carry(const btCcdImpact& impact,
+                      int side,
+                      const btCollisionObject& carrier,
+                      btScalar remaining)
+{
+    btCollisionObject* object = side == 0 ? impact.m_objectA : impact.m_objectB;
+    const btCcdBody body = btCcdBody::of(object);
+    const btCcdObjectMotion* motion = m_stepper.motionOf(carrier);
+    Fate& fate = m_fates[body];
+    const bool canMove = body.isFree() && body.mobility() > btScalar(0);
+    if (!canMove || motion == nullptr || fate.m_yield == btCcdYield::Squeezed ||
+        (fate.m_carrier != nullptr && fate.m_carrier != &carrier) || fate.m_carries >= kCarries ||
+        !(remaining > btScalar(0)))
+    {
+        return false;
+    }
+    const btTransform from = btCcdToBullet(btCcdShapePoseAt(*motion, 0.0));
+    const btTransform turn = btCcdToBullet(btCcdShapePoseAt(*motion, 1.0)) * from.inverse();
+    const btVector3 place = body.m_rigidBody != nullptr
+                                ? body.m_rigidBody->getCenterOfMassTransform().getOrigin()
+                                : body.m_multiBody->getBasePos();
+    const btQuaternion rotation = turn.getRotation();
+    const btScalar angle = rotation.getAngleShortestPath();
+    const btScalar sign = rotation.w() < btScalar(0) ? btScalar(-1) : btScalar(1);
+    const btVector3 angular =
+        angle > SIMD_EPSILON ? sign * rotation.getAxis() * angle / remaining : btVector3(0, 0, 0);
+    const btScalar lever = (place - from.getOrigin()).length();
+    const btScalar offCircle = lever * (btScalar(1) - btCos(btScalar(0.5) * angle));
+    const auto least = btScalar(kAway * m_stepper.tolerance());
+    const btScalar away = btScalar(1 << fate.m_carries) * (least + offCircle);
+    const btVector3 out = side == 0 ? -impact.m_normal : impact.m_normal;
+    body.setVelocity((turn * place - place + away * out) / remaining, angular);
+    if (fate.m_carries++ == 0)
+    {
+        ++m_counters.m_carried;
+        tell(object, btCcdYield::Carried, impact);
+    }
+    fate.m_yield = btCcdYield::Carried;
+    fate.m_own.emplace(body);
+    fate.m_carrier = &carrier;
+    return true;
+}
+
+/// What presses on the body from two sides goes on; Bullet parts them as it can.
+void btCcdStep::squeeze(const btCcdImpact& impact, btCollisionObject* object)
+{
+    const btCcdBody body = btCcdBody::of(object);
+    if (!body.isFree() || m_fates[body].m_yield == btCcdYield::Squeezed)
+    {
+        return;
+    }
+    Fate& fate = m_fates[body];
+    fate.m_yield = btCcdYield::Squeezed;
+    fate.m_carrier = nullptr;
+    btCcdStop(body);
+    m_stepper.squeezed(*object);
+    ++m_counters.m_squeezed;
+    tell(object, btCcdYield::Squeezed, impact);
+}
+
+void btCcdStep::tell(const btCollisionObject* object, btCcdYield how, const btCcdImpact& impact)
+{
+    if (m_listener != nullptr)
+    {
+        m_listener->onYield(*object, how, impact);
+    }
+}
+
+/// An answer to others does not move what has been stopped; that has its part of it later.
+void btCcdStep::keepStopped(const btCcdBody& body)
+{
+    const auto known = m_fates.find(body);
+    if (known == m_fates.end() || !known->second.m_yield)
+    {
+        return;
+    }
+    Fate& fate = known->second;
+    if (fate.m_yield == btCcdYield::Carried)
+    {
+        fate.m_own->restore();
+        return;
+    }
+    fate.m_own->add(btCcdVelocities(body));
+    btCcdStop(body);
 }
 
 void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
@@ -331,6 +613,7 @@ void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
     ++m_counters.m_subSteps;
     for (btCollisionObject* object : m_solver.solve(impacts, bouncing))
     {
+        keepStopped(btCcdBody::of(object));
         m_spins.add(btCcdBody::of(object));
         m_stepper.changed(*object);
     }
@@ -352,24 +635,32 @@ bool btCcdStep::stopWatchedLink(const btCollisionObject* object, int link)
     return btCcdStopLink(*collider->m_multiBody, link);
 }
 
-void btCcdStep::hold(btCollisionObject* object, btScalar remaining)
+/// False if the body is stopped already, or cannot be.
+bool btCcdStep::hold(const btCcdImpact& impact, btCollisionObject* object, btScalar remaining)
 {
     const btCcdBody body = btCcdBody::of(object);
-    const bool moves = body.m_multiBody != nullptr || !object->isStaticOrKinematicObject();
-    if (body.isNone() || !moves || body.isStill())
+    if (!body.isFree() || m_fates[body].m_yield)
     {
-        return;  // stands, or is held already
+        return false;
     }
-    m_held.emplace_back(body);
+    Fate& fate = m_fates[body];
+    fate.m_yield = btCcdYield::Held;
+    fate.m_own.emplace(body);
+    if (body.isStill())
+    {
+        return false;
+    }
     btCcdStop(body);
     countHold(body, remaining);
+    tell(object, btCcdYield::Held, impact);
+    return true;
 }
 
 /// Undoes the last `remaining` seconds of the body's motion; once a step.
 void btCcdStep::placeBack(btCollisionObject* object, btScalar remaining)
 {
     const btCcdBody body = btCcdBody::of(object);
-    if (body.isNone() || ++m_events[body] > 1)
+    if (body.isNone() || ++m_fates[body].m_impacts > 1)
     {
         return;
     }
@@ -406,6 +697,10 @@ void btCcdStep::countHold(const btCcdBody& body, btScalar remaining)
 void btCcdStep::note(const btCcdImpact& impact)
 {
     ++m_counters.m_impacts;
-    m_lastImpacts.push_back(
-        {impact, impact.m_objectA->getWorldTransform(), impact.m_objectB->getWorldTransform()});
+    ++m_impacts;
+    if (m_lastImpacts.size() < kMostSeen)
+    {
+        m_lastImpacts.push_back(
+            {impact, impact.m_objectA->getWorldTransform(), impact.m_objectB->getWorldTransform()});
+    }
 }

@@ -5,11 +5,14 @@
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 #include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
+#include "bullet_ccd/bullet/step/btCcdPushes.h"
 #include "bullet_ccd/bullet/step/btCcdSpins.h"
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
 
+#include <chrono>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -34,13 +37,15 @@ public:
 
     btCcdStepper& stepper() { return m_stepper; }
     const btCcdStepper& stepper() const { return m_stepper; }
-    void setMaxEvents(int maxEvents) { m_maxEvents = maxEvents; }
+    void setBudget(const btCcdBudget& budget) { m_budget = budget; }
+    [[nodiscard]] const btCcdBudget& budget() const { return m_budget; }
     void setListener(btCcdImpactListener* listener) { m_listener = listener; }
+    void teleported(const btCollisionObject& object);
     void stopOnFirstContact(btMultiBody* body, int link) { m_stopLinks.insert({body, link}); }
     [[nodiscard]] const btCcdCounters& counters() const { return m_counters; }
     [[nodiscard]] double lostTime(const btCollisionObject* object) const;
     void resetCounters();
-    /// Of the last step.
+    /// Of the last step, the first thousand.
     [[nodiscard]] const std::vector<SeenImpact>& impacts() const { return m_lastImpacts; }
 
     /// As btCcdControl has them.
@@ -50,32 +55,70 @@ public:
     void rollBack(btScalar timeStep);
 
 private:
+    /// How a body fares in a step.
+    struct Fate
+    {
+        int m_impacts = 0;
+        btScalar m_instant = -1;  // the time of the last one,
+        int m_atInstant = 0;      // and how many came then
+        int m_carries = 0;
+        std::optional<btCcdYield> m_yield;     // but settling
+        std::optional<btCcdVelocities> m_own;  // before it was stopped
+        const btCollisionObject* m_carrier = nullptr;
+    };
+
     btDiscreteDynamicsWorld& m_world;
     btCcdStepper m_stepper;
     btCcdImpactSolver m_solver;
     btCcdSpins m_spins;
+    btCcdPushes m_pushes;
     btCcdImpactListener* m_listener = nullptr;
-    int m_maxEvents = btCcdControl::kDefaultMaxEvents;
+    btCcdBudget m_budget;
     btCcdCounters m_counters;
     std::vector<SeenImpact> m_lastImpacts;
     std::map<btCcdBody, double> m_lostTimes;
     std::set<std::pair<btMultiBody*, int>> m_stopLinks;
-    std::map<btCcdBody, int> m_events;  // of this step
+    std::map<btCcdBody, Fate> m_fates;  // of this step
+    /// Of the action.
+    struct Stuck
+    {
+        int m_count = 0;  // of steps in a row
+        int m_step = 0;
+    };
+    std::map<btCcdBody, Stuck> m_stuck;
+    int m_step = 1;
+    int m_impacts = 0;
+    btScalar m_timeStep = 0;
+    std::chrono::steady_clock::time_point m_begin;
     std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, int> m_pairEvents;
-    std::vector<btCcdVelocities> m_held;  // at rest for the remainder of the step
     std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
 
+    void takeBack(btScalar timeStep);
+    void takeStarts();
+    void takeBackPushes(btScalar timeStep);
     void suspendStockClamping();
     void integrateInPieces(btScalar time, const Integrate& integrate);
-    void releaseHeld();
+    void releaseStopped();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
+    [[nodiscard]] bool isSpent() const;
     bool settle(const btCcdImpact& impact);
+    void part(const btCcdImpact& impact);
+    [[nodiscard]] bool isStuck(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
-    void hold(btCollisionObject* object, btScalar remaining);
+    void yield(const btCcdImpact& impact, btScalar remaining);
+    bool hold(const btCcdImpact& impact, btCollisionObject* object, btScalar remaining);
+    [[nodiscard]] const btCollisionObject* carrierIn(const btCcdImpact& impact, int side);
+    bool carry(const btCcdImpact& impact,
+               int side,
+               const btCollisionObject& carrier,
+               btScalar remaining);
+    void squeeze(const btCcdImpact& impact, btCollisionObject* object);
+    void tell(const btCollisionObject* object, btCcdYield how, const btCcdImpact& impact);
+    void keepStopped(const btCcdBody& body);
     void placeBack(btCollisionObject* object, btScalar remaining);
     void countHold(const btCcdBody& body, btScalar remaining);
     void countQueries();

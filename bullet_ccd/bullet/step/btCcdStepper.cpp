@@ -24,6 +24,14 @@ constexpr double kUnseen = btCcdTracker::kUnseen;
 /// Up to so many objects are quicker looked through than the broadphase is asked.
 constexpr std::size_t kFew = 8;
 
+/// By the multibody that it belongs to now.
+bool isBarredFromParent(const btMultiBodyLinkCollider& child)
+{
+    return child.m_link >= 0 && child.m_link < child.m_multiBody->getNumLinks() &&
+           (child.m_multiBody->getLink(child.m_link).m_flags &
+            BT_MULTIBODYLINKFLAGS_DISABLE_PARENT_COLLISION) != 0;
+}
+
 double norm(const btVector3& v)
 {
     return double(v.length());
@@ -63,6 +71,31 @@ btCcdStepper::btCcdStepper(btCollisionWorld& world)
 
 btCcdStepper::~btCcdStepper() = default;
 
+/// The object, or all colliders of the multibody that it belongs to.
+template <typename Visit>
+void btCcdStepper::forParts(const btCollisionObject& object, const Visit& visit)
+{
+    const auto see = [&](const btCollisionObject* part)
+    {
+        if (btCcdTracked* tracked = part != nullptr ? m_tracker->find(*part) : nullptr)
+        {
+            visit(*tracked);
+        }
+    };
+    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+    if (collider == nullptr)
+    {
+        see(&object);
+        return;
+    }
+    const btMultiBody& body = *collider->m_multiBody;
+    see(body.getBaseCollider());
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        see(body.getLink(i).m_collider);
+    }
+}
+
 void btCcdStepper::setEnabled(const btCollisionObject* object, bool enabled)
 {
     m_tracker->setEnabled(object, enabled);
@@ -97,6 +130,22 @@ inline const btCcdTracked& btCcdStepper::at(int index) const
 inline int btCcdStepper::indexOf(const btCcdTracked& tracked) const
 {
     return int(&tracked - m_tracker->objects().data());
+}
+
+void btCcdStepper::newStep()
+{
+    m_starts.clear();
+    m_tracker->newStep();
+}
+
+void btCcdStepper::endStep()
+{
+    m_tracker->endStep();
+}
+
+void btCcdStepper::teleported(const btCollisionObject& object)
+{
+    m_tracker->teleported(object);
 }
 
 bool btCcdStepper::begin(btScalar timeStep, Motion motion)
@@ -162,8 +211,7 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
             continue;
         }
         // What Bullet asks of links first, without the detours.
-        if (pair.m_child != nullptr &&
-            (pair.m_child->m_flags & BT_MULTIBODYLINKFLAGS_DISABLE_PARENT_COLLISION) != 0)
+        if (pair.m_child != nullptr && isBarredFromParent(*pair.m_child))
         {
             continue;
         }
@@ -200,6 +248,11 @@ void btCcdStepper::askAll()
     {
         ask(pair);
     }
+}
+
+double btCcdStepper::tolerance() const
+{
+    return m_context.m_tolerance;
 }
 
 std::int64_t btCcdStepper::unsupported() const
@@ -305,6 +358,22 @@ void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose
     const double start = m_motion == Motion::Done ? -1.0 : 0.0;
     const double part = tracked.m_stopped ? 0.0 : remaining() / m_timeStep;
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+    if (tracked.m_jumped)
+    {
+        pose = {bullet_ccd::restAt(btCcdToEigen(tracked.m_object->getWorldTransform()))};
+        return;
+    }
+    const auto begun = m_starts.find(tracked.m_object);
+    if (begun != m_starts.end() && m_motion == Motion::Done && !tracked.m_stopped)
+    {
+        bullet_ccd::RigidMotion motion = bullet_ccd::motionBetween(
+            btCcdToEigen(begun->second), btCcdToEigen(tracked.m_object->getWorldTransform()));
+        motion.X_W0 = motion.at(1.0 - part).X_W;
+        motion.v_W *= part;
+        motion.w_W *= part;
+        pose = {motion};
+        return;
+    }
     if (collider == nullptr)
     {
         pose = {btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start)};
@@ -345,7 +414,7 @@ void btCcdStepper::sweep(btCcdTracked& tracked)
                         : body.getLink(collider->m_link).m_cachedWorldTransform.getOrigin();
         reach += tracked.m_motion;
     }
-    else
+    else if (!tracked.m_jumped)
     {
         // Kinematic objects stand where the step began.
         const double time = tracked.m_object->isKinematicObject() ? m_timeStep
@@ -417,10 +486,17 @@ void btCcdStepper::addPair(int a, int b)
     }
 }
 
+/// One is squeezed, and the other cannot be stopped.
+bool btCcdStepper::isSqueezed(const btCcdTracked& a, const btCcdTracked& b)
+{
+    return (a.m_squeezed && b.m_object->isStaticOrKinematicObject()) ||
+           (b.m_squeezed && a.m_object->isStaticOrKinematicObject());
+}
+
 bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
 {
     return a.m_tracked && b.m_tracked && a.m_object != b.m_object &&
-           (a.m_motion > 0.0 || b.m_motion > 0.0) &&
+           (a.m_motion > 0.0 || b.m_motion > 0.0) && !isSqueezed(a, b) &&
            btCcdMayMeet(m_world, *a.m_object, *b.m_object);
 }
 
@@ -518,31 +594,23 @@ void btCcdStepper::advance(btScalar time)
 
 void btCcdStepper::changed(const btCollisionObject& object)
 {
-    const auto mark = [this](const btCollisionObject* part)
+    // What is fixed goes on as before: its other pairs keep their answers.
+    if (btMultiBodyLinkCollider::upcast(&object) == nullptr && object.isStaticObject() &&
+        !object.isKinematicObject())
     {
-        btCcdTracked* tracked = part != nullptr ? m_tracker->find(*part) : nullptr;
-        if (tracked != nullptr)
-        {
-            tracked->m_changed = true;
-            tracked->m_stopped = tracked->m_stopped || m_motion == Motion::Done;
-        }
-    };
-    const auto* collider = btMultiBodyLinkCollider::upcast(&object);
-    if (collider == nullptr)
-    {
-        // What is fixed goes on as before: its other pairs keep their answers.
-        if (!object.isStaticObject() || object.isKinematicObject())
-        {
-            mark(&object);
-        }
         return;
     }
-    const btMultiBody& body = *collider->m_multiBody;
-    mark(body.getBaseCollider());
-    for (int i = 0; i < body.getNumLinks(); ++i)
-    {
-        mark(body.getLink(i).m_collider);
-    }
+    forParts(object,
+             [this](btCcdTracked& part)
+             {
+                 part.m_changed = true;
+                 part.m_stopped = part.m_stopped || m_motion == Motion::Done;
+             });
+}
+
+void btCcdStepper::squeezed(const btCollisionObject& object)
+{
+    forParts(object, [](btCcdTracked& part) { part.m_changed = part.m_squeezed = true; });
 }
 
 /// False if the object moves on as it did.
@@ -575,7 +643,8 @@ void btCcdStepper::refresh()
     std::vector<int> changed;
     for (btCcdTracked& tracked : m_tracker->objects())
     {
-        tracked.m_changed = tracked.m_changed && tracked.m_tracked && takeNewCourse(tracked);
+        tracked.m_changed = tracked.m_changed && tracked.m_tracked &&
+                            (takeNewCourse(tracked) || tracked.m_squeezed);
         if (tracked.m_changed)
         {
             changed.push_back(indexOf(tracked));

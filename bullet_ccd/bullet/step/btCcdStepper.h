@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,17 @@ public:
 
     /// Looks at what is there already, so that no step has to begin with that.
     void prepare();
+    /// To be called once before the first begin() of a step, and after all of it.
+    void newStep();
+    void endStep();
+    /// The next step takes the object to be where it is, whatever its velocity says.
+    void teleported(const btCollisionObject& object);
+    /// Where the motion of this object began, if that is done and was not its velocity alone. Until
+    /// newStep().
+    void startsAt(const btCollisionObject& object, const btTransform& pose)
+    {
+        m_starts.insert_or_assign(&object, pose);
+    }
     /// Looks at all objects. False if no pair can be lost in this step: then that is all there is
     /// to do. May be called again if velocities have been changed.
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
@@ -77,10 +89,14 @@ public:
     /// The velocities of everything that moves with the object are no longer what they were. For a
     /// motion that is done: it has been placed where it was at the present time and stays there.
     void changed(const btCollisionObject& object);
+    /// Leaves the pairs of all that moves with the object and what is fixed or kinematic to Bullet
+    /// for the rest of the step.
+    void squeezed(const btCollisionObject& object);
     /// Asks again for all pairs that changed() concerns. To be called before next().
     void refresh();
     void end();
 
+    [[nodiscard]] double tolerance() const;
     /// Since begin().
     [[nodiscard]] const Counts& counts() const { return m_counts; }
     /// Colliders of shapes that are not covered.
@@ -126,6 +142,7 @@ private:
     std::vector<Pose> m_poses;  // by index in the world
     std::vector<std::unique_ptr<KnownMultiBody>> m_multiBodies;
     std::size_t m_multiBodyCount = 0;
+    std::unordered_map<const btCollisionObject*, btTransform> m_starts;
     std::vector<int> m_fast;
     std::vector<int> m_slow;  // the others, if they are few
     std::vector<Pair> m_pairs;
@@ -151,6 +168,9 @@ private:
     bool takeNewCourse(btCcdTracked& tracked);
     void addCandidates(int index, bool onlyChanged);
     void addPair(int a, int b);
+    template <typename Visit>
+    void forParts(const btCollisionObject& object, const Visit& visit);
+    [[nodiscard]] static bool isSqueezed(const btCcdTracked& a, const btCcdTracked& b);
     [[nodiscard]] bool wanted(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose);
     void ask(Pair& pair);

@@ -21,6 +21,8 @@ constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for about so many steps, and for this part of an object's reach.
 constexpr double kSteps = 24.0;
 constexpr double kPartOfReach = 0.35;
+/// See isJump().
+constexpr double kJump = 4.0;
 
 double lengthOf(const btVector3& v)
 {
@@ -48,7 +50,7 @@ inline bool isNotZero(btScalar value)
 }
 
 /// Null if neither is the other's parent.
-const btMultibodyLink* childOf(const btCollisionObject& a, const btCollisionObject& b)
+const btMultiBodyLinkCollider* childOf(const btCollisionObject& a, const btCollisionObject& b)
 {
     const auto* linkA = btMultiBodyLinkCollider::upcast(&a);
     const auto* linkB = btMultiBodyLinkCollider::upcast(&b);
@@ -61,7 +63,7 @@ const btMultibodyLink* childOf(const btCollisionObject& a, const btCollisionObje
         if (child->m_link >= 0 &&
             child->m_multiBody->getLink(child->m_link).m_parent == parent->m_link)
         {
-            return &child->m_multiBody->getLink(child->m_link);
+            return child;
         }
     }
     return nullptr;
@@ -131,6 +133,14 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
     tracked = {};
     tracked.m_object = &object;
     tracked.m_collisionShape = object.getCollisionShape();
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    tracked.m_proxy = proxy != nullptr ? proxy->m_uniqueId : 0;
+    const auto [seen, isNew] = m_proxies.try_emplace(&object, tracked.m_proxy);
+    if (isNew || seen->second != tracked.m_proxy)
+    {
+        seen->second = tracked.m_proxy;
+        m_context.m_shapes.check(tracked.m_collisionShape);
+    }
     std::unique_ptr<btCcdKnownShape>& shape = m_shapes[tracked.m_collisionShape];
     if (shape == nullptr)
     {
@@ -153,6 +163,10 @@ void btCcdTracker::lookAtAll()
     m_compares = false;
     m_shapes.clear();
     m_unsupported = 0;
+    if (m_proxies.size() > 2 * std::size_t(objects.size()))
+    {
+        m_proxies.clear();
+    }
     m_objects.resize(std::size_t(objects.size()));
     double ownMargin = kUnbounded;
     for (int i = 0; i < objects.size(); ++i)
@@ -178,6 +192,11 @@ void btCcdTracker::lookAtAll()
 inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const
 {
     if (tracked.m_object != &object || tracked.m_collisionShape != object.getCollisionShape())
+    {
+        return false;
+    }
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    if (proxy != nullptr && proxy->m_uniqueId != tracked.m_proxy)
     {
         return false;
     }
@@ -241,6 +260,7 @@ void btCcdTracker::clearStep()
     for (btCcdTracked& tracked : m_objects)
     {
         tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
+        tracked.m_squeezed = false;
         tracked.m_since = tracked.m_turned = 0.0;
         tracked.m_shift.setZero();
         if (!tracked.m_moves)
@@ -347,6 +367,15 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
         {
             m_isClamped = true;
         }
+        if (body->isKinematicObject()) [[unlikely]]
+        {
+            tracked.m_jumped = isJump(tracked);
+            if (tracked.m_jumped)
+            {
+                course = {};
+                tracked.m_motion = 0.0;
+            }
+        }
     }
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
@@ -370,6 +399,42 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
     return false;
 }
 
+/// A kinematic object has jumped if it came farther than several times its reach, and more than
+/// twice as far as before. Bullet gives it one velocity for all steps of a frame.
+bool btCcdTracker::isJump(const btCcdTracked& tracked)
+{
+    Way& way = m_ways[tracked.m_object];
+    const btVector3& velocity = tracked.m_course.m_velocity;
+    const bool isSameFrame = way.m_step != 0 && way.m_origin == tracked.m_origin &&
+                             way.m_velocity == velocity && !m_teleported.count(tracked.m_object);
+    if (!isSameFrame && way.m_step != m_step)
+    {
+        const double before = way.m_length;
+        way.m_length = m_timeStep * lengthOf(velocity);
+        way.m_jumped =
+            m_teleported.count(tracked.m_object) != 0 ||
+            (way.m_length > kJump * tracked.outline().m_reach && way.m_length > 2.0 * before);
+        way.m_origin = tracked.m_origin;
+        way.m_velocity = velocity;
+    }
+    way.m_step = m_step;
+    return way.m_jumped;
+}
+
+void btCcdTracker::newStep()
+{
+    ++m_step;
+}
+
+void btCcdTracker::endStep()
+{
+    m_teleported.clear();
+    if (!m_ways.empty())
+    {
+        std::erase_if(m_ways, [&](const auto& known) { return known.second.m_step < m_step; });
+    }
+}
+
 inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider)
 {
     const Speeds& speeds = speedsOf(*collider.m_multiBody);
@@ -389,7 +454,7 @@ inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkC
 btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
 {
     btCcdCourse course;
-    if (tracked.m_stopped)
+    if (tracked.m_stopped || tracked.m_jumped)
     {
         return course;
     }

@@ -17,7 +17,6 @@
 
 class btCcdContext;
 class btMultiBodyLinkCollider;
-struct btMultibodyLink;
 
 /// True if Bullet moves the object in a step.
 [[nodiscard]] inline bool btCcdIsMoved(const btCollisionObject& object)
@@ -39,18 +38,21 @@ struct btCcdTracked
 {
     btCollisionObject* m_object = nullptr;
     const btCollisionShape* m_collisionShape = nullptr;
+    int m_proxy = 0;  // of the broadphase: another one if the object was removed and added
     btCcdKnownShape* m_shape = nullptr;
     bool m_usable = false;   // covered and not switched off
     bool m_tracked = false;  // usable, and its numbers are finite
     bool m_moves = false;    // in this step
     bool m_fast = false;
     bool m_changed = false;
-    bool m_pressed = false;  // some contact is deep
-    bool m_stopped = false;  // has been placed for the rest of a motion that is done
-    double m_slow = 0.0;     // what it may move and not be fast [m]
-    double m_unseen = 0.0;   // what it may move unseen, whatever it meets [m]
-    double m_motion = 0.0;   // bound of what any point of it moves in the rest of the step [m]
-    double m_around = 0.0;   // of the box about its origin that it stays in, if it moves [m]
+    bool m_pressed = false;   // some contact is deep
+    bool m_jumped = false;    // a kinematic object that has been put where it is
+    bool m_squeezed = false;  // what nothing can stop goes on into it
+    bool m_stopped = false;   // has been placed for the rest of a motion that is done
+    double m_slow = 0.0;      // what it may move and not be fast [m]
+    double m_unseen = 0.0;    // what it may move unseen, whatever it meets [m]
+    double m_motion = 0.0;    // bound of what any point of it moves in the rest of the step [m]
+    double m_around = 0.0;    // of the box about its origin that it stays in, if it moves [m]
     btVector3 m_origin = btVector3(0, 0, 0);  // when the step began, if it moves
     double m_beyond = 0.0;                    // how far it moves beyond m_unseen
     btCcdCourse m_course;                     // since m_since
@@ -72,8 +74,9 @@ struct btCcdNeighbourPair
 {
     btCcdTracked* m_a;
     btCcdTracked* m_b;
-    double m_mayLose = -1.0;                   ///< see btCcdMayLose(); negative: not asked yet
-    const btMultibodyLink* m_child = nullptr;  ///< one of the two, if the other is its parent
+    double m_mayLose = -1.0;  ///< see btCcdMayLose(); negative: not asked yet
+    const btMultiBodyLinkCollider* m_child =
+        nullptr;  ///< one of the two, if the other is its parent
 };
 
 /// Looks at all objects at the begin of a step, and costs next to nothing where nothing is fast:
@@ -94,6 +97,11 @@ public:
     /// Shapes have been changed in place.
     void forgetShapes() { m_isStale = true; }
 
+    /// A new step is about to begin.
+    void newStep();
+    void endStep();
+    /// In the step to come it has jumped to where it is.
+    void teleported(const btCollisionObject& object) { m_teleported.insert(&object); }
     /// Looks at all objects and makes the models of simple shapes, before the first step.
     void prepare();
     /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
@@ -150,9 +158,23 @@ private:
         double m_common = 0.0;                      // and its magnitude
     };
 
+    /// How a kinematic object came to where it is.
+    struct Way
+    {
+        btVector3 m_origin = btVector3(0, 0, 0);
+        btVector3 m_velocity = btVector3(0, 0, 0);
+        double m_length = 0.0;  // in a step [m]
+        bool m_jumped = false;
+        int m_step = 0;
+    };
+
     btCollisionWorld& m_world;
     btCcdContext& m_context;
     std::set<const btCollisionObject*> m_disabled;
+    std::set<const btCollisionObject*> m_teleported;
+    std::unordered_map<const btCollisionObject*, int> m_proxies;  // of all that have been seen
+    std::unordered_map<const btCollisionObject*, Way> m_ways;
+    int m_step = 0;
     std::vector<btCcdTracked> m_objects;  // by index in the world
     std::unordered_map<const btCollisionShape*, std::unique_ptr<btCcdKnownShape>> m_shapes;
     std::vector<std::unique_ptr<Speeds>> m_bodies;
@@ -185,6 +207,7 @@ private:
     [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
     [[nodiscard]] bool readMotions(bool check);
     [[nodiscard]] bool read(btCcdTracked& tracked);
+    [[nodiscard]] bool isJump(const btCcdTracked& tracked);
     [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
     void compareMotions();
     void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);

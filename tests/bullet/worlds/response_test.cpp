@@ -3,11 +3,14 @@
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
+#include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -208,6 +211,82 @@ TEST_P(ResponseOf, FallBesideABusyPileIsFree)
     const PileFall fall = fallBesidePile(GetParam());
     EXPECT_GT(fall.impacts, 100) << "the pile was not busy";
     EXPECT_NEAR(fall.way / fall.expected, 1.0, 0.01);
+}
+
+/// A ball of 0.1 g flies at 60 m/s between a wall and a block of 1 kg that slides towards the wall
+/// at 0.3 m/s, and hits the block once in a step. How fast the block is then; the joint holds it to
+/// the direction of its way.
+template <typename MakeJoint>
+double blockAfterOneHit(const MakeJoint& makeJoint)
+{
+    Scene scene(Kind::World, WorldClass::Rigid);
+    btRigidBody* block = scene.body(scene.box(vec(0.2, 0.2, 0.2)), 1.0, poseAt(vec(1, 0, 0)));
+    block->setRestitution(1);
+    block->setLinearVelocity(vec(0.3, 0, 0));
+    // Beside the way of everything.
+    btRigidBody* post = scene.body(scene.box(vec(0.1, 0.1, 0.1)), 0.0, poseAt(vec(0, 0, 5)));
+    scene.body(scene.box(vec(0.1, 1, 1)), 0.0, poseAt(vec(1.65, 0, 0)))->setRestitution(1);
+    btRigidBody* ball = scene.body(
+        scene.keep(std::make_unique<btSphereShape>(btScalar(0.02))), 1e-4, poseAt(vec(1.25, 0, 0)));
+    ball->setRestitution(1);
+    ball->setLinearVelocity(vec(60, 0, 0));
+    if (auto joint = makeJoint(*post, *block))
+    {
+        scene.addConstraint(std::move(joint));
+    }
+    scene.step(1.0 / 60.0);
+    EXPECT_EQ(scene.counters().m_subSteps, 3);
+    return double(block->getLinearVelocity().x());
+}
+
+TEST(ImpactOfAnIsland, LeavesMotorsSpringsAndStopsAsTheyWere)
+{
+    // An elastic hit takes twice the ball's mass times its speed relative to the block.
+    constexpr double kHit = 2.0 * 1e-4 * 60.3;
+    const btTransform inPost = poseAt(vec(1, 0, -5));
+    const btTransform inBlock = poseAt(vec(0, 0, 0));
+    using Joint = std::unique_ptr<btTypedConstraint>;
+    EXPECT_NEAR(
+        blockAfterOneHit([](btRigidBody&, btRigidBody&) { return Joint(); }), 0.3 - kHit, 2e-5);
+
+    const auto slider = [&](bool motor)
+    {
+        return [&inPost, &inBlock, motor](btRigidBody& post, btRigidBody& block) -> Joint
+        {
+            auto joint = std::make_unique<btSliderConstraint>(post, block, inPost, inBlock, true);
+            joint->setLowerLinLimit(-1);
+            joint->setUpperLinLimit(1);
+            joint->setLowerAngLimit(0);
+            joint->setUpperAngLimit(0);
+            joint->setPoweredLinMotor(motor);
+            joint->setTargetLinMotorVelocity(5);
+            joint->setMaxLinMotorForce(5);
+            return joint;
+        };
+    };
+    EXPECT_NEAR(blockAfterOneHit(slider(false)), 0.3 - kHit, 2e-5);
+    // 5 N for a step.
+    EXPECT_NEAR(blockAfterOneHit(slider(true)), 0.3 + 5.0 / 60.0 - kHit, 1e-4);
+
+    const auto spring = [&](btScalar stiffness)
+    {
+        return [&inPost, &inBlock, stiffness](btRigidBody& post, btRigidBody& block) -> Joint
+        {
+            auto joint =
+                std::make_unique<btGeneric6DofSpring2Constraint>(post, block, inPost, inBlock);
+            joint->setLinearLowerLimit(vec(-1, 0, 0));
+            joint->setLinearUpperLimit(vec(1, 0, 0));
+            joint->setAngularLowerLimit(vec(0, 0, 0));
+            joint->setAngularUpperLimit(vec(0, 0, 0));
+            joint->enableSpring(0, stiffness > btScalar(0));
+            joint->setStiffness(0, stiffness, false);
+            joint->setEquilibriumPoint(0, btScalar(-0.1));
+            return joint;
+        };
+    };
+    EXPECT_NEAR(blockAfterOneHit(spring(0)), 0.3 - kHit, 2e-5);
+    // 10 N for a step, from 0.1 m.
+    EXPECT_NEAR(blockAfterOneHit(spring(100)), 0.3 - 10.0 / 60.0 - kHit, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Ours,

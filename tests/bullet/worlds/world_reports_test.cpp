@@ -109,7 +109,7 @@ TEST(WorldsOfOurs, SettleABodyThatMeetsItsLimitOfImpacts)
     for (const int most : {1, 4})
     {
         Scene scene(Kind::World);
-        scene.ccd().setCcdMaxEvents(most);
+        scene.ccd().setCcdBudget({.m_impactsPerBody = most});
         btRigidBody* plates[] = {
             scene.body(scene.box(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, -0.02))),
             scene.body(scene.box(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, 0.02)))};

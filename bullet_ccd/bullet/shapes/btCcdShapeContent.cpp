@@ -1,0 +1,250 @@
+#include "bullet_ccd/bullet/shapes/btCcdShapeContent.h"
+
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <type_traits>
+
+namespace
+{
+class ContentHash
+{
+public:
+    [[nodiscard]] std::uint64_t value() const { return m_hash; }
+
+    void addBits(std::uint64_t bits)
+    {
+        m_hash = (m_hash ^ bits) * 0x9e3779b97f4a7c15U;
+        m_hash ^= m_hash >> 32U;
+    }
+    void add(int number) { addBits(std::uint64_t(std::uint32_t(number))); }
+    void add(btScalar number)
+    {
+        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
+        addBits(std::bit_cast<Bits>(number));
+    }
+    void add(const void* address) { addBits(std::bit_cast<std::uintptr_t>(address)); }
+    void add(const btVector3& v)
+    {
+        add(v.x());
+        add(v.y());
+        add(v.z());
+    }
+    void addBytes(const void* from, std::size_t count)
+    {
+        const auto* bytes = static_cast<const unsigned char*>(from);
+        std::uint64_t word = 0;
+        for (; count >= sizeof(word); bytes += sizeof(word), count -= sizeof(word))
+        {
+            std::memcpy(&word, bytes, sizeof(word));
+            addBits(word);
+        }
+        word = 0;
+        std::memcpy(&word, bytes, count);
+        addBits(word);
+    }
+    /// `count` rows of which only the first `used` bytes matter.
+    void addRows(const unsigned char* from, int count, int stride, std::size_t used)
+    {
+        for (int i = 0; i < count; ++i)
+        {
+            addBytes(from + std::ptrdiff_t(i) * stride, used);
+        }
+    }
+
+private:
+    std::uint64_t m_hash = 0;
+};
+
+/// The fields of a height field are open to derived classes only.
+struct HeightField : btHeightfieldTerrainShape
+{
+    struct Grid
+    {
+        int m_width;
+        int m_length;
+        const void* m_heights;
+        PHY_ScalarType m_type;
+    };
+    static Grid gridOf(const btHeightfieldTerrainShape& shape)
+    {
+        return {shape.*(&HeightField::m_heightStickWidth),
+                shape.*(&HeightField::m_heightStickLength),
+                shape.*(&HeightField::m_heightfieldDataUnknown),
+                shape.*(&HeightField::m_heightDataType)};
+    }
+    static btScalar heightOf(const btHeightfieldTerrainShape& shape, int x, int y)
+    {
+        return (shape.*(&HeightField::getRawHeightFieldValue))(x, y);
+    }
+};
+
+std::size_t sizeOf(PHY_ScalarType type)
+{
+    switch (type)
+    {
+        case PHY_DOUBLE:
+            return sizeof(double);
+        case PHY_SHORT:
+            return sizeof(short);
+        case PHY_UCHAR:
+            return sizeof(unsigned char);
+        default:
+            return sizeof(float);
+    }
+}
+
+void addHeights(ContentHash& hash, const btHeightfieldTerrainShape& shape)
+{
+    const HeightField::Grid grid = HeightField::gridOf(shape);
+    hash.add(grid.m_width);
+    hash.add(grid.m_length);
+    const std::size_t size = sizeOf(grid.m_type);
+    hash.addBytes(grid.m_heights, size * std::size_t(grid.m_width) * std::size_t(grid.m_length));
+}
+
+void addTriangles(ContentHash& hash, const btStridingMeshInterface& mesh)
+{
+    for (int part = 0; part < mesh.getNumSubParts(); ++part)
+    {
+        const unsigned char* vertices = nullptr;
+        const unsigned char* indices = nullptr;
+        int vertexCount = 0;
+        int triangleCount = 0;
+        int stride = 0;
+        int indexStride = 0;
+        PHY_ScalarType type = PHY_FLOAT;
+        PHY_ScalarType indexType = PHY_INTEGER;
+        mesh.getLockedReadOnlyVertexIndexBase(&vertices,
+                                              vertexCount,
+                                              type,
+                                              stride,
+                                              &indices,
+                                              indexStride,
+                                              triangleCount,
+                                              indexType,
+                                              part);
+        const std::size_t index = indexType == PHY_INTEGER ? sizeof(int) : sizeOf(indexType);
+        hash.addRows(vertices, vertexCount, stride, 3 * sizeOf(type));
+        hash.addRows(indices, triangleCount, indexStride, 3 * index);
+        mesh.unLockReadOnlyVertexBase(part);
+    }
+}
+
+void addContent(ContentHash& hash, const btCollisionShape& shape);
+
+void addGImpactParts(ContentHash& hash, const btGImpactShapeInterface& shape)
+{
+    if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE)
+    {
+        const auto& mesh = static_cast<const btGImpactMeshShape&>(shape);
+        if (mesh.getMeshInterface() != nullptr)
+        {
+            addTriangles(hash, *mesh.getMeshInterface());
+        }
+    }
+}
+
+void addContent(ContentHash& hash, const btCollisionShape& shape)
+{
+    switch (shape.getShapeType())
+    {
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+        {
+            const auto& hull = static_cast<const btConvexHullShape&>(shape);
+            for (int i = 0; i < hull.getNumPoints(); ++i)
+            {
+                hash.add(hull.getUnscaledPoints()[i]);
+            }
+            break;
+        }
+        case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
+            addTriangles(hash,
+                         *static_cast<const btConvexTriangleMeshShape&>(shape).getMeshInterface());
+            break;
+        case TRIANGLE_MESH_SHAPE_PROXYTYPE:
+        case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
+            addTriangles(hash,
+                         *static_cast<const btBvhTriangleMeshShape&>(shape).getMeshInterface());
+            break;
+        case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
+            addTriangles(hash,
+                         *static_cast<const btScaledBvhTriangleMeshShape&>(shape)
+                              .getChildShape()
+                              ->getMeshInterface());
+            break;
+        case TERRAIN_SHAPE_PROXYTYPE:
+            addHeights(hash, static_cast<const btHeightfieldTerrainShape&>(shape));
+            break;
+        case GIMPACT_SHAPE_PROXYTYPE:
+            addGImpactParts(hash, static_cast<const btGImpactShapeInterface&>(shape));
+            break;
+        case COMPOUND_SHAPE_PROXYTYPE:
+        {
+            const auto& compound = static_cast<const btCompoundShape&>(shape);
+            for (int i = 0; i < compound.getNumChildShapes(); ++i)
+            {
+                addContent(hash, *compound.getChildShape(i));
+            }
+            break;
+        }
+        default:
+            break;
+    }
+}
+}  // namespace
+
+std::uint64_t btCcdContentOf(const btCollisionShape& shape)
+{
+    ContentHash hash;
+    addContent(hash, shape);
+    return hash.value();
+}
+
+std::uint64_t btCcdRevisionOf(const btCollisionShape& shape)
+{
+    ContentHash hash;
+    if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
+    {
+        const auto& hull = static_cast<const btConvexHullShape&>(shape);
+        const int count = hull.getNumPoints();
+        hash.add(count);
+        if (count > 0)
+        {
+            const btVector3* points = hull.getUnscaledPoints();
+            hash.add(points);
+            hash.add(points[0]);
+            hash.add(points[count / 2]);
+            hash.add(points[count - 1]);
+        }
+    }
+    else if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE)
+    {
+        constexpr int kSamples = 4;  // a side
+        const auto& terrain = static_cast<const btHeightfieldTerrainShape&>(shape);
+        const HeightField::Grid grid = HeightField::gridOf(terrain);
+        hash.add(grid.m_width);
+        hash.add(grid.m_length);
+        hash.add(grid.m_heights);
+        for (int i = 0; i < kSamples * kSamples; ++i)
+        {
+            const int x = (grid.m_width - 1) * (i % kSamples) / (kSamples - 1);
+            const int y = (grid.m_length - 1) * (i / kSamples) / (kSamples - 1);
+            hash.add(HeightField::heightOf(terrain, x, y));
+        }
+    }
+    else if (shape.isCompound())
+    {
+        hash.add(static_cast<const btCompoundShape&>(shape).getUpdateRevision());
+    }
+    return hash.value();
+}
