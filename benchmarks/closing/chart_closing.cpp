@@ -17,8 +17,6 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using grasp::ClosingResult;
-using grasp::DiscreteOptions;
-using grasp::LinkProximity;
 
 /// A hand and what it grasps.
 struct ClosingPair
@@ -49,7 +47,7 @@ struct World
           object(grasp::makeGraspObject(pair.object,
                                         loadMeshFile(data / "objects" / pair.object).mesh)),
           candidates({.hand = hand, .object = object, .candidates = count, .seed = 1}),
-          trees(grasp::treeProximity(hand, object)),
+          trees(treeProximity(hand, object)),
           fcl(isFclPresent() ? fclProximity(hand, object) : nullptr)
     {
         const RunClosing continuous = runContinuous(candidates, kFine);
@@ -63,7 +61,7 @@ struct World
         {
             ClosingResult early = continuous(start).closing;
             const ClosingResult other = sweep(start).closing;
-            if (grasp::postureDifference(hand, early.positions, other.positions) > kBracket)
+            if (postureDifference(hand, early.positions, other.positions) > kBracket)
             {
                 ++dropped;
                 continue;
@@ -91,8 +89,8 @@ using SharedWorld = std::shared_ptr<const World>;
 ChartOutcome judge(const World& world, std::size_t i, const ClosingOutcome& result)
 {
     // The reference itself is known to half of the bracket.
-    const double error = grasp::postureDifference(
-        world.hand, result.closing.positions, world.references[i].positions);
+    const double error =
+        postureDifference(world.hand, result.closing.positions, world.references[i].positions);
     ChartOutcome outcome{
         .micros = result.microseconds, .hit = true, .error = std::max(error, 0.5 * kBracket)};
     if (std::isinf(result.travel))

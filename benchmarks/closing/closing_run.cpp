@@ -20,10 +20,8 @@ namespace
 using Eigen::Isometry3d;
 using grasp::ApproachCandidate;
 using grasp::ClosingResult;
-using grasp::DiscreteOptions;
 using grasp::GraspObject;
 using grasp::HandModel;
-using grasp::LinkProximity;
 
 constexpr double kTolerance = 2e-5;  // [m]
 constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
@@ -170,10 +168,9 @@ RunClosing runDiscrete(LinkProximity& proximity,
         outcome.microseconds = microsecondsOf(
             [&]
             {
-                outcome.travel = grasp::discreteApproach(
+                outcome.travel = discreteApproach(
                     proximity, hand, start.X_WStart, start.shift, start.open, options);
-                outcome.closing =
-                    grasp::discreteClosing(proximity, hand, start.X_WH, start.open, options);
+                outcome.closing = discreteClosing(proximity, hand, start.X_WH, start.open, options);
             });
         return outcome;
     };
@@ -210,7 +207,7 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
         const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
         add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
     }
-    const std::unique_ptr<LinkProximity> trees = grasp::treeProximity(scene.hand, scene.object);
+    const std::unique_ptr<LinkProximity> trees = treeProximity(scene.hand, scene.object);
     for (const double factor : kFactors)
     {
         const DiscreteOptions options{.closingStep = 0.01 * factor};
@@ -221,10 +218,10 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
     for (std::size_t i = 0; i < starts.size(); ++i)
     {
         const ClosingResult reference =
-            grasp::discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
+            discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
         for (MethodResult& method : comparison.methods)
         {
-            const double by = grasp::postureDifference(
+            const double by = postureDifference(
                 scene.hand, method.outcomes[i].closing.positions, reference.positions);
             method.otherPosture += by > kSamePosture ? 1 : 0;
             if (&method == comparison.methods.data())

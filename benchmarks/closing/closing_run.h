@@ -1,7 +1,7 @@
 /// Approach and closing of one hand on one object by several methods.
 #pragma once
 
-#include "grasp/closing/discrete_closing.h"
+#include "benchmarks/closing/discrete_closing.h"
 
 #include <Eigen/Geometry>
 
@@ -71,14 +71,14 @@ enum class Peers : std::uint8_t
 /// Approach and closing by one method.
 using RunClosing = std::function<ClosingOutcome(const ClosingStart&)>;
 [[nodiscard]] RunClosing runContinuous(const ClosingCase& scene, double tolerance);
-[[nodiscard]] RunClosing runDiscrete(grasp::LinkProximity& proximity,
+[[nodiscard]] RunClosing runDiscrete(LinkProximity& proximity,
                                      const grasp::HandModel& hand,
-                                     const grasp::DiscreteOptions& options);
+                                     const DiscreteOptions& options);
 
 /// The baseline's collision library is FCL.
 /// @pre isFclPresent()
-[[nodiscard]] std::unique_ptr<grasp::LinkProximity> fclProximity(const grasp::HandModel& hand,
-                                                                 const grasp::GraspObject& object);
+[[nodiscard]] std::unique_ptr<LinkProximity> fclProximity(const grasp::HandModel& hand,
+                                                          const grasp::GraspObject& object);
 
 /// Postures that are farther apart are not the same.
 inline constexpr double kSamePosture = 0.02;

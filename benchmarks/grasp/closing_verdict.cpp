@@ -1,5 +1,6 @@
 #include "benchmarks/grasp/closing_verdict.h"
 
+#include "benchmarks/closing/discrete_closing.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/closing/closing_drives.h"
 

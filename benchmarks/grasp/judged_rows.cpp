@@ -1,10 +1,10 @@
 #include "benchmarks/grasp/judged_rows.h"
 
+#include "benchmarks/closing/discrete_closing.h"
 #include "benchmarks/grasp/closing_verdict.h"
 #include "benchmarks/support/timing.h"
 #include "grasp/approach/approach_motion.h"
 #include "grasp/approach/approach_sampler.h"
-#include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/plan/plan_run.h"
@@ -34,22 +34,21 @@ grasp::CloseHand referenceClosing(ClosingReference reference,
     {
         return grasp::simulatedClosing()();
     }
-    const std::shared_ptr<grasp::LinkProximity> trees =
-        grasp::treeProximity(hand.hand, object.object);
+    const std::shared_ptr<LinkProximity> trees = treeProximity(hand.hand, object.object);
     return [trees](const grasp::HandModel& model,
                    const grasp::GraspObject& /*target*/,
                    const Eigen::Isometry3d& X_WH,
                    const std::vector<double>& positions,
                    const grasp::ClosingOptions& options)
     {
-        return grasp::discreteClosing(*trees,
-                                      model,
-                                      X_WH,
-                                      positions,
-                                      {.closingStep = kFineStep,
-                                       .contactGap = options.tolerance,
-                                       .contactLayer = 2.0 * options.tolerance,
-                                       .maxSteps = 1'000'000});
+        return discreteClosing(*trees,
+                               model,
+                               X_WH,
+                               positions,
+                               {.closingStep = kFineStep,
+                                .contactGap = options.tolerance,
+                                .contactLayer = 2.0 * options.tolerance,
+                                .maxSteps = 1'000'000});
     };
 }
 
@@ -97,9 +96,8 @@ void count(ClosingCounts& counts,
     counts.inside += isInside(start, ours.positions) ? 1 : 0;
     counts.referenceInside += isInside(start, other.positions) ? 1 : 0;
     counts.largestGap = std::max(counts.largestGap, largestStopGap(start, ours));
-    counts.largestDifference =
-        std::max(counts.largestDifference,
-                 grasp::postureDifference(start.hand, ours.positions, other.positions));
+    counts.largestDifference = std::max(
+        counts.largestDifference, postureDifference(start.hand, ours.positions, other.positions));
     const ClosingVerdict verdict = compareClosings(start, ours, other, likeness);
     ++counts.verdicts[static_cast<std::size_t>(verdict)];
     if (verdict == ClosingVerdict::Unexplained)

@@ -22,7 +22,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using grasp::ClosingOptions;
 using grasp::ClosingResult;
-using grasp::DiscreteOptions;
 using grasp::Grasp;
 using grasp::GraspContact;
 using grasp::GraspObject;
@@ -174,7 +173,7 @@ struct ClosingBench::Parts
           bodies{RigidBody{.tree = &ofObject.tree, .motion = {}}},
           environment(bodies),
           check(ofHand, ofObject),
-          proximity(grasp::treeProximity(ofHand, ofObject)),
+          proximity(treeProximity(ofHand, ofObject)),
           continuous(grasp::kinematicClosing())
     {
     }
@@ -184,7 +183,7 @@ struct ClosingBench::Parts
     std::array<RigidBody, 1> bodies;
     Environment environment;
     grasp::PenetrationCheck check;
-    std::unique_ptr<grasp::LinkProximity> proximity;
+    std::unique_ptr<LinkProximity> proximity;
     grasp::CloseHand continuous;
     ToiWorkspace work;
 };
@@ -218,12 +217,12 @@ Grasp ClosingBench::close(const ClosingMethod& method, const GraspStart& start)
     else
     {
         travel = std::min(1.0,
-                          grasp::discreteApproach(*parts.proximity,
-                                                  parts.hand,
-                                                  start.X_WStart,
-                                                  start.way,
-                                                  start.open,
-                                                  *method.discrete));
+                          discreteApproach(*parts.proximity,
+                                           parts.hand,
+                                           start.X_WStart,
+                                           start.way,
+                                           start.open,
+                                           *method.discrete));
     }
     if (grasp.reject != RejectReason::None)
     {
@@ -234,7 +233,7 @@ Grasp ClosingBench::close(const ClosingMethod& method, const GraspStart& start)
                                           const Isometry3d& X_WH,
                                           const std::vector<double>& positions,
                                           const ClosingOptions& /*options*/)
-    { return grasp::discreteClosing(*parts.proximity, hand, X_WH, positions, *method.discrete); };
+    { return discreteClosing(*parts.proximity, hand, X_WH, positions, *method.discrete); };
     const bool isContinuous = !method.discrete;
     grasp::CandidateContext context{.hand = parts.hand,
                                     .object = parts.object,
@@ -257,7 +256,7 @@ ClosingChange changeOf(const HandModel& hand, const Grasp& reference, const Gras
     change.closed = !reference.positions.empty() && !other.positions.empty();
     if (change.closed)
     {
-        change.posture = grasp::postureDifference(hand, reference.positions, other.positions);
+        change.posture = postureDifference(hand, reference.positions, other.positions);
         change.sameLinks = linksOf(reference) == linksOf(other);
         change.contactShift = contactShift(reference, other);
         change.epsilon = std::abs(reference.quality.epsilon - other.quality.epsilon);

@@ -1,7 +1,7 @@
 /// Closings repeated from poses that are a little off, by several methods.
 #pragma once
 
-#include "grasp/closing/discrete_closing.h"
+#include "benchmarks/closing/discrete_closing.h"
 #include "grasp/planner/plan_candidate.h"
 
 #include <memory>
@@ -35,7 +35,7 @@ struct GraspStart
 struct ClosingMethod
 {
     std::string name;
-    std::optional<grasp::DiscreteOptions> discrete = {};  ///< none: the continuous method
+    std::optional<DiscreteOptions> discrete = {};  ///< none: the continuous method
     grasp::PlannerOptions options = {};
 };
 

@@ -17,18 +17,11 @@ const char* toString(ClosingOrder order)
     return order == ClosingOrder::Together ? "together" : "one-by-one";
 }
 
-double postureDifference(const HandModel& hand,
-                         std::span<const double> a,
-                         std::span<const double> b)
+namespace
 {
-    double largest = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-    {
-        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
-        largest = std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a[i] - b[i]));
-    }
-    return largest;
-}
+/// Surfaces closer than this cannot be told from intersecting ones in double precision [m].
+constexpr double kOverlap = 1e-12;
+}  // namespace
 
 bool handOverlaps(const HandModel& hand,
                   const GraspObject& object,
@@ -39,7 +32,7 @@ bool handOverlaps(const HandModel& hand,
     const auto overlap = [](const SsvTree* a, const SsvTree* b, const Eigen::Isometry3d& X_BA)
     {
         return a != nullptr && b != nullptr &&
-               treeDistance(*a, *b, X_BA, kTouching).distance < kTouching;
+               treeDistance(*a, *b, X_BA, kOverlap).distance < kOverlap;
     };
     for (std::size_t i = 0; i < X_WL.size(); ++i)
     {

@@ -67,16 +67,6 @@ using CloseHand = std::function<ClosingResult(const HandModel& hand,
 /// Makes one closing engine per thread.
 using MakeCloseHand = std::function<CloseHand()>;
 
-/// The largest difference of a joint between two postures [rad]. The difference of a sliding joint
-/// [m] counts ten times.
-/// @pre a and b have one entry per link
-[[nodiscard]] BULLET_CCD_API double postureDifference(const HandModel& hand,
-                                                      std::span<const double> a,
-                                                      std::span<const double> b);
-
-/// Surfaces closer than this [m] cannot be told from intersecting ones in double precision.
-inline constexpr double kTouching = 1e-12;
-
 /// True if a link intersects the object or a link that it is paired with.
 /// @param positions one entry per link [rad or m]
 [[nodiscard]] BULLET_CCD_API bool handOverlaps(const HandModel& hand,

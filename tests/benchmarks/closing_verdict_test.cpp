@@ -1,7 +1,7 @@
 #include "benchmarks/grasp/closing_verdict.h"
 
+#include "benchmarks/closing/discrete_closing.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/discrete_closing.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "tests/grasp/planner/test_hands.h"
 
@@ -42,11 +42,11 @@ protected:
     }
     [[nodiscard]] ClosingResult stepped(const PosedClosing& start, double step) const
     {
-        return grasp::discreteClosing(*grasp::treeProximity(m_hand, start.object),
-                                      m_hand,
-                                      start.X_WH,
-                                      start.open,
-                                      {.closingStep = step});
+        return discreteClosing(*treeProximity(m_hand, start.object),
+                               m_hand,
+                               start.X_WH,
+                               start.open,
+                               {.closingStep = step});
     }
 
     grasp::HandModel m_hand = tests::makeGripper(false);
@@ -72,7 +72,7 @@ TEST_F(ClosingVerdictTest, NamesTheOneThatStepsOverAThinPlate)
     const PosedClosing start = startWith(plate);
     const ClosingResult first = ours(start, 2e-5);
     const ClosingResult other = stepped(start, 0.25);
-    ASSERT_GT(grasp::postureDifference(m_hand, first.positions, other.positions), 0.02);
+    ASSERT_GT(postureDifference(m_hand, first.positions, other.positions), 0.02);
     EXPECT_EQ(compareClosings(start, first, other, {}), ClosingVerdict::OtherPasses);
     EXPECT_EQ(compareClosings(start, other, first, {}), ClosingVerdict::FirstPasses);
 }
@@ -84,7 +84,7 @@ TEST_F(ClosingVerdictTest, ATouchWithinTheToleranceIsNoPassing)
     const PosedClosing start = startWith(plate);
     const ClosingResult wide = ours(start, 1e-4);
     const ClosingResult narrow = ours(start, 2e-5);
-    ASSERT_GT(grasp::postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
+    ASSERT_GT(postureDifference(m_hand, wide.positions, narrow.positions), 0.02);
     EXPECT_EQ(compareClosings(start, wide, narrow, {}), ClosingVerdict::Touches);
     EXPECT_EQ(compareClosings(start, wide, narrow, {.reach = 1e-5}), ClosingVerdict::Unexplained);
 }

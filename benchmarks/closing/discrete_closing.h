@@ -2,14 +2,13 @@
 /// baseline that continuous queries are measured against, and their differential oracle.
 #pragma once
 
-#include "bullet_ccd/export.h"
 #include "grasp/closing/closing.h"
 
 #include <limits>
 #include <memory>
 #include <span>
 
-namespace bullet_ccd::grasp
+namespace bullet_ccd::benchmarks
 {
 /// What the baseline asks of a collision library: links of a hand against the object (kNone) and
 /// against each other.
@@ -21,22 +20,22 @@ public:
     LinkProximity(const LinkProximity&) = delete;
     LinkProximity& operator=(const LinkProximity&) = delete;
 
-    /// Puts the links there; one pose a link. The object rests in W.
+    /// Puts the links there, one pose per link. The object rests in W.
     virtual void place(std::span<const Eigen::Isometry3d> X_WL) = 0;
     [[nodiscard]] virtual bool overlap(std::int32_t link, std::int32_t other) = 0;
-    /// Distance of the surfaces, 0 if they intersect [m]; any value >= `bound` if it is no less.
+    /// Distance of the surfaces, 0 if they intersect [m]; any value >= `bound` if it is not less.
     [[nodiscard]] virtual double distance(std::int32_t link, std::int32_t other, double bound) = 0;
 };
 
 /// On the project's own hierarchies. Keeps references to both.
-[[nodiscard]] BULLET_CCD_API std::unique_ptr<LinkProximity> treeProximity(
-    const HandModel& hand, const GraspObject& object);
+[[nodiscard]] std::unique_ptr<LinkProximity> treeProximity(const grasp::HandModel& hand,
+                                                           const grasp::GraspObject& object);
 
 /// The defaults are GraspIt!'s: one hundredth of a second at its default joint speeds a step, 10 mm
 /// of approach, contact between 0 and 0.1 mm, links in contact within 0.2 mm, 500 steps at most.
 struct DiscreteOptions
 {
-    double closingStep = 0.01;   ///< [s]; joints close at ClosingDrives' speeds
+    double closingStep = 0.01;   ///< [s]; joints close at grasp::ClosingDrives' speeds
     double approachStep = 0.01;  ///< [m]
     double contactGap = 1e-4;    ///< bisection ends at a distance between 0 and this [m]
     double contactLayer = 2e-4;  ///< pairs that were bisected and are this close are contacts [m]
@@ -49,23 +48,30 @@ struct DiscreteOptions
 /// Returns the part of `shift` travelled; infinite if nothing was hit.
 ///
 /// No guarantee: what is thinner than a step may be passed.
-[[nodiscard]] BULLET_CCD_API double discreteApproach(LinkProximity& proximity,
-                                                     const HandModel& hand,
-                                                     const Eigen::Isometry3d& X_WStart,
-                                                     const Eigen::Vector3d& shift,
-                                                     const std::vector<double>& positions,
-                                                     const DiscreteOptions& options);
+[[nodiscard]] double discreteApproach(LinkProximity& proximity,
+                                      const grasp::HandModel& hand,
+                                      const Eigen::Isometry3d& X_WStart,
+                                      const Eigen::Vector3d& shift,
+                                      const std::vector<double>& positions,
+                                      const DiscreteOptions& options);
 
-/// Closes as CloseHand says, but in steps: all running joints move by one step; where pairs
+/// Closes as grasp::CloseHand says, but in steps: all running joints move by one step; where pairs
 /// overlap, the step is bisected over these pairs alone, until they are apart by less than the
 /// contact gap, then all pairs are tested again; links in contact stop with the joints between them
 /// and the palm. After maxSteps it stops where it is (status IterationLimit).
 ///
 /// No guarantee: contact may be jumped over, and links may end where a finer step would not let
 /// them.
-[[nodiscard]] BULLET_CCD_API ClosingResult discreteClosing(LinkProximity& proximity,
-                                                           const HandModel& hand,
-                                                           const Eigen::Isometry3d& X_WH,
-                                                           const std::vector<double>& positions,
-                                                           const DiscreteOptions& options);
-}  // namespace bullet_ccd::grasp
+[[nodiscard]] grasp::ClosingResult discreteClosing(LinkProximity& proximity,
+                                                   const grasp::HandModel& hand,
+                                                   const Eigen::Isometry3d& X_WH,
+                                                   const std::vector<double>& positions,
+                                                   const DiscreteOptions& options);
+
+/// The largest difference of a joint between two postures [rad]. The difference of a sliding joint
+/// [m] counts ten times.
+/// @pre a and b have one entry per link
+[[nodiscard]] double postureDifference(const grasp::HandModel& hand,
+                                       std::span<const double> a,
+                                       std::span<const double> b);
+}  // namespace bullet_ccd::benchmarks

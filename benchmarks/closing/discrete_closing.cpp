@@ -1,4 +1,4 @@
-#include "grasp/closing/discrete_closing.h"
+#include "benchmarks/closing/discrete_closing.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
@@ -8,10 +8,18 @@
 #include <cmath>
 #include <functional>
 
-namespace bullet_ccd::grasp
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using grasp::ClosingDrives;
+using grasp::ClosingResult;
+using grasp::GraspObject;
+using grasp::HandModel;
+
+/// Surfaces closer than this cannot be told from intersecting ones [m].
+constexpr double kOverlap = 1e-12;
+
 class TreeProximity : public LinkProximity
 {
 public:
@@ -26,7 +34,7 @@ public:
 
     bool overlap(std::int32_t link, std::int32_t other) override
     {
-        return distance(link, other, kTouching) < kTouching;
+        return distance(link, other, kOverlap) < kOverlap;
     }
 
     double distance(std::int32_t link, std::int32_t other, double bound) override
@@ -274,4 +282,17 @@ ClosingResult discreteClosing(LinkProximity& proximity,
     result.stops = drives.stops();
     return result;
 }
-}  // namespace bullet_ccd::grasp
+
+double postureDifference(const HandModel& hand,
+                         std::span<const double> a,
+                         std::span<const double> b)
+{
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+    {
+        const bool slides = hand.robot.tree.links[i].joint.type == JointType::Prismatic;
+        largest = std::max(largest, (slides ? 10.0 : 1.0) * std::abs(a[i] - b[i]));
+    }
+    return largest;
+}
+}  // namespace bullet_ccd::benchmarks
