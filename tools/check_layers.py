@@ -31,6 +31,7 @@ ORDER = [
     "bullet_ccd/bullet/step",
     "bullet_ccd/bullet",
     "bullet_ccd/bullet.h",
+    "bullet_ccd/examples",
     "grasp/hand",
     "grasp",  # grasp_types.h: the value types of the pipeline
     "grasp/approach",
@@ -54,7 +55,6 @@ ORDER = [
     "benchmarks/reference/catalogue",
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",
-    "bullet_ccd/examples",
     "tools/ccd_cli/files",
     "tools/ccd_cli/run",
     "tools/ccd_cli/text",

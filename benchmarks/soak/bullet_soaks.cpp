@@ -2,8 +2,8 @@
 
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/soak/bullet_hand_scene.h"
+#include "benchmarks/soak/household_bin.h"
 #include "benchmarks/soak/progress.h"
-#include "bullet_ccd/examples/household_bin.h"
 #include "grasp/hand/hand_file.h"
 
 #include <cmath>

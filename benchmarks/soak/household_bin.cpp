@@ -1,4 +1,4 @@
-#include "bullet_ccd/examples/household_bin.h"
+#include "benchmarks/soak/household_bin.h"
 
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"

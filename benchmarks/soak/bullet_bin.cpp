@@ -1,7 +1,7 @@
 // Twenty household objects, triangle meshes of some thousand triangles each, fall into a bin. Stock
-// Bullet has no contacts between meshes at all; here no two objects ever intersect. For 200 objects
-// and 20 s see benchmarks/soak.
-#include "bullet_ccd/examples/household_bin.h"
+// Bullet has no contacts between meshes at all; here no two objects ever intersect. `soak_bullet bin`
+// watches 200 objects for 20 s.
+#include "benchmarks/soak/household_bin.h"
 
 #include <cstdio>
 
