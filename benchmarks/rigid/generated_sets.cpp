@@ -1,6 +1,7 @@
 #include "benchmarks/rigid/generated_sets.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
@@ -191,7 +192,7 @@ std::optional<RigidQuery> drawFinger(Random& random, const Bodies& bodies)
     const Vector3d joint = random.uniform(0.4, 0.85) * bodies.radiusB * random.direction();
     const Vector3d finger = random.direction();  // +z of the mesh
     const Eigen::Matrix3d rotation =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), finger).toRotationMatrix() *
+        rotationBetween(Vector3d::UnitZ(), finger).toRotationMatrix() *
         AngleAxisd(random.uniform(0.0, 2.0 * pi), Vector3d::UnitZ()).toRotationMatrix();
     const Vector3d aim = random.inBall(0.5 * bodies.radiusB) - joint;
     const Vector3d axis = finger.cross(aim).normalized();

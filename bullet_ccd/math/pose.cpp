@@ -8,6 +8,7 @@ namespace bullet_ccd
 namespace
 {
 constexpr double kDrift = 1e-4;
+constexpr double kOpposite = 1e-8;  // [rad] from opposite, where the sum of the two is all rounding
 
 double lackOfOrthogonality(const Eigen::Isometry3d& X)
 {
@@ -42,5 +43,21 @@ void failPose(const std::string& where, const Eigen::Isometry3d& X)
     throw std::invalid_argument(
         where + text +
         ": scale or mirror the mesh instead, and normalise rotations that have drifted");
+}
+
+Eigen::Quaterniond rotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+    const Eigen::Vector3d a = from.normalized();
+    // Halfway between the two: half of the rotation takes `a` there.
+    Eigen::Vector3d middle = a + to.normalized();
+    if (middle.norm() < kOpposite)
+    {
+        Eigen::Index least = 0;
+        a.cwiseAbs().minCoeff(&least);
+        middle = a.cross(Eigen::Vector3d::Unit(least));
+    }
+    middle.normalize();
+    const Eigen::Vector3d axis = a.cross(middle);
+    return {a.dot(middle), axis.x(), axis.y(), axis.z()};
 }
 }  // namespace bullet_ccd

@@ -1,6 +1,7 @@
 #include "grasp/approach/approach_sampler.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "grasp/approach/approach_aim.h"
 
 #include <algorithm>
@@ -126,7 +127,7 @@ Eigen::Quaterniond randomRotation(Draws& draws)
 /// Rotation that takes z to straight down, and turns by `angle` about it.
 Eigen::Quaterniond aboutDown(const Eigen::Vector3d& up, double angle)
 {
-    return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -up) *
+    return rotationBetween(Eigen::Vector3d::UnitZ(), -up) *
            Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
 }
 

@@ -1,5 +1,6 @@
 #include "grasp/check/closed_surface.h"
 
+#include "bullet_ccd/math/pose.h"
 #include "grasp/check/sign_test.h"
 
 #include <algorithm>
@@ -55,8 +56,7 @@ std::optional<int> rayCrossing(const Eigen::Vector3d& turnedPoint,
 ClosedSurface::Turned ClosedSurface::turned(const Eigen::Vector3d& rayDirection) const
 {
     const Eigen::Matrix3d turn =
-        Eigen::Quaterniond::FromTwoVectors(rayDirection, Eigen::Vector3d::UnitZ())
-            .toRotationMatrix();
+        rotationBetween(rayDirection, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     std::vector<Eigen::Vector3d> vertices;
     vertices.reserve(m_mesh->vertices.size());
     for (const Eigen::Vector3d& vertex : m_mesh->vertices)

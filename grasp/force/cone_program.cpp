@@ -1,9 +1,9 @@
 #include "grasp/force/cone_program.h"
 
 #include "bullet_ccd/math/check.h"
+#include "grasp/force/singular_values.h"
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +32,10 @@ struct ReducedEquations
 ReducedEquations reduce(const ConeProgram& program)
 {
     ReducedEquations result;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(program.A, Eigen::ComputeThinU);
-    const Eigen::VectorXd& sigma = svd.singularValues();
+    const auto [sigma, U] = singularValues(program.A);
     const auto rank =
         sigma.size() > 0 ? (sigma.array() > kRankTolerance * sigma[0]).count() : Eigen::Index{0};
-    result.combinations = svd.matrixU().leftCols(rank);
+    result.combinations = U.leftCols(rank);
     result.A = result.combinations.transpose() * program.A;
     result.b = result.combinations.transpose() * program.b;
     result.rest = program.b - result.combinations * result.b;

@@ -2,8 +2,7 @@
 
 #include "grasp/force/contact_models.h"
 #include "grasp/force/linear_program.h"
-
-#include <Eigen/SVD>
+#include "grasp/force/singular_values.h"
 
 namespace bullet_ccd::grasp
 {
@@ -27,7 +26,7 @@ bool isForceClosure(std::span<const Wrench> wrenches)
     {
         matrix.col(k) = wrenches[static_cast<std::size_t>(k)];
     }
-    const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(matrix).singularValues();
+    const Eigen::VectorXd sigma = singularValues(matrix).values;
     if (!(sigma[5] > kRank * sigma[0]))
     {
         return false;

@@ -1,8 +1,7 @@
 #include "grasp/quality/hull_about_origin.h"
 
 #include "bullet_ccd/math/check.h"
-
-#include <Eigen/SVD>
+#include "grasp/force/singular_values.h"
 
 #include <algorithm>
 #include <array>
@@ -45,15 +44,14 @@ Whitening whiten(const Eigen::MatrixXd& points)
     Whitening result;
     result.center = points.rowwise().mean();
     const Eigen::MatrixXd centered = points.colwise() - result.center;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centered, Eigen::ComputeThinU);
-    const Eigen::VectorXd& sigma = svd.singularValues();
+    const auto [sigma, U] = singularValues(centered);
     if (sigma.size() < points.rows() || !(sigma.minCoeff() > kFlatness * sigma.maxCoeff()))
     {
         return result;
     }
     const Eigen::VectorXd scale =
         std::sqrt(static_cast<double>(points.cols())) * sigma.cwiseInverse();
-    result.forward = scale.asDiagonal() * svd.matrixU().transpose();
+    result.forward = scale.asDiagonal() * U.transpose();
     result.determinant = scale.prod();
     return result;
 }

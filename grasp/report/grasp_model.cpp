@@ -1,6 +1,7 @@
 #include "grasp/report/grasp_model.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/report/gltf_builder.h"
@@ -56,8 +57,7 @@ Shape coneShape(double height, double friction)
 Eigen::Isometry3d contactPose(const GraspContact& contact)
 {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), contact.normal)
-                     .toRotationMatrix();
+    X.linear() = rotationBetween(Eigen::Vector3d::UnitZ(), contact.normal).toRotationMatrix();
     X.translation() = contact.point;
     return X;
 }

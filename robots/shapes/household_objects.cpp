@@ -1,5 +1,6 @@
 #include "robots/shapes/household_objects.h"
 
+#include "bullet_ccd/math/pose.h"
 #include "robots/shapes/polygonize.h"
 
 #include <algorithm>
@@ -59,8 +60,7 @@ constexpr PolygonizeOptions kSmallVessel = {
 
 Eigen::Isometry3d turnedTo(const Eigen::Vector3d& direction)
 {
-    return Eigen::Isometry3d(
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction));
+    return Eigen::Isometry3d(rotationBetween(Eigen::Vector3d::UnitZ(), direction));
 }
 
 Solid along(const Eigen::Vector3d& direction, const Solid& solid)

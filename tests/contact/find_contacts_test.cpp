@@ -3,6 +3,7 @@
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/math/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -170,8 +171,7 @@ TEST(FindContacts, AnEdgeTouchesAtItsEndsAndAVertexOnce)
     }
 
     Isometry3d onVertex = poseOf({0, 0, 0.5 * std::sqrt(3.0) + kGap});
-    onVertex.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+    onVertex.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
     const auto vertex = contactsOf(body, onVertex, ground, poseOf({0, 0, 0}));
     expectSound(vertex, body, onVertex, ground, poseOf({0, 0, 0}));
     ASSERT_EQ(vertex.size(), 1U);

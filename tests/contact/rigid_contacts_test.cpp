@@ -3,6 +3,7 @@
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/math/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -151,8 +152,7 @@ std::vector<std::pair<Feature, Feature>> featuresOf(const std::vector<FeatureCon
 Isometry3d onItsCorner(const Vector3d& at)
 {
     Isometry3d X = Isometry3d::Identity();
-    X.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+    X.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
     X.translation() = at;
     return X;
 }

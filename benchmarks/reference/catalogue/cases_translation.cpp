@@ -2,6 +2,7 @@
 #include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/math/pose.h"
 
 #include <cmath>
 
@@ -213,8 +214,7 @@ std::vector<RigidCase> translationCases()
 {
     const Eigen::Isometry3d X = poseOf({0, 0, 5});
     Eigen::Isometry3d onVertex = X;
-    onVertex.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+    onVertex.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
     const auto twoCubes = [](double offset, double vy) -> RigidScene
     {
         return {.meshA = cube(1.0),

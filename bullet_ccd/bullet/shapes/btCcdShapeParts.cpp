@@ -4,6 +4,7 @@
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/shapes/btCcdHullMesh.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -73,8 +74,8 @@ TriangleMesh alongAxis(TriangleMesh mesh, int axis)
 {
     bullet_ccd::transformMesh(
         mesh,
-        Eigen::Affine3d(Eigen::Quaterniond::FromTwoVectors(
-            Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Unit(Eigen::Index(axis)))));
+        Eigen::Affine3d(bullet_ccd::rotationBetween(Eigen::Vector3d::UnitZ(),
+                                                    Eigen::Vector3d::Unit(Eigen::Index(axis)))));
     return mesh;
 }
 
@@ -261,7 +262,7 @@ btCcdShapePart planePart(const btStaticPlaneShape& plane, btCcdTreeStore& trees)
         {{{-kHalf, -kHalf, 0.0}, {kHalf, -kHalf, 0.0}, {kHalf, kHalf, 0.0}, {-kHalf, kHalf, 0.0}},
          {Triangle{0, 1, 2}, Triangle{0, 2, 3}}});
     part.X_SG.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
+        bullet_ccd::rotationBetween(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
     part.X_SG.translation() = double(plane.getPlaneConstant()) * normal;
     return part;
 }

@@ -183,7 +183,7 @@ TEST_F(GraspModelFile, NumbersLieInTheBufferAndIndicesInRange)
             largest = std::max(largest, glb.number<std::uint32_t>(offset + 4 * i));
         }
         EXPECT_EQ(largest + 1, points["count"]) << mesh["name"];
-        EXPECT_LT(primitive["material"], glb.json["materials"].size());
+        EXPECT_LT(primitive["material"].get<std::size_t>(), glb.json["materials"].size());
     }
 }
 
@@ -284,9 +284,9 @@ TEST_F(GraspModelFile, ConesOpenFromTheContactsAlongTheNormals)
     EXPECT_EQ(points["min"][2], 0.0) << "the apex";
     EXPECT_GT(high.z(), 0.0);
     EXPECT_NEAR(high.x(), kFriction * high.z(), kSingle);
-    EXPECT_LT(glb.json["materials"][glb.primitive(cones[0])["material"].get<std::size_t>()]
-                      ["pbrMetallicRoughness"]["baseColorFactor"][3],
-              1.0);
+    const Json& material =
+        glb.json["materials"][glb.primitive(cones[0])["material"].get<std::size_t>()];
+    EXPECT_LT(material["pbrMetallicRoughness"]["baseColorFactor"][3].get<double>(), 1.0);
 }
 
 TEST_F(GraspModelFile, SweptBoxesAreLinesAboutAllThatAJawPasses)
