@@ -2,6 +2,7 @@
 #include "bullet_ccd/io/urdf_file.h"
 #include "tests/io/mesh_texts.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -140,7 +141,8 @@ TEST(LoaderFuzz, MutatedMeshFilesAreValidOrRefusedWithAMessage)
     std::uint64_t seed = 1;
     for (const auto& [name, content] : tests::allTetraFiles())
     {
-        const FuzzCount count = fuzz(folder, name, content, tryMesh, 25, seed++);
+        const FuzzCount count =
+            fuzz(folder, name, content, tryMesh, tests::longTests() ? 25 : 6, seed++);
         EXPECT_GE(count.good, 3) << name;
         EXPECT_GT(count.refused, 20) << name;
     }

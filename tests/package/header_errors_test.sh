@@ -11,7 +11,7 @@ compile() { # options
 refuses() { # sentence, options
     local sentence=$1 output
     shift
-    if output=$(compile "$@"); then
+    if output=$(compile -E -o /dev/null "$@"); then
         echo "$header accepts $*"
         exit 1
     fi

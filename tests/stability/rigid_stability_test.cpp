@@ -5,6 +5,7 @@
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "tests/support/expect_honest.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -23,6 +24,32 @@ void PrintTo(const RigidCase& tested, std::ostream* out)
 namespace
 {
 using Parameter = std::tuple<RigidCase, ToiStrategy>;
+
+/// Bodies of hundreds of facets that stay near each other, which take a strategy seconds.
+bool takesSeconds(const RigidCase& tested, ToiStrategy strategy)
+{
+    return (strategy == ToiStrategy::C2A && (tested.id == "B12" || tested.id == "B13" ||
+                                             tested.id == "N19" || tested.id == "N21")) ||
+           (strategy == ToiStrategy::Interval && (tested.id == "B12" || tested.id == "N21"));
+}
+
+/// Every case with every strategy; what takes seconds, in the long tests.
+std::vector<Parameter> parameters()
+{
+    std::vector<Parameter> result;
+    for (const RigidCase& tested : rigidCases())
+    {
+        for (const ToiStrategy strategy :
+             {ToiStrategy::BestFirst, ToiStrategy::Interval, ToiStrategy::C2A})
+        {
+            if (longTests() || !takesSeconds(tested, strategy))
+            {
+                result.emplace_back(tested, strategy);
+            }
+        }
+    }
+    return result;
+}
 
 class RigidStability : public testing::TestWithParam<Parameter>
 {
@@ -182,10 +209,7 @@ TEST_P(RigidStability, CanGoBackFromItsContact)
 
 INSTANTIATE_TEST_SUITE_P(Catalogue,
                          RigidStability,
-                         testing::Combine(testing::ValuesIn(rigidCases()),
-                                          testing::Values(ToiStrategy::BestFirst,
-                                                          ToiStrategy::Interval,
-                                                          ToiStrategy::C2A)),
+                         testing::ValuesIn(parameters()),
                          [](const auto& tested)
                          {
                              std::string strategy = nameOf(std::get<1>(tested.param));

@@ -15,4 +15,9 @@ std::optional<std::filesystem::path> testData(const std::string& relative)
     }
     return path;
 }
+
+bool longTests()
+{
+    return std::getenv("BULLET_CCD_LONG_TESTS") != nullptr;
+}
 }  // namespace bullet_ccd::tests

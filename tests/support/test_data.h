@@ -1,4 +1,4 @@
-/// Where tests find the real data that is not part of the project.
+/// Where tests find the real data that is not part of the project, and how much they do.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,6 +11,10 @@ namespace bullet_ccd::tests
 {
 /// `relative` under $BULLET_CCD_TEST_DATA (default: shared/data beside the checkout), if it exists.
 [[nodiscard]] std::optional<std::filesystem::path> testData(const std::string& relative);
+
+/// True if the environment has BULLET_CCD_LONG_TESTS, as tools/check --all sets it. What would take
+/// seconds more than it finds is left to that run.
+[[nodiscard]] bool longTests();
 }  // namespace bullet_ccd::tests
 
 /// Defines `name` as the path of test data, or skips the test and says why.

@@ -2,6 +2,7 @@
 /// benchmarks/run soak articulated runs a hundred thousand of them.
 #include "benchmarks/reference/queries/chain_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr std::uint64_t kChains = 216;  // of each family
+const std::uint64_t kChains = longTests() ? 216 : 72;  // of each family
 
 class ArticulatedToiSoak : public testing::TestWithParam<int>
 {

@@ -5,6 +5,7 @@
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -62,7 +63,7 @@ TEST(ArticulatedToi, AgreesWithBruteForceOnRandomTrees)
     Random random(90);
     SoakTally tally;
     std::ptrdiff_t selfHits = 0;
-    constexpr int kScenes = 250;
+    const int kScenes = longTests() ? 250 : 120;
     for (int i = 0; i < kScenes; ++i)
     {
         SCOPED_TRACE(i);

@@ -197,7 +197,7 @@ constexpr CatalogueRow kRows[] = {
     {"K14", "one link moves like a rigid body",
      "tests/toi/articulated_toi_test.cpp: ArticulatedToi.OneLinkMovesLikeARigidBody"},
     {"K15", "the same bits on repetition, for any number of threads",
-     "tests/toi/rigid_toi_workspace_test.cpp: RigidToiWorkspace.BatchesAnswerAsQueriesOneByOne"},
+     "tests/toi/rigid_toi_workspace_test.cpp: RigidToiWorkspace.ThreadsAnswerAsQueriesOneByOne"},
     {"N01", "bars with parallel edges, one turns: a step that stalls was called a hit"},
     {"N02", "crossing slivers of aspect 1e9: hits with a gap of 0 that were none"},
     {"N03", "turns by 1e-5 about an axis 1e5 away: the start pose was off"},

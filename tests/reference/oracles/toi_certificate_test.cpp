@@ -4,6 +4,7 @@
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -110,7 +111,7 @@ TEST(ToiCertificate, ProvesTheAnswersOfTheMarchingOracleOnRandomScenes)
 {
     Random random(90);
     int contacts = 0;
-    constexpr int kScenes = 400;
+    const int kScenes = longTests() ? 400 : 160;
     for (int i = 0; i < kScenes; ++i)
     {
         const RigidScene scene = randomRigidScene(random);
