@@ -142,7 +142,7 @@ TEST(LoaderFuzz, MutatedMeshFilesAreValidOrRefusedWithAMessage)
     for (const auto& [name, content] : tests::allTetraFiles())
     {
         const FuzzCount count =
-            fuzz(folder, name, content, tryMesh, tests::longTests() ? 25 : 6, seed++);
+            fuzz(folder, name, content, tryMesh, tests::longTests() ? 25 : 12, seed++);
         EXPECT_GE(count.good, 3) << name;
         EXPECT_GT(count.refused, 20) << name;
     }

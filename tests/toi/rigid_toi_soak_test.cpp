@@ -2,6 +2,7 @@
 /// counterexample. benchmarks/run soak rigid runs a million of them.
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
+#include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,7 @@ namespace bullet_ccd::tests
 {
 namespace
 {
-constexpr std::uint64_t kQueries = 1260;  // of each family
+const std::uint64_t kQueries = longTests() ? 1260 : 420;  // of each family
 
 class RigidToiSoak : public testing::TestWithParam<int>
 {
