@@ -132,9 +132,9 @@ bool runKinds(Arguments& arguments)
             runTogether(std::span(&set, 1), arguments.run, hierarchies, cache);
         for (std::size_t k = 0; k < ofSet.size(); ++k)
         {
-            const SsvKind kind = arguments.run.methods[k].kind;
+            const VolumeKind kind = arguments.run.methods[k].kind;
             json& row = ofSet[k].values;
-            row["buildMilliseconds"] = buildMilliseconds(*set.meshA, {.kind = kind});
+            row["buildMilliseconds"] = buildMilliseconds(*set.meshA, kind);
             row["bytesPerTriangle"] = bytesOf(hierarchies.tree(set.meshA, kind)) /
                                       static_cast<double>(set.meshA->triangles.size());
             isRight = isRight && ofSet[k].check.wrong() == 0 &&

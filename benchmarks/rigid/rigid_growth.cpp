@@ -50,18 +50,17 @@ void addHierarchy(const TriangleMesh& mesh, const RunOptions& options, nlohmann:
     row["triangles"] = mesh.triangles.size();
     {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        row["buildMillisecondsAlone"] = buildMilliseconds(mesh, {});
+        row["buildMillisecondsAlone"] = buildMilliseconds(mesh, VolumeKind::RoundedBox);
     }
-    row["buildMilliseconds"] = buildMilliseconds(mesh, {});
+    row["buildMilliseconds"] = buildMilliseconds(mesh, VolumeKind::RoundedBox);
     SsvTree tree = buildSsvTree(mesh);
     row["nodeBytesPerTriangle"] = static_cast<double>(tree.nodes().size_bytes()) / count;
     row["bytesPerTriangle"] = bytesOf(tree) / count;
     row["refitMilliseconds"] = milliseconds(mesh, [&] { tree.refit(mesh.vertices); });
     const ScratchFolder folder;
-    const fs::path file = folder.path / ssvTreeFileName(mesh, tree.options());
+    const fs::path file = folder.path / ssvTreeFileName(mesh);
     row["saveMilliseconds"] = milliseconds(mesh, [&] { saveSsvTree(tree, file); });
-    row["loadMilliseconds"] =
-        milliseconds(mesh, [&] { (void)loadSsvTree(mesh, tree.options(), file); });
+    row["loadMilliseconds"] = milliseconds(mesh, [&] { (void)loadSsvTree(mesh, file); });
     if (options.fcl && isFclPresent())
     {
         std::optional<FclModel> model;
@@ -101,9 +100,9 @@ double bytesOf(const SsvTree& tree)
                                sizeof(Eigen::Vector3d) * mesh.vertices.size());
 }
 
-double buildMilliseconds(const TriangleMesh& mesh, const SsvOptions& options)
+double buildMilliseconds(const TriangleMesh& mesh, VolumeKind kind)
 {
-    return milliseconds(mesh, [&] { (void)buildSsvTree(mesh, options); });
+    return milliseconds(mesh, [&] { (void)buildTreeOf(kind, mesh); });
 }
 
 nlohmann::json printGrowth(MeshLibrary& meshes, const RunOptions& options, bool isQuick)

@@ -14,5 +14,5 @@ namespace bullet_ccd::benchmarks
 /// Bytes of a hierarchy: nodes, triangles in their order, mesh.
 [[nodiscard]] double bytesOf(const SsvTree& tree);
 /// Wall time of building it [ms], the median of some.
-[[nodiscard]] double buildMilliseconds(const TriangleMesh& mesh, const SsvOptions& options);
+[[nodiscard]] double buildMilliseconds(const TriangleMesh& mesh, VolumeKind kind);
 }  // namespace bullet_ccd::benchmarks

@@ -181,12 +181,12 @@ private:
 };
 }  // namespace
 
-const SsvTree& Hierarchies::tree(const Mesh& mesh, SsvKind kind)
+const SsvTree& Hierarchies::tree(const Mesh& mesh, VolumeKind kind)
 {
     auto& entry = m_trees[{mesh, kind}];
     if (!entry)
     {
-        entry = std::make_unique<SsvTree>(buildSsvTree(*mesh, {.kind = kind}));
+        entry = std::make_unique<SsvTree>(buildTreeOf(kind, *mesh));
     }
     return *entry;
 }
@@ -227,12 +227,12 @@ std::vector<RigidMethod> strategiesNamed(const std::vector<std::string>& names)
 const std::vector<RigidMethod>& allKinds()
 {
     static const std::vector<RigidMethod> kKinds{
-        {.name = "box", .kind = SsvKind::Box},
-        {.name = "rounded box", .kind = SsvKind::RoundedBox},
-        {.name = "swept rectangle", .kind = SsvKind::SweptRectangle},
-        {.name = "swept line", .kind = SsvKind::SweptLine},
-        {.name = "swept point", .kind = SsvKind::SweptPoint},
-        {.name = "cheapest", .kind = SsvKind::Cheapest}};
+        {.name = "box", .kind = VolumeKind::Box},
+        {.name = "rounded box", .kind = VolumeKind::RoundedBox},
+        {.name = "swept rectangle", .kind = VolumeKind::SweptRectangle},
+        {.name = "swept line", .kind = VolumeKind::SweptLine},
+        {.name = "swept point", .kind = VolumeKind::SweptPoint},
+        {.name = "cheapest", .kind = VolumeKind::Cheapest}};
     return kKinds;
 }
 

@@ -4,7 +4,7 @@
 #include "benchmarks/rigid/naive_cache.h"
 #include "benchmarks/rigid/rigid_check.h"
 #include "benchmarks/rigid/rigid_sets.h"
-#include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "benchmarks/rigid/volume_kinds.h"
 
 #include <map>
 #include <memory>
@@ -21,7 +21,7 @@ struct RigidMethod
 {
     std::string name;
     ToiStrategy strategy = ToiStrategy::BestFirst;
-    SsvKind kind = SsvOptions{}.kind;
+    VolumeKind kind = VolumeKind::RoundedBox;
 };
 
 /// The strategies of those names. Throws std::invalid_argument for an unknown one.
@@ -50,13 +50,13 @@ struct RigidRow
 class Hierarchies
 {
 public:
-    const SsvTree& tree(const std::shared_ptr<const TriangleMesh>& mesh, SsvKind kind);
+    const SsvTree& tree(const std::shared_ptr<const TriangleMesh>& mesh, VolumeKind kind);
     const FclModel& model(const std::shared_ptr<const TriangleMesh>& mesh);
 
 private:
     using Mesh = std::shared_ptr<const TriangleMesh>;
 
-    std::map<std::pair<Mesh, SsvKind>, std::unique_ptr<SsvTree>> m_trees;
+    std::map<std::pair<Mesh, VolumeKind>, std::unique_ptr<SsvTree>> m_trees;
     std::map<Mesh, std::unique_ptr<FclModel>> m_models;
 };
 

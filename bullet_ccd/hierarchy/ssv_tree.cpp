@@ -43,12 +43,12 @@ std::vector<SsvBranch> branchesOf(std::span<const SsvNode> nodes)
 /// Fits every node to its triangles; one independent of the other.
 void fitNodes(std::span<const SsvBranch> branches,
               std::span<const SsvCorners> corners,
-              SsvKind kind,
+              const SsvFit& fit,
               std::span<SsvNode> nodes)
 {
     using Range = tbb::blocked_range<std::size_t>;
     constexpr std::size_t kGrain = 256;
-    const auto fit = [&](const Range& range)
+    const auto fitRange = [&](const Range& range)
     {
         std::vector<Eigen::Vector3d> scratch;
         for (std::size_t i = range.begin(); i < range.end(); ++i)
@@ -56,7 +56,8 @@ void fitNodes(std::span<const SsvBranch> branches,
             const SsvBranch& branch = branches[i];
             const auto begin = static_cast<std::size_t>(branch.begin);
             const auto end = static_cast<std::size_t>(branch.end);
-            nodes[i] = fitSsv(corners.subspan(begin, end - begin), kind, scratch);
+            const std::span<const SsvCorners> below = corners.subspan(begin, end - begin);
+            nodes[i] = fit.enclose(below, smallBoxAxes(below), scratch);
             nodes[i].first = branch.first;
             nodes[i].count = branch.count;
         }
@@ -64,19 +65,16 @@ void fitNodes(std::span<const SsvBranch> branches,
     const Range all(0, nodes.size(), kGrain);
     if (all.is_divisible())
     {
-        tbb::parallel_for(all, fit);
+        tbb::parallel_for(all, fitRange);
     }
     else
     {
-        fit(all);  // starting threads would cost more than the work
+        fitRange(all);  // starting threads would cost more than the work
     }
 }
 }  // namespace
 
-SsvTree::SsvTree(TriangleMesh mesh, const SsvOptions& options)
-    : m_mesh(std::move(mesh)), m_options(options), m_origin(bounds(m_mesh).center())
-{
-}
+SsvTree::SsvTree(TriangleMesh mesh) : m_mesh(std::move(mesh)), m_origin(bounds(m_mesh).center()) {}
 
 std::array<Eigen::Vector3d, 3> SsvTree::cornersOfTriangle(std::int32_t triangle) const
 {
@@ -129,10 +127,15 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
     m_mesh.vertices.assign(vertices.begin(), vertices.end());
     m_origin = bounds(m_mesh).center();
     placeCorners();
-    fitNodes(branchesOf(m_nodes), m_corners, m_options.kind, m_nodes);
+    fitNodes(branchesOf(m_nodes), m_corners, {roundedBox}, m_nodes);
 }
 
-SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options)
+SsvTree buildSsvTree(TriangleMesh mesh)
+{
+    return buildSsvTree(std::move(mesh), SsvFit{roundedBox});
+}
+
+SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit)
 {
     checkMesh(mesh, "buildSsvTree");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
@@ -143,12 +146,12 @@ SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options)
                 "buildSsvTree: the mesh is " + toText(size) +
                     " across: choose a unit of length in which it is between 1e-16 and 1e17");
     }
-    SsvTree tree(std::move(mesh), options);
+    SsvTree tree(std::move(mesh));
     SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
     tree.m_triangles = std::move(topology.triangles);
     tree.placeCorners();
     tree.m_nodes.resize(topology.branches.size());
-    fitNodes(topology.branches, tree.m_corners, options.kind, tree.m_nodes);
+    fitNodes(topology.branches, tree.m_corners, fit, tree.m_nodes);
     return tree;
 }
 }  // namespace bullet_ccd

@@ -1,9 +1,9 @@
 /// Bounding-volume hierarchy of a triangle mesh, built once and shared by all queries.
 ///
-/// Every node holds a swept-sphere volume: a core that is swept by a ball. The core is a point, a
-/// line segment, a rectangle or a box, depending on how many of its half-extents are zero. Nodes
-/// stand in one array, and up to four siblings are adjacent. A node has 64 bytes in single
-/// precision, rounded outwards. Triangles keep their vertices in double precision.
+/// Every node holds a swept-sphere volume: a box that is swept by a ball. The size of the ball is
+/// chosen so that the volume has little surface, and may be zero. Nodes stand in one array, and up
+/// to four siblings are adjacent. A node has 64 bytes in single precision, rounded outwards.
+/// Triangles keep their vertices in double precision.
 ///
 /// ssv_split orders the triangles and decides which are below which node. ssv_fit encloses the
 /// triangles of one node. ssv_tree puts the two together, and refit() repeats the fit only.
@@ -27,21 +27,7 @@ namespace bullet_ccd
 /// Largest number of children of a node.
 constexpr std::int32_t kArity = 4;
 
-/// The kind of volume that the nodes of a hierarchy hold.
-enum class SsvKind : std::uint8_t
-{
-    Box,             ///< oriented box, no ball
-    RoundedBox,      ///< box core with the ball that makes the surface smallest; perhaps none
-    SweptRectangle,  ///< rectangle core
-    SweptLine,       ///< line segment core
-    SweptPoint,      ///< ball
-    Cheapest,  ///< at every node the smallest core whose surface is at most a tenth above the best
-};
-
-struct SsvOptions
-{
-    SsvKind kind = SsvKind::RoundedBox;
-};
+struct SsvFit;  // private
 
 /// Hierarchy over a mesh, of which it keeps its own copy. Only refit() changes it.
 class BULLET_CCD_API SsvTree
@@ -50,7 +36,6 @@ public:
     /// All nodes; there is at least one. Node 0 is the root, and children come after their parent.
     [[nodiscard]] std::span<const SsvNode> nodes() const { return m_nodes; }
     [[nodiscard]] const TriangleMesh& mesh() const { return m_mesh; }
-    [[nodiscard]] const SsvOptions& options() const { return m_options; }
     /// Origin of the tree's frame in the mesh's [m]. It is the middle of the bounds, so that single
     /// precision is spent on the size of the mesh and not on its place.
     [[nodiscard]] const Eigen::Vector3d& origin() const { return m_origin; }
@@ -79,17 +64,14 @@ public:
     /// of them is not finite.
     void refit(std::span<const Eigen::Vector3d> vertices);
 
-    friend SsvTree buildSsvTree(TriangleMesh mesh, const SsvOptions& options);
-    friend SsvTree loadSsvTree(TriangleMesh mesh,
-                               const SsvOptions& options,
-                               const std::filesystem::path& path);
+    friend SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit);
+    friend SsvTree loadSsvTree(TriangleMesh mesh, const std::filesystem::path& path);
 
 private:
-    SsvTree(TriangleMesh mesh, const SsvOptions& options);
+    explicit SsvTree(TriangleMesh mesh);
     void placeCorners();
 
     TriangleMesh m_mesh;
-    SsvOptions m_options;
     std::vector<SsvNode> m_nodes;
     std::vector<std::array<Eigen::Vector3d, 3>> m_corners;
     std::vector<std::int32_t> m_triangles;
@@ -103,6 +85,5 @@ private:
 /// Guarantee: the result does not depend on the number of threads.
 /// Throws std::invalid_argument if the mesh is empty, has indices out of range, or has coordinates
 /// that are not finite (see checkMesh()).
-[[nodiscard]] BULLET_CCD_API SsvTree buildSsvTree(TriangleMesh mesh,
-                                                  const SsvOptions& options = {});
+[[nodiscard]] BULLET_CCD_API SsvTree buildSsvTree(TriangleMesh mesh);
 }  // namespace bullet_ccd

@@ -26,6 +26,8 @@ static_assert(std::endian::native == std::endian::little,
 /// Raise it whenever buildSsvTree() would give another tree for the same mesh, or the layout
 /// changes.
 constexpr std::uint32_t kVersion = 2;
+/// Earlier versions of the library also wrote hierarchies of other volumes, with other numbers.
+constexpr std::uint32_t kRoundedBoxes = 1;
 constexpr std::array<char, 8> kMagic = {'S', 'S', 'V', 'T', 'R', 'E', 'E', '\n'};
 
 /// Followed by the nodes and then by the triangle in each slot.
@@ -33,7 +35,7 @@ struct Header
 {
     std::array<char, 8> magic = kMagic;
     std::uint32_t version = kVersion;
-    std::uint32_t kind = 0;
+    std::uint32_t volumes = kRoundedBoxes;
     std::uint64_t meshHash = 0;
     std::uint64_t nodes = 0;
     std::uint64_t triangles = 0;
@@ -103,7 +105,6 @@ constexpr const char* kRebuild = ": build the hierarchy and save it again";
 Header readHeader(std::istream& file,
                   std::uint64_t bytes,
                   const TriangleMesh& mesh,
-                  const SsvOptions& options,
                   const fs::path& path)
 {
     Header header;
@@ -118,9 +119,9 @@ Header readHeader(std::istream& file,
              "version " + std::to_string(header.version) + " of the format, this library has " +
                  std::to_string(kVersion) + kRebuild);
     }
-    if (header.kind != static_cast<std::uint32_t>(options.kind))
+    if (header.volumes != kRoundedBoxes)
     {
-        fail(path, std::string("made with other options") + kRebuild);
+        fail(path, std::string("it holds volumes that this library does not build") + kRebuild);
     }
     // The counts first: without them the hash of a changed mesh would be all that protects memory.
     const std::uint64_t triangles = mesh.triangles.size();
@@ -214,8 +215,7 @@ void saveSsvTree(const SsvTree& tree, const fs::path& path)
         triangles[i] = tree.triangle(static_cast<std::int32_t>(i));
     }
     const std::span<const SsvNode> nodes = tree.nodes();
-    const Header header{.kind = static_cast<std::uint32_t>(tree.options().kind),
-                        .meshHash = hashOf(tree.mesh()),
+    const Header header{.meshHash = hashOf(tree.mesh()),
                         .nodes = nodes.size(),
                         .triangles = triangles.size(),
                         .checksum = checksumOf(nodes, triangles)};
@@ -247,7 +247,7 @@ void saveSsvTree(const SsvTree& tree, const fs::path& path)
     }
 }
 
-SsvTree loadSsvTree(TriangleMesh mesh, const SsvOptions& options, const fs::path& path)
+SsvTree loadSsvTree(TriangleMesh mesh, const fs::path& path)
 {
     checkMesh(mesh, "loadSsvTree");
     std::ifstream file(path, std::ios::binary | std::ios::ate);
@@ -257,9 +257,9 @@ SsvTree loadSsvTree(TriangleMesh mesh, const SsvOptions& options, const fs::path
     }
     const auto bytes = static_cast<std::uint64_t>(file.tellg());
     file.seekg(0);
-    const Header header = readHeader(file, bytes, mesh, options, path);
+    const Header header = readHeader(file, bytes, mesh, path);
 
-    SsvTree tree(std::move(mesh), options);
+    SsvTree tree(std::move(mesh));
     tree.m_nodes.resize(header.nodes);
     tree.m_triangles.resize(header.triangles);
     file.read(reinterpret_cast<char*>(tree.m_nodes.data()),
@@ -275,33 +275,31 @@ SsvTree loadSsvTree(TriangleMesh mesh, const SsvOptions& options, const fs::path
     return tree;
 }
 
-fs::path ssvTreeFileName(const TriangleMesh& mesh, const SsvOptions& options)
+fs::path ssvTreeFileName(const TriangleMesh& mesh)
 {
     std::ostringstream name;
     name << std::hex << std::setfill('0') << std::setw(16) << hashOf(mesh) << '_' << std::dec
-         << static_cast<int>(options.kind) << "_v" << kVersion << ".ssv";
+         << kRoundedBoxes << "_v" << kVersion << ".ssv";
     return name.str();
 }
 
-SsvTree loadOrBuildSsvTree(TriangleMesh mesh,
-                           const SsvOptions& options,
-                           const fs::path& cacheFolder)
+SsvTree loadOrBuildSsvTree(TriangleMesh mesh, const fs::path& cacheFolder)
 {
     checkMesh(mesh, "loadOrBuildSsvTree");
-    const fs::path path = cacheFolder / ssvTreeFileName(mesh, options);
+    const fs::path path = cacheFolder / ssvTreeFileName(mesh);
     std::error_code error;
     if (fs::exists(path, error))
     {
         try
         {
-            return loadSsvTree(mesh, options, path);
+            return loadSsvTree(mesh, path);
         }
         catch (const std::runtime_error&)
         {
             // Stale or damaged: what is built now takes its place.
         }
     }
-    SsvTree tree = buildSsvTree(std::move(mesh), options);
+    SsvTree tree = buildSsvTree(std::move(mesh));
     fs::create_directories(cacheFolder, error);
     try
     {

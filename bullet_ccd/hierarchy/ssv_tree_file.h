@@ -3,7 +3,7 @@
 /// A file holds the nodes and the order of the triangles, but not the mesh. The caller gives the
 /// mesh when the file is loaded, and its content hash says whether the file belongs to it. Numbers
 /// are little-endian; the .cpp describes the layout. A file is accepted only if magic, version,
-/// options, mesh, sizes and checksum are right, and if its indices describe a tree over exactly the
+/// volumes, mesh, sizes and checksum are right, and if its indices describe a tree over exactly the
 /// triangles of the mesh. So no file can make a query read out of bounds.
 #pragma once
 
@@ -22,25 +22,21 @@ BULLET_CCD_API void saveSsvTree(const SsvTree& tree, const std::filesystem::path
 
 /// Loads the hierarchy of `mesh`.
 ///
-/// Guarantee: the result has the same bits that buildSsvTree(mesh, options) gave where it was
-/// saved.
+/// Guarantee: the result has the same bits that buildSsvTree(mesh) gave where it was saved.
 /// Throws std::runtime_error "<path>: <what>: <remedy>" for a file that is missing, truncated,
-/// damaged, no hierarchy, or of another version, mesh or options. Throws std::invalid_argument for
-/// a mesh that buildSsvTree() would refuse.
+/// damaged, no hierarchy, or of another version, mesh or kind of volumes. Throws
+/// std::invalid_argument for a mesh that buildSsvTree() would refuse.
 [[nodiscard]] BULLET_CCD_API SsvTree loadSsvTree(TriangleMesh mesh,
-                                                 const SsvOptions& options,
                                                  const std::filesystem::path& path);
 
 /// Name of the file that loadOrBuildSsvTree() keeps for a mesh. It depends on the content of the
-/// mesh and on the options.
-[[nodiscard]] BULLET_CCD_API std::filesystem::path ssvTreeFileName(const TriangleMesh& mesh,
-                                                                   const SsvOptions& options);
+/// mesh.
+[[nodiscard]] BULLET_CCD_API std::filesystem::path ssvTreeFileName(const TriangleMesh& mesh);
 
 /// Loads the hierarchy from the folder if a right file is there; otherwise builds and saves it. The
 /// folder is made if it does not exist. If it cannot be written, the hierarchy is not saved, and
 /// that is no error.
 /// Throws std::invalid_argument as buildSsvTree() does.
 [[nodiscard]] BULLET_CCD_API SsvTree loadOrBuildSsvTree(TriangleMesh mesh,
-                                                        const SsvOptions& options,
                                                         const std::filesystem::path& cacheFolder);
 }  // namespace bullet_ccd

@@ -35,7 +35,6 @@ void expectSame(const SsvTree& a, const SsvTree& b)
     EXPECT_EQ(std::memcmp(a.nodes().data(), b.nodes().data(), a.nodes().size_bytes()), 0);
     EXPECT_EQ(a.origin(), b.origin());
     EXPECT_EQ(a.radius(), b.radius());
-    EXPECT_EQ(a.options().kind, b.options().kind);
     ASSERT_EQ(a.mesh().triangles, b.mesh().triangles);
     ASSERT_EQ(a.mesh().vertices, b.mesh().vertices);
     for (std::int32_t slot = 0; slot < static_cast<std::int32_t>(a.mesh().triangles.size()); ++slot)
@@ -50,26 +49,22 @@ class SsvTreeFile : public testing::Test
 protected:
     TempFolder m_folder;
     TriangleMesh m_mesh = makeTorus(1.0, 0.3, 12, 8);
-    SsvOptions m_options;
-    SsvTree m_tree = buildSsvTree(m_mesh, m_options);
+    SsvTree m_tree = buildSsvTree(m_mesh);
     fs::path m_file = m_folder.path() / "torus.ssv";
 
     auto loading()
     {
-        return [this] { (void)loadSsvTree(m_mesh, m_options, m_file); };
+        return [this] { (void)loadSsvTree(m_mesh, m_file); };
     }
 };
 
 TEST_F(SsvTreeFile, LoadsWhatWasSaved)
 {
-    for (const SsvKind kind : {SsvKind::Box, SsvKind::RoundedBox, SsvKind::Cheapest})
+    for (const TriangleMesh& mesh : {m_mesh, makeTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})})
     {
-        for (const TriangleMesh& mesh : {m_mesh, makeTriangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})})
-        {
-            const SsvTree tree = buildSsvTree(mesh, {.kind = kind});
-            saveSsvTree(tree, m_file);
-            expectSame(loadSsvTree(mesh, {.kind = kind}, m_file), tree);
-        }
+        const SsvTree tree = buildSsvTree(mesh);
+        saveSsvTree(tree, m_file);
+        expectSame(loadSsvTree(mesh, m_file), tree);
     }
 }
 
@@ -82,7 +77,7 @@ TEST_F(SsvTreeFile, ARefittedTreeIsSavedForItsNewVertices)
     }
     m_tree.refit(moved.vertices);
     saveSsvTree(m_tree, m_file);
-    expectSame(loadSsvTree(moved, m_options, m_file), m_tree);
+    expectSame(loadSsvTree(moved, m_file), m_tree);
     EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("another mesh")));
 }
 
@@ -101,22 +96,24 @@ TEST_F(SsvTreeFile, SaysWhatIsWrong)
     other[8] = 99;  // the version
     m_folder.write("torus.ssv", other);
     EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("version 99")));
+    other = good;
+    other[12] = 4;  // the volumes: balls, which an earlier library could write
+    m_folder.write("torus.ssv", other);
+    EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("volumes")));
     m_folder.write("torus.ssv", good + "x");
     EXPECT_THAT(loading(), ThrowsMessage<std::runtime_error>(HasSubstr("size is wrong")));
 
     m_folder.write("torus.ssv", good);
     EXPECT_NO_THROW(loading()());
-    EXPECT_THAT([&] { (void)loadSsvTree(m_mesh, {.kind = SsvKind::SweptPoint}, m_file); },
-                ThrowsMessage<std::runtime_error>(HasSubstr("other options")));
     TriangleMesh changed = m_mesh;
     changed.vertices[7].y() = std::nextafter(changed.vertices[7].y(), 9.0);
-    EXPECT_THAT([&] { (void)loadSsvTree(changed, m_options, m_file); },
+    EXPECT_THAT([&] { (void)loadSsvTree(changed, m_file); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("another mesh")));
     changed = m_mesh;
     std::swap(changed.triangles[3], changed.triangles[4]);
-    EXPECT_THAT([&] { (void)loadSsvTree(changed, m_options, m_file); },
+    EXPECT_THAT([&] { (void)loadSsvTree(changed, m_file); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("another mesh")));
-    EXPECT_THROW((void)loadSsvTree({}, m_options, m_file), std::invalid_argument);
+    EXPECT_THROW((void)loadSsvTree({}, m_file), std::invalid_argument);
 }
 
 TEST_F(SsvTreeFile, NoticesEveryTruncationAndEveryChangedByte)
@@ -139,27 +136,24 @@ TEST_F(SsvTreeFile, NoticesEveryTruncationAndEveryChangedByte)
 TEST_F(SsvTreeFile, TheFolderFillsItselfAndReplacesDamagedFiles)
 {
     const fs::path folder = m_folder.path() / "cache" / "deep";
-    const fs::path file = folder / ssvTreeFileName(m_mesh, m_options);
-    expectSame(loadOrBuildSsvTree(m_mesh, m_options, folder), m_tree);
+    const fs::path file = folder / ssvTreeFileName(m_mesh);
+    expectSame(loadOrBuildSsvTree(m_mesh, folder), m_tree);
     const std::string good = readAll(file);
     EXPECT_FALSE(good.empty());
-    expectSame(loadOrBuildSsvTree(m_mesh, m_options, folder), m_tree);
+    expectSame(loadOrBuildSsvTree(m_mesh, folder), m_tree);
 
     std::ofstream(file, std::ios::binary) << good.substr(0, good.size() / 2);
-    expectSame(loadOrBuildSsvTree(m_mesh, m_options, folder), m_tree);
+    expectSame(loadOrBuildSsvTree(m_mesh, folder), m_tree);
     EXPECT_EQ(readAll(file), good);
-    EXPECT_THROW((void)loadOrBuildSsvTree({}, m_options, folder), std::invalid_argument);
+    EXPECT_THROW((void)loadOrBuildSsvTree({}, folder), std::invalid_argument);
 
-    EXPECT_NE(ssvTreeFileName(m_mesh, {.kind = SsvKind::Box}),
-              ssvTreeFileName(m_mesh, {.kind = SsvKind::SweptPoint}));
-    EXPECT_NE(ssvTreeFileName(m_mesh, m_options),
-              ssvTreeFileName(makeTorus(1.0, 0.3, 8, 12), m_options));
+    EXPECT_NE(ssvTreeFileName(m_mesh), ssvTreeFileName(makeTorus(1.0, 0.3, 8, 12)));
 }
 
 TEST_F(SsvTreeFile, WithoutAPlaceToWriteTheTreeIsBuiltAllTheSame)
 {
     const fs::path blocked = m_folder.write("blocked", "a file, not a folder");
-    expectSame(loadOrBuildSsvTree(m_mesh, m_options, blocked), m_tree);
+    expectSame(loadOrBuildSsvTree(m_mesh, blocked), m_tree);
 }
 
 TEST_F(SsvTreeFile, WritersAndReadersAtTheSameTimeSeeWholeFiles)
@@ -175,7 +169,7 @@ TEST_F(SsvTreeFile, WritersAndReadersAtTheSameTimeSeeWholeFiles)
                 for (int round = 0; round < 20; ++round)
                 {
                     saveSsvTree(m_tree, m_file);
-                    const SsvTree tree = loadSsvTree(m_mesh, m_options, m_file);
+                    const SsvTree tree = loadSsvTree(m_mesh, m_file);
                     right[i] += tree.nodes().size() == m_tree.nodes().size() ? 1 : 0;
                 }
             });
