@@ -112,8 +112,11 @@ void answer(const ToiArguments& arguments)
                    .motionA = motionOf(arguments.bodyA, arguments.motion),
                    .motionB = motionOf(arguments.bodyB, arguments.motion)}};
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
-    const std::vector<TimedAnswer> answers =
-        runQueries(*meshes.treeA, *meshes.treeB, query, {.toi = arguments.toi}, [](std::size_t) {});
+    const std::vector<TimedAnswer> answers = runQueries(*meshes.treeA,
+                                                        *meshes.treeB,
+                                                        query,
+                                                        {.toi = arguments.toi},
+                                                        [](std::size_t) { return true; });
     const ToiResult& result = answers[0].result;
     std::vector<FeatureContact> contacts;
     if (result.status == ToiStatus::Hit || result.status == ToiStatus::TouchingPressing)
