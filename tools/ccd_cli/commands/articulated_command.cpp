@@ -4,7 +4,7 @@
 #include "tools/ccd_cli/text/articulated_text.h"
 #include "tools/ccd_cli/text/batch_summary.h"
 #include "tools/support/command_line.h"
-#include "tools/support/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_list.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/progress_line.h"

@@ -176,12 +176,7 @@ void addBatchCommand(CLI::App& app, int& exitCode)
         app.add_subcommand("batch", "Answers a CSV file of queries about the same two bodies.");
     command->footer(kBatchFooter);
     const auto arguments = std::make_shared<BatchArguments>();
-    command->add_option("A", arguments->fileA, "The mesh of body A.")
-        ->type_name("MESH")
-        ->required();
-    command->add_option("B", arguments->fileB, "The mesh of body B.")
-        ->type_name("MESH")
-        ->required();
+    addMeshes(*command, arguments->fileA, arguments->fileB);
     command->add_option("QUERIES", arguments->queries, "The motions, one query per row.")
         ->type_name("CSV")
         ->required();

@@ -5,7 +5,7 @@
 #include "tools/grasp_cli/plan/plan_journal.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
-#include "tools/support/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_list.h"
 #include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
