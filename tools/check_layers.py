@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""Checks that includes point one way: a room includes only itself and rooms before it.
+"""Checks that includes point one way: a room includes only itself and rooms before it. Also checks
+that no folder has more than 25 source files.
 
-Prints file:line for every include that points the wrong way, or names no known room. The exit
-code is 1 if there is one, and 2 if ROOT is no source tree of this project.
+Prints file:line for every include that points the wrong way, or names no known room, and the folders
+that are too full. The exit code is 1 if there is one, and 2 if ROOT is no source tree of this
+project.
 """
 import argparse
+import collections
 import pathlib
 import re
 import sys
@@ -47,6 +50,7 @@ ORDER = [
     "grasp/examples",
     "robots/shapes",
     "tools/support",
+    "tools/support/obstacles",
     "robots",
     # What tests, benchmarks, tools and examples share.
     "benchmarks/reference/scenes",
@@ -94,6 +98,7 @@ COMMAND_LINES = {
     if re.match(r"robots$|tools/support|tools/.*/(options|commands)|benchmarks", room)
 }
 CCD_CLI = {room for room in ORDER if room.startswith("tools/ccd_cli")}
+MOST_FILES = 25  # in a folder; what has more wants rooms
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
 # Headers of other libraries, and of the one command line, which the other does not see: the rooms that
 # may see them besides the tests.
@@ -123,11 +128,15 @@ def room_of(path):
 
 
 def check(root):
-    """Returns one message for every include that points the wrong way."""
+    """Returns one message for every include that points the wrong way, and every folder too full."""
     problems = []
-    for path in sorted(path for folder in ROOTS for path in (root / folder).rglob("*")):
-        if path.suffix not in (".h", ".cpp"):
-            continue
+    paths = sorted(path for folder in ROOTS for path in (root / folder).rglob("*")
+                   if path.suffix in (".h", ".cpp"))
+    for folder, count in collections.Counter(path.parent for path in paths).items():
+        if count > MOST_FILES:
+            problems.append(f"{folder.relative_to(root)}: {count} files: divide it into rooms of at "
+                            f"most {MOST_FILES}")
+    for path in paths:
         room = room_of(path.relative_to(root))
         for number, line in enumerate(path.read_text().splitlines(), 1):
             match = INCLUDE.match(line)

@@ -29,11 +29,11 @@ struct Worker
 class Queue
 {
 public:
-    Queue(const PlannerOptions& options, std::span<const Grasp> known)
-        : m_timeLimit(options.timeLimit), m_start(Clock::now())
+    Queue(const PlannerOptions& options, const PlanExtras& extras)
+        : m_timeLimit(options.timeLimit), m_stop(extras.stop), m_start(Clock::now())
     {
         std::vector<char> isKnown(static_cast<std::size_t>(options.candidates), 0);
-        for (const Grasp& grasp : known)
+        for (const Grasp& grasp : extras.known)
         {
             require(grasp.candidate >= 0 && grasp.candidate < options.candidates &&
                         isKnown[static_cast<std::size_t>(grasp.candidate)] == 0,
@@ -54,14 +54,16 @@ public:
     /// So many turns were given.
     [[nodiscard]] std::size_t begun() const { return m_begun; }
 
-    /// The next turn, unless there is none or no time left. Thread-safe: the clock is read and the
-    /// turn given as one, so that no later turn is given once one was refused.
+    /// The next turn, unless there is none, no time left, or the caller wants to stop. Thread-safe:
+    /// the clock is read and the turn given as one, so that no later turn is given once one was
+    /// refused.
     [[nodiscard]] std::optional<std::size_t> begin()
     {
         const std::scoped_lock lock(m_mutex);
         const std::chrono::duration<double> elapsed = Clock::now() - m_start;
         const bool isLate = m_timeLimit > 0.0 && elapsed.count() >= m_timeLimit;
-        if (m_begun == m_numbers.size() || (isLate && m_begun > 0))
+        const bool isOver = isLate || (m_stop && m_stop());
+        if (m_begun == m_numbers.size() || (isOver && m_begun > 0))
         {
             return std::nullopt;
         }
@@ -73,6 +75,7 @@ private:
 
     std::vector<std::int64_t> m_numbers;
     double m_timeLimit = 0.0;
+    const std::function<bool()>& m_stop;
     Clock::time_point m_start;
     std::size_t m_begun = 0;
     std::mutex m_mutex;
@@ -159,7 +162,7 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                               const PlanExtras& extras)
 {
     checkOptions(options);
-    Queue queue(options, extras.known);
+    Queue queue(options, extras);
     std::vector<Grasp> planned(queue.size());
     const int jobs = options.jobs > 0 ? options.jobs : tbb::info::default_concurrency();
     tbb::enumerable_thread_specific<std::optional<Worker>> workers;

@@ -43,6 +43,9 @@ struct PlanExtras
     /// Candidates of an earlier plan of the same hand, object, obstacles and options. They are
     /// taken over as they are, without a call of `progress`.
     std::span<const Grasp> known = {};
+    /// Is asked before each candidate, from any thread but never by two at once: true ends the plan
+    /// as a time limit does.
+    std::function<bool()> stop = {};
 };
 
 /// All candidates, best first: force closures by epsilon (ties by candidate number), then the other

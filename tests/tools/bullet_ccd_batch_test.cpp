@@ -312,5 +312,51 @@ TEST_F(BulletCcdBatch, NoCollisionOfThePublishedBunnySetIsMissedOrLate)
     }
     EXPECT_EQ(hits, 120);
 }
+
+TEST_F(BulletCcdBatch, ATimeLimitKeepsWhatWasAnsweredAndSaysHowMuch)
+{
+    const std::string text = twistsHeader() + twistsRow("first", fallingCube(4.0), {}) +
+                             twistsRow("second", fallingCube(0.5), {}) +
+                             twistsRow("third", fallingCube(4.0), {});
+    const Outcome stopped = batch(text, "--time-limit 1e-9 --summary");
+    EXPECT_EQ(stopped.exitCode, 0);
+    EXPECT_EQ(stopped.err, "bullet-ccd batch: stopped after 1 of 3 queries\n");
+    EXPECT_THAT(stopped.out, HasSubstr("rows: 1\nhit: 1\n"));
+    ASSERT_EQ(rows().size(), 1U);
+    EXPECT_EQ(rows()[0].at("id"), "first");
+    EXPECT_EQ(batch(text, "--time-limit 1e6").err, "");
+    EXPECT_EQ(rows().size(), 3U);
+}
+
+TEST_F(BulletCcdBatch, CtrlCKeepsWhatWasAnswered)
+{
+    std::string text = twistsHeader();
+    for (int k = 0; k < 1000; ++k)
+    {
+        text += twistsRow(std::to_string(k), fallingCube(4.0), {});
+    }
+    const fs::path queries = m_temp.write("queries.csv", text);
+    // Job control, so that the program may be interrupted; until it catches SIGINT (bit 2).
+    const std::string wait =
+        "until grep -q 'SigCgt:.*[2367abef]$' /proc/$!/status; do sleep 0.01; done";
+    const Outcome stopped = runProgram(
+        fmt::format("set -m; {{ {} batch {} '{}' -o '{}' --repeat 1000 & {}; kill -INT $!; "
+                    "wait $!; }}",
+                    BULLET_CCD_PROGRAM,
+                    cubeAndPlate(),
+                    queries.string(),
+                    m_results.string(),
+                    wait));
+    EXPECT_EQ(stopped.exitCode, 130);
+    EXPECT_THAT(stopped.err, HasSubstr("bullet-ccd batch: stopped after "));
+    EXPECT_THAT(stopped.err, HasSubstr(" of 1000000 queries\n"));
+    ASSERT_FALSE(rows().empty());
+    EXPECT_LE(rows().size(), 1000U);
+    for (const Row& row : rows())
+    {
+        EXPECT_EQ(row.at("status"), "hit");
+        EXPECT_GT(number(row, "microseconds"), 0.0);
+    }
+}
 }  // namespace
 }  // namespace bullet_ccd::tools

@@ -105,6 +105,41 @@ TEST_F(GraspResume, AKilledRunLosesWhatItWasWorkingOnAlone)
     expectSameFiles(m_out, m_folder / "whole");
 }
 
+TEST_F(GraspResume, AnInterruptedRunWritesWhatItFoundAndCanBeGoneOnWith)
+{
+    const std::string options = "-n 100 -q --volumes 1";
+    const std::string wait = "while [ \"$(cat '" + m_journal.string() +
+                             "' 2>/dev/null | wc -l)\" -lt 5 ]; do sleep 0.01; done";
+    const Outcome stopped = runProgram("set -m; { " + command(m_out, options) + " & " + wait +
+                                       "; kill -INT $!; wait $!; }");
+    EXPECT_EQ(stopped.exitCode, 130) << stopped.err;
+    const std::ptrdiff_t recorded = lines(m_journal);
+    ASSERT_GE(recorded, 5);
+    ASSERT_LT(recorded, 100);
+    EXPECT_EQ(lines(m_out / "grasps.jsonl"), recorded);
+    EXPECT_THAT(stopped.out,
+                HasSubstr("interrupted: " + std::to_string(recorded) + " of 100 candidates tried"));
+    EXPECT_THAT(stopped.err,
+                HasSubstr("grasp plan: stopped after " + std::to_string(recorded) +
+                          " of 100 candidates\n"));
+    EXPECT_EQ(plan(m_out, "-n 100 --volumes 1 --resume").exitCode, 0);
+    ASSERT_EQ(plan(m_folder / "whole", options).exitCode, 0);
+    expectSameFiles(m_out, m_folder / "whole");
+}
+
+TEST_F(GraspResume, OtherVerbsStopAtTheirTimeLimits)
+{
+    ASSERT_EQ(plan(m_out, "-n 4 -q").exitCode, 0);
+    const std::string file = " '" + (m_out / "grasps.jsonl").string() + "'";
+    for (const std::string verb : {"check", "force", "quality"})
+    {
+        const Outcome stopped =
+            runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " " + verb + file + kNoTime);
+        EXPECT_EQ(stopped.exitCode, 1) << verb;
+        EXPECT_THAT(stopped.err, HasSubstr("grasp " + verb + ": stopped after 0 of ")) << verb;
+    }
+}
+
 TEST_F(GraspResume, RecordsOfAnotherPlanAreRefusedAndNamed)
 {
     const std::string stop = std::string("-n 4 -q") + kNoTime;

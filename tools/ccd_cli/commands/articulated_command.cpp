@@ -3,10 +3,12 @@
 #include "tools/ccd_cli/run/articulated_run.h"
 #include "tools/ccd_cli/text/articulated_text.h"
 #include "tools/ccd_cli/text/batch_summary.h"
-#include "tools/support/obstacle_list.h"
+#include "tools/support/command_line.h"
+#include "tools/support/obstacles/obstacle_list.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/progress_line.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/stopwatch.h"
 #include "tools/support/text_file.h"
 
@@ -38,6 +40,7 @@ struct ArticulatedArguments
     std::string output;
     int repeat = 1;
     bool summary = false;
+    double timeLimit = 0.0;
     ToiOptions toi;
 };
 
@@ -202,8 +205,13 @@ void answerOne(const ArticulatedArguments& a, const World& world, const Articula
 {
     if (a.contacts == 1)
     {
-        const std::vector<ArticulatedAnswer> answers = runArticulated(
-            world.links, world.bodies, std::span(&query, 1), a.toi, 1, [](std::size_t) {});
+        const std::vector<ArticulatedAnswer> answers =
+            runArticulated(world.links,
+                           world.bodies,
+                           std::span(&query, 1),
+                           a.toi,
+                           1,
+                           [](std::size_t) { return true; });
         const ArticulatedToiResult& result = answers[0].result;
         print(a,
               world,
@@ -246,25 +254,33 @@ void printSummary(const std::vector<ArticulatedAnswer>& answers, const World& wo
                             .wallSeconds = wall}));
 }
 
-void answerTable(const ArticulatedArguments& a,
-                 const World& world,
-                 const std::vector<ArticulatedQuery>& queries)
+int answerTable(const ArticulatedArguments& a,
+                const World& world,
+                const std::vector<ArticulatedQuery>& queries)
 {
     const Stopwatch watch;
+    const StopRequest stop(a.timeLimit);
+    const std::size_t total = queries.size() * static_cast<std::size_t>(a.repeat);
+    std::size_t count = 0;
     std::vector<ArticulatedAnswer> answers;
     {
-        ProgressLine progress(queries.size() * static_cast<std::size_t>(a.repeat), "queries");
+        ProgressLine progress(total, "queries");
         answers = runArticulated(world.links,
                                  world.bodies,
                                  queries,
                                  a.toi,
                                  a.repeat,
-                                 [&](std::size_t done) { progress.show(done); });
+                                 [&](std::size_t done)
+                                 {
+                                     count = done;
+                                     progress.show(done);
+                                     return !stop.isDue();
+                                 });
     }
     const double wall = watch.seconds();
     const ArticulatedNames names{.links = world.links, .obstacles = world.obstacles};
     std::string text = articulatedHeader() + "\n";
-    for (std::size_t k = 0; k < queries.size(); ++k)
+    for (std::size_t k = 0; k < answers.size(); ++k)
     {
         text += articulatedRow(queries[k].id, answers[k], names) + "\n";
     }
@@ -273,9 +289,10 @@ void answerTable(const ArticulatedArguments& a,
     {
         printSummary(answers, world, wall);
     }
+    return stop.finish("bullet-ccd articulated", count, total, "queries", kDone);
 }
 
-void answer(const ArticulatedArguments& a)
+int answer(const ArticulatedArguments& a)
 {
     checkUsage(a);
     if (!a.output.empty())
@@ -290,9 +307,9 @@ void answer(const ArticulatedArguments& a)
     if (a.output.empty())
     {
         answerOne(a, world, queries[0]);
-        return;
+        return kDone;
     }
-    answerTable(a, world, queries);
+    return answerTable(a, world, queries);
 }
 
 constexpr const char* kArticulatedFooter =
@@ -318,8 +335,12 @@ constexpr const char* kArticulatedFooter =
     "for "
     "each, named by the row that it starts from. --from and --to of n rows each ask n queries.\n"
     "\n"
-    "Exit codes: 0 if everything was answered, whatever the answer is, 2 for wrong options, 3 for "
-    "bad input.\n"
+    "After Ctrl-C, or at the time limit, RESULTS has the rows of the queries that were answered, "
+    "and "
+    "the last line on stderr says how many those are.\n"
+    "\n"
+    "Exit codes: 0 if the queries were answered, whatever the answers are, 130 if RESULTS was "
+    "written after Ctrl-C, 2 for wrong options, 3 for bad input.\n"
     "\n"
     "Example:\n"
     "  bullet-ccd articulated arm.urdf --srdf arm.srdf --self \\\n"
@@ -401,10 +422,11 @@ void addAnswerOptions(CLI::App& command, ArticulatedArguments& a)
         ->group("Answer");
     command.add_flag("--summary", a.summary, "With -o: print counts and times when all is done.")
         ->group("Answer");
+    addTimeLimitOption(command, a.timeLimit, "With -o: begin no further query");
 }
 }  // namespace
 
-void addArticulatedCommand(CLI::App& app)
+void addArticulatedCommand(CLI::App& app, int& exitCode)
 {
     CLI::App* command = app.add_subcommand(
         "articulated", "Finds the first contacts of a robot with obstacles and with itself.");
@@ -415,6 +437,6 @@ void addArticulatedCommand(CLI::App& app)
     addWorldOptions(*command, *arguments);
     addToiOptions(*command, arguments->toi);
     addAnswerOptions(*command, *arguments);
-    command->callback([arguments] { answer(*arguments); });
+    command->callback([arguments, &exitCode] { exitCode = answer(*arguments); });
 }
 }  // namespace bullet_ccd::tools

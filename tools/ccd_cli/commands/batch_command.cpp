@@ -4,11 +4,14 @@
 #include "tools/ccd_cli/run/query_run.h"
 #include "tools/ccd_cli/text/batch_summary.h"
 #include "tools/ccd_cli/text/result_text.h"
+#include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
 #include "tools/support/progress_line.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/stopwatch.h"
 #include "tools/support/text_file.h"
 
+#include <atomic>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
@@ -27,6 +30,7 @@ struct BatchArguments
     RunOptions run;
     bool summary = false;
     bool strict = false;
+    double timeLimit = 0.0;
 };
 
 QueryFile readQueries(const BatchArguments& arguments)
@@ -47,7 +51,7 @@ QueryFile readQueries(const BatchArguments& arguments)
     return file;
 }
 
-/// Rows of answers and bad rows in the order of the file.
+/// Rows of answers and bad rows in the order of the file; queries without an answer have none.
 std::string tableOf(const QueryFile& file, const std::vector<TimedAnswer>& answers, bool warm)
 {
     std::string text = resultHeader(warm) + "\n";
@@ -60,7 +64,7 @@ std::string tableOf(const QueryFile& file, const std::vector<TimedAnswer>& answe
         {
             text += badResultRow(file.badRows[bad++].id, warm) + "\n";
         }
-        if (!atEnd)
+        if (!atEnd && answers[k].isThere)
         {
             text += resultRow(file.queries[k].id, answers[k], warm) + "\n";
         }
@@ -68,27 +72,35 @@ std::string tableOf(const QueryFile& file, const std::vector<TimedAnswer>& answe
     return text;
 }
 
-void runBatch(const BatchArguments& arguments)
+int runBatch(const BatchArguments& arguments)
 {
     requireOtherFile(arguments.output, {arguments.fileA, arguments.fileB, arguments.queries});
     const QueryFile file = readQueries(arguments);
     requireWritable(arguments.output);
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
     const Stopwatch watch;
+    const StopRequest stop(arguments.timeLimit);
+    const std::size_t total = file.queries.size() * static_cast<std::size_t>(arguments.run.repeat);
+    std::atomic<std::size_t> count = 0;
     std::vector<TimedAnswer> answers;
     {
-        ProgressLine progress(file.queries.size() * static_cast<std::size_t>(arguments.run.repeat),
-                              "queries");
+        ProgressLine progress(total, "queries");
         answers = runQueries(*meshes.treeA,
                              *meshes.treeB,
                              file.queries,
                              arguments.run,
-                             [&](std::size_t done) { progress.show(done); });
+                             [&](std::size_t done)
+                             {
+                                 ++count;
+                                 progress.show(done);
+                                 return !stop.isDue();
+                             });
     }
     const double wall = watch.seconds();
     writeWholeFile(arguments.output, tableOf(file, answers, arguments.run.warm));
     if (arguments.summary)
     {
+        std::erase_if(answers, [](const TimedAnswer& answer) { return !answer.isThere; });
         fmt::print("{}",
                    summaryText({.answers = answers,
                                 .badRows = file.badRows.size(),
@@ -97,6 +109,7 @@ void runBatch(const BatchArguments& arguments)
                                 .buildSeconds = meshes.buildSeconds,
                                 .wallSeconds = wall}));
     }
+    return stop.finish("bullet-ccd batch", count, total, "queries", kDone);
 }
 
 constexpr const char* kBatchFooter =
@@ -113,8 +126,10 @@ constexpr const char* kBatchFooter =
     "touching_pressing, iteration_limit or bad_row. With a contact, toi is its time, p is the "
     "middle "
     "of the closest points in the world, and n is the normal from A to B. Without one, toi is 1, p "
-    "and n are empty, and gap is a lower bound of the distance. RESULTS appears when everything is "
-    "done, or not at all.\n"
+    "and n are empty, and gap is a lower bound of the distance. RESULTS appears at the end, or not "
+    "at "
+    "all. After Ctrl-C, or at the time limit, it has the rows of the queries that were answered, "
+    "and the last line on stderr says how many those are.\n"
     "\n"
     "microseconds is the time of one query alone; nothing of an earlier query is used. Measure "
     "with "
@@ -123,7 +138,8 @@ constexpr const char* kBatchFooter =
     "A row that is no query is reported on stderr with its line and column. It becomes a row "
     "bad_row, and the others are answered.\n"
     "\n"
-    "Exit codes: 0 if RESULTS was written, 2 for wrong options, 3 for bad input, with --strict for "
+    "Exit codes: 0 if RESULTS was written, 130 likewise after Ctrl-C, 2 for wrong options, 3 for "
+    "bad input, with --strict for "
     "a bad row, too.\n"
     "\n"
     "Example:\n"
@@ -154,18 +170,13 @@ void addRunOptions(CLI::App& command, RunOptions& run)
 }
 }  // namespace
 
-void addBatchCommand(CLI::App& app)
+void addBatchCommand(CLI::App& app, int& exitCode)
 {
     CLI::App* command =
         app.add_subcommand("batch", "Answers a CSV file of queries about the same two bodies.");
     command->footer(kBatchFooter);
     const auto arguments = std::make_shared<BatchArguments>();
-    command->add_option("A", arguments->fileA, "The mesh of body A.")
-        ->type_name("MESH")
-        ->required();
-    command->add_option("B", arguments->fileB, "The mesh of body B.")
-        ->type_name("MESH")
-        ->required();
+    addMeshes(*command, arguments->fileA, arguments->fileB);
     command->add_option("QUERIES", arguments->queries, "The motions, one query per row.")
         ->type_name("CSV")
         ->required();
@@ -180,6 +191,7 @@ void addBatchCommand(CLI::App& app)
     command->add_flag(
         "--summary", arguments->summary, "Print counts and times when everything is done.");
     command->add_flag("--strict", arguments->strict, "Compute nothing if a row is bad.");
-    command->callback([arguments] { runBatch(*arguments); });
+    addTimeLimitOption(*command, arguments->timeLimit, "Begin no further query");
+    command->callback([arguments, &exitCode] { exitCode = runBatch(*arguments); });
 }
 }  // namespace bullet_ccd::tools

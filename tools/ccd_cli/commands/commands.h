@@ -1,16 +1,21 @@
 /// The verbs of the program `bullet-ccd`. Each adds itself to the command line and runs when it is
-/// chosen; errors in the input come out as exceptions.
+/// chosen; errors in the input come out as exceptions. Those that may take long leave their exit
+/// code.
 #pragma once
 
 #include "bullet_ccd/toi/toi.h"
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace bullet_ccd::tools
 {
 void addToiCommand(CLI::App& app);
-void addBatchCommand(CLI::App& app);
-void addArticulatedCommand(CLI::App& app);
+void addBatchCommand(CLI::App& app, int& exitCode);
+void addArticulatedCommand(CLI::App& app, int& exitCode);
+
+/// The meshes A and B.
+void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);
 
 /// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);

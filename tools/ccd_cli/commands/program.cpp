@@ -15,7 +15,8 @@ constexpr const char* kBulletCcdFooter =
     "over the interval t = 0 to 1. Meshes are OBJ, STL, PLY, OFF, DAE, glTF or GLB files. "
     "docs/glossary.md defines tolerance, gap and minimum separation.\n"
     "\n"
-    "Exit codes: 0 if everything was answered, 2 for wrong options, 3 for bad input.\n"
+    "Exit codes: 0 if everything was answered, 2 for wrong options, 3 for bad input, "
+    "130 after Ctrl-C, which keeps what was done.\n"
     "\n"
     "Examples:\n"
     "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4\n"
@@ -33,12 +34,12 @@ int runBulletCcd(int argc, char** argv)
          .about =
              "Finds when moving meshes and robots first touch (continuous collision detection).",
          .footer = kBulletCcdFooter},
-        [](CLI::App& app, int&)
+        [](CLI::App& app, int& exitCode)
         {
             app.require_subcommand(1);
             addToiCommand(app);
-            addBatchCommand(app);
-            addArticulatedCommand(app);
+            addBatchCommand(app, exitCode);
+            addArticulatedCommand(app, exitCode);
         });
 }
 }  // namespace bullet_ccd::tools

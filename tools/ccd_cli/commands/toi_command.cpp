@@ -112,8 +112,11 @@ void answer(const ToiArguments& arguments)
                    .motionA = motionOf(arguments.bodyA, arguments.motion),
                    .motionB = motionOf(arguments.bodyB, arguments.motion)}};
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
-    const std::vector<TimedAnswer> answers =
-        runQueries(*meshes.treeA, *meshes.treeB, query, {.toi = arguments.toi}, [](std::size_t) {});
+    const std::vector<TimedAnswer> answers = runQueries(*meshes.treeA,
+                                                        *meshes.treeB,
+                                                        query,
+                                                        {.toi = arguments.toi},
+                                                        [](std::size_t) { return true; });
     const ToiResult& result = answers[0].result;
     std::vector<FeatureContact> contacts;
     if (result.status == ToiStatus::Hit || result.status == ToiStatus::TouchingPressing)
@@ -144,12 +147,7 @@ void addToiCommand(CLI::App& app)
         "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 \\\n"
         "      --a-velocity 0,0,-4 --a-angular 0,0,6.2832");
     const auto arguments = std::make_shared<ToiArguments>();
-    command->add_option("A", arguments->fileA, "The mesh of body A.")
-        ->type_name("MESH")
-        ->required();
-    command->add_option("B", arguments->fileB, "The mesh of body B.")
-        ->type_name("MESH")
-        ->required();
+    addMeshes(*command, arguments->fileA, arguments->fileB);
     addBody(*command, "a", arguments->bodyA);
     addBody(*command, "b", arguments->bodyB);
     command

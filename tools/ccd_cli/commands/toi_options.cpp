@@ -26,6 +26,12 @@ CLI::Validator distance(bool zeroAllowed)
 }
 }  // namespace
 
+void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB)
+{
+    command.add_option("A", fileA, "The mesh of body A.")->type_name("MESH")->required();
+    command.add_option("B", fileB, "The mesh of body B.")->type_name("MESH")->required();
+}
+
 void addToiOptions(CLI::App& command, ToiOptions& options)
 {
     command

@@ -2,6 +2,7 @@
 
 #include "tools/ccd_cli/run/query_run.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace bullet_ccd::tools
@@ -24,7 +25,7 @@ std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
                                               std::span<const ArticulatedQuery> queries,
                                               const ToiOptions& options,
                                               int repeat,
-                                              const std::function<void(std::size_t)>& done)
+                                              const std::function<bool(std::size_t)>& goOn)
 {
     const Environment environment(obstacles);
     ToiWorkspace work;
@@ -39,15 +40,16 @@ std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
     {
         answer(0);
     }
-    for (int pass = 0; pass < repeat; ++pass)
+    const std::size_t total = queries.size() * static_cast<std::size_t>(repeat);
+    std::size_t done = 0;
+    for (bool isWanted = true; isWanted && done < total;)
     {
-        for (std::size_t k = 0; k < queries.size(); ++k)
-        {
-            times[k].push_back(microsecondsOf([&] { answer(k); }));
-            done(static_cast<std::size_t>(pass) * queries.size() + k + 1);
-        }
+        const std::size_t k = done % queries.size();
+        times[k].push_back(microsecondsOf([&] { answer(k); }));
+        isWanted = goOn(++done);
     }
-    for (std::size_t k = 0; k < queries.size(); ++k)
+    answers.resize(std::min(done, queries.size()));
+    for (std::size_t k = 0; k < answers.size(); ++k)
     {
         answers[k].microseconds = quantile(times[k], 0.5);
     }

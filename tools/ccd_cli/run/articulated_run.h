@@ -27,14 +27,16 @@ struct ArticulatedAnswer
 
 /// Answers in the order of the queries, on one thread whose workspace has been used once before
 /// anything is timed. Between two times of one query that enter its median lie all other queries.
-/// @param done  called with the number of queries answered so far
+/// @param goOn  called after every query, with the number of queries answered so far; no further
+/// one is
+///              begun once it has returned false, and what was not answered is missing at the end
 [[nodiscard]] std::vector<ArticulatedAnswer> runArticulated(
     const RobotLinks& links,
     std::span<const RigidBody> obstacles,
     std::span<const ArticulatedQuery> queries,
     const ToiOptions& options,
     int repeat,
-    const std::function<void(std::size_t)>& done);
+    const std::function<bool(std::size_t)>& goOn);
 
 /// One query through all its contacts, and its microseconds.
 struct SequenceAnswer

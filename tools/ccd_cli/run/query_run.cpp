@@ -13,6 +13,8 @@ namespace bullet_ccd::tools
 {
 namespace
 {
+constexpr double kNotTimed = -1.0;
+
 class Run
 {
 public:
@@ -20,15 +22,15 @@ public:
         const SsvTree& treeB,
         std::span<const RigidQuery> queries,
         const RunOptions& options,
-        const std::function<void(std::size_t)>& done)
+        const std::function<bool(std::size_t)>& goOn)
         : m_treeA(treeA),
           m_treeB(treeB),
           m_queries(queries),
           m_options(options),
-          m_done(done),
+          m_goOn(goOn),
           m_answers(queries.size()),
-          m_cold(queries.size() * static_cast<std::size_t>(options.repeat)),
-          m_warm(options.warm ? m_cold.size() : 0)
+          m_cold(queries.size() * static_cast<std::size_t>(options.repeat), kNotTimed),
+          m_warm(options.warm ? m_cold.size() : 0, kNotTimed)
     {
     }
 
@@ -94,7 +96,10 @@ private:
         {
             m_warm[k] = answer(m_queries[index], workspace).microseconds;
         }
-        m_done(++m_count);
+        if (!m_goOn(++m_count))
+        {
+            m_next = m_cold.size();
+        }
     }
 
     [[nodiscard]] TimedAnswer answer(const RigidQuery& query, ToiWorkspace& workspace) const
@@ -105,7 +110,7 @@ private:
         const ToiResult result = rigidToi(bodyA, bodyB, m_options.toi, workspace);
         const auto end = std::chrono::steady_clock::now();
         const std::chrono::duration<double, std::micro> elapsed = end - start;
-        return {.result = result, .microseconds = elapsed.count()};
+        return {.isThere = true, .result = result, .microseconds = elapsed.count()};
     }
 
     [[nodiscard]] double median(const std::vector<double>& times, std::size_t query) const
@@ -113,7 +118,10 @@ private:
         std::vector<double> own;
         for (std::size_t k = query; k < times.size(); k += m_queries.size())
         {
-            own.push_back(times[k]);
+            if (times[k] != kNotTimed)
+            {
+                own.push_back(times[k]);
+            }
         }
         return quantile(std::move(own), 0.5);
     }
@@ -122,7 +130,7 @@ private:
     const SsvTree& m_treeB;
     std::span<const RigidQuery> m_queries;
     const RunOptions& m_options;
-    const std::function<void(std::size_t)>& m_done;
+    const std::function<bool(std::size_t)>& m_goOn;
     std::vector<TimedAnswer> m_answers;
     std::vector<double> m_cold;  ///< microseconds, pass after pass
     std::vector<double> m_warm;
@@ -137,9 +145,9 @@ std::vector<TimedAnswer> runQueries(const SsvTree& treeA,
                                     const SsvTree& treeB,
                                     std::span<const RigidQuery> queries,
                                     const RunOptions& options,
-                                    const std::function<void(std::size_t)>& done)
+                                    const std::function<bool(std::size_t)>& goOn)
 {
-    return Run(treeA, treeB, queries, options, done).all();
+    return Run(treeA, treeB, queries, options, goOn).all();
 }
 
 double quantile(std::vector<double> values, double fraction)

@@ -21,6 +21,7 @@ struct RunOptions
 
 struct TimedAnswer
 {
+    bool isThere = false;  ///< false if the run was stopped before
     ToiResult result;
     double microseconds = 0.0;      ///< of rigidToi() alone; median of the passes
     double warmMicroseconds = 0.0;  ///< likewise of the second time in a row
@@ -30,13 +31,14 @@ struct TimedAnswer
 ///
 /// Every thread has one workspace, used once before anything is timed. Between two times of one
 /// query that enter its median lie all other queries.
-/// @param done  called with the number of queries answered so far, by any thread
+/// @param goOn  called after every query by any thread, with the number of queries answered so far;
+///              no further one is begun once it has returned false
 /// Rethrows what a query throws, after all threads have stopped.
 [[nodiscard]] std::vector<TimedAnswer> runQueries(const SsvTree& treeA,
                                                   const SsvTree& treeB,
                                                   std::span<const RigidQuery> queries,
                                                   const RunOptions& options,
-                                                  const std::function<void(std::size_t)>& done);
+                                                  const std::function<bool(std::size_t)>& goOn);
 
 /// The value that `fraction` of the values, 0 to 1, do not exceed; where two values fit equally
 /// well, as for the median of an even number, their mean. 0 without values.

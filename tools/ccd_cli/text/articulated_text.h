@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/ccd_cli/run/articulated_run.h"
-#include "tools/support/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_list.h"
 
 #include <cstddef>
 #include <span>

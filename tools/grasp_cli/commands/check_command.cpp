@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/answers/audit.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@ struct CheckArguments
 {
     RecordArguments records;
     double maxGap = 2e-4;
+    double timeLimit = 0.0;
 };
 
 /// Sums over all grasps of a file.
@@ -79,11 +81,13 @@ int check(const CheckArguments& arguments)
                                "verdict"},
                     .rows = {}};
     CheckSummary summary;
-    for (std::size_t k = 0; k < grasps.size(); ++k)
+    const StopRequest stop(arguments.timeLimit);
+    std::size_t done = 0;
+    for (; done < grasps.size() && !stop.isDue(); ++done)
     {
-        if (!grasps[k].positions.empty())
+        if (!grasps[done].positions.empty())
         {
-            addGrasp(hand, object, grasps[k], k + 1, arguments.maxGap, table, summary);
+            addGrasp(hand, object, grasps[done], done + 1, arguments.maxGap, table, summary);
         }
     }
     fmt::print("{}\n", alignedText(table));
@@ -92,7 +96,7 @@ int check(const CheckArguments& arguments)
         "deepest penetration {:.4f} mm, largest gap of a contact {:.4f} mm, farthest contact "
         "point from the object {:.2g} mm\n",
         summary.audited,
-        grasps.size(),
+        done,
         summary.penetrating,
         1e3 * summary.deepest,
         1e3 * summary.largestGap,
@@ -102,7 +106,9 @@ int check(const CheckArguments& arguments)
         fmt::print("{} is not watertight: only its surface could be tested, not its inside\n",
                    object.name);
     }
-    return summary.penetrating == 0 && summary.tooWide == 0 ? kDone : kNothingFound;
+    const bool isSound = done == grasps.size() && summary.penetrating == 0 && summary.tooWide == 0;
+    return stop.finish(
+        "grasp check", done, grasps.size(), "grasps", isSound ? kDone : kNothingFound);
 }
 }  // namespace
 
@@ -117,7 +123,8 @@ void addCheckCommand(CLI::App& app, int& exitCode)
         "inside of a watertight object, and contact points against all triangles.\n"
         "\n"
         "Exit codes: 0 if no posture penetrates and no contact is wider than --max-gap, 1 if one "
-        "does or is, 2 for wrong options, 3 for bad input.\n"
+        "does or is, or the time limit left some out, 130 after Ctrl-C, 2 for wrong options, 3 for "
+        "bad input.\n"
         "\n"
         "Example:\n"
         "  grasp check out/grasps.jsonl --max-gap 1e-4");
@@ -128,6 +135,7 @@ void addCheckCommand(CLI::App& app, int& exitCode)
         ->type_name("M")
         ->check(within(0.0, 1.0))
         ->capture_default_str();
+    addTimeLimitOption(*command, arguments->timeLimit, "Check no further grasp");
     command->callback([arguments, &exitCode] { exitCode = check(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -4,6 +4,7 @@
 #include "tools/grasp_cli/options/contact_options.h"
 #include "tools/grasp_cli/options/effort_option.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
 #include <cmath>
@@ -31,6 +32,7 @@ struct ForceArguments
     int coneEdges = 16;
     std::vector<std::string> efforts;
     double maxForce = std::numeric_limits<double>::infinity();
+    double timeLimit = 0.0;
     bool json = false;
 };
 
@@ -127,10 +129,12 @@ int force(const ForceArguments& arguments)
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
     fmt::print(stderr, "{}", unlimitedNote(common));
+    const StopRequest stop(arguments.timeLimit);
+    std::size_t done = 0;
     int balanced = 0;
-    for (const std::size_t index : chosen)
+    for (; done < chosen.size() && !stop.isDue(); ++done)
     {
-        const ForceRecord record = solveRecord(arguments, records, common, index);
+        const ForceRecord record = solveRecord(arguments, records, common, chosen[done]);
         balanced += record.status() == grasp::ForceStatus::Balanced ? 1 : 0;
         fmt::print("{}",
                    arguments.json ? forceJson(record, records.hand.hand)
@@ -138,9 +142,10 @@ int force(const ForceArguments& arguments)
     }
     if (!arguments.json)
     {
-        fmt::print("{} of {} grasps balance the load\n", balanced, chosen.size());
+        fmt::print("{} of {} grasps balance the load\n", balanced, done);
     }
-    return balanced > 0 ? kDone : kNothingFound;
+    return stop.finish(
+        "grasp force", done, chosen.size(), "grasps", balanced > 0 ? kDone : kNothingFound);
 }
 
 void addLoadOptions(CLI::App& command, ForceArguments& arguments)
@@ -245,7 +250,8 @@ void addForceCommand(CLI::App& app, int& exitCode)
         "within the efforts, for every chosen grasp. Of a grasp that cannot, it says the reason: "
         "friction alone, or the joints.\n"
         "\n"
-        "Exit codes: 0 if a chosen grasp can hold the load, 1 if none can, 2 for wrong options, 3 "
+        "Exit codes: 0 if a chosen grasp can hold the load, 1 if none can, 130 after Ctrl-C, 2 for "
+        "wrong options, 3 "
         "for "
         "bad input.\n"
         "\n"
@@ -260,6 +266,7 @@ void addForceCommand(CLI::App& app, int& exitCode)
     addSolverOptions(*command, *arguments);
     command->add_flag(
         "--json", arguments->json, "Print one JSON record per grasp instead of tables.");
+    addTimeLimitOption(*command, arguments->timeLimit, "Take no further grasp");
     command->callback([arguments, &exitCode] { exitCode = force(*arguments); });
 }
 }  // namespace bullet_ccd::tools

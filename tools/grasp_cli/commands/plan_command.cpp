@@ -5,7 +5,8 @@
 #include "tools/grasp_cli/plan/plan_journal.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
-#include "tools/support/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_list.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -83,6 +84,7 @@ std::string cullingText(const std::vector<Grasp>& grasps, std::size_t obstacles)
 void printSummary(const PlanArguments& arguments,
                   const PlanRun& run,
                   std::size_t obstacles,
+                  bool wasInterrupted,
                   const std::vector<std::string>& written)
 {
     constexpr std::size_t kRows = 10;
@@ -97,11 +99,11 @@ void printSummary(const PlanArguments& arguments,
     if (const std::string left = candidatesLeft(run.grasps, arguments.options.candidates);
         !left.empty())
     {
-        fmt::print(
-            "time limit reached: {} of {} candidates tried, not {}; --resume goes on with them\n",
-            run.grasps.size(),
-            arguments.options.candidates,
-            left);
+        fmt::print("{}: {} of {} candidates tried, not {}; --resume goes on with them\n",
+                   wasInterrupted ? "interrupted" : "time limit reached",
+                   run.grasps.size(),
+                   arguments.options.candidates,
+                   left);
     }
     if (found > 0)
     {
@@ -175,12 +177,14 @@ int plan(const PlanArguments& arguments)
     {
         printNotes(journal, arguments);
     }
+    const StopRequest stop;  // the planner itself keeps the time limit
     runPlan(run,
             arguments.options,
             arguments.quiet,
             {.progress = [&](const Grasp& grasp) { journal.append(grasp); },
              .obstacles = bodies,
-             .known = journal.known()});
+             .known = journal.known(),
+             .stop = [&] { return stop.isInterrupted(); }});
     std::vector<std::string> written =
         writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing);
     if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
@@ -191,8 +195,12 @@ int plan(const PlanArguments& arguments)
     {
         written.push_back(journal.file().string());
     }
-    printSummary(arguments, run, obstacles.size(), written);
-    return forceClosures(run.grasps) > 0 ? kDone : kNothingFound;
+    printSummary(arguments, run, obstacles.size(), stop.isInterrupted(), written);
+    return stop.finish("grasp plan",
+                       run.grasps.size(),
+                       static_cast<std::size_t>(arguments.options.candidates),
+                       "candidates",
+                       forceClosures(run.grasps) > 0 ? kDone : kNothingFound);
 }
 
 void addStoppingOptions(CLI::App& command, PlanArguments& arguments)
@@ -265,8 +273,12 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command->add_flag("-q,--quiet", arguments->quiet, "Print no progress and no notes on stderr.")
         ->group("Output");
     command->footer(
-        "Exit codes: 0 if a force closure was found, 1 if none was, 2 for wrong options, 3 for bad "
-        "input.\n"
+        "After Ctrl-C, or at the time limit, the files hold what was found, the last line on "
+        "stderr says "
+        "how many candidates were tried, and --resume goes on with the others.\n"
+        "\n"
+        "Exit codes: 0 if a force closure was found, 1 if none was, 130 after Ctrl-C, 2 for wrong "
+        "options, 3 for bad input.\n"
         "\n"
         "Examples:\n"
         "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"

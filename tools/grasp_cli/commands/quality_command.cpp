@@ -6,6 +6,7 @@
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/contact_options.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
 #include <fmt/format.h>
@@ -26,6 +27,7 @@ struct QualityArguments
     double resolution = grasp::ExactEpsilonOptions{}.resolution;
     std::vector<double> poseNoise;  ///< [m] and [rad]; empty: none
     int trials = 50;
+    double timeLimit = 0.0;
 };
 
 /// What one grasp is worth.
@@ -115,9 +117,12 @@ int quality(const QualityArguments& arguments)
     }
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
+    const StopRequest stop(arguments.timeLimit);
+    std::size_t done = 0;
     int closures = 0;
-    for (const std::size_t index : chosen)
+    for (; done < chosen.size() && !stop.isDue(); ++done)
     {
+        const std::size_t index = chosen[done];
         const grasp::Grasp& grasp = records.grasps[index];
         const QualityRow row = qualityOf(arguments, records, grasp);
         const bool closure = row.closure || row.exact.forceClosure();
@@ -134,9 +139,9 @@ int quality(const QualityArguments& arguments)
         const std::vector<std::string> cells = robustnessCells(arguments, row);
         table.rows.back().insert(table.rows.back().end(), cells.begin(), cells.end());
     }
-    fmt::print(
-        "{}\n{} of {} grasps are force closures\n", alignedText(table), closures, chosen.size());
-    return closures > 0 ? kDone : kNothingFound;
+    fmt::print("{}\n{} of {} grasps are force closures\n", alignedText(table), closures, done);
+    return stop.finish(
+        "grasp quality", done, chosen.size(), "grasps", closures > 0 ? kDone : kNothingFound);
 }
 }  // namespace
 
@@ -150,7 +155,8 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         "that sum to 1 (qhull). The columns 'cones' are bounds of epsilon for exact cones in the "
         "chosen norm, at most --resolution apart. Wrenches are about the centre of mass.\n"
         "\n"
-        "Exit codes: 0 if a chosen grasp is a force closure, 1 if none is, 2 for wrong options, 3 "
+        "Exit codes: 0 if a chosen grasp is a force closure, 1 if none is, 130 after Ctrl-C, 2 for "
+        "wrong options, 3 "
         "for "
         "bad input.\n"
         "\n"
@@ -212,6 +218,7 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         ->check(within(1, 1'000'000))
         ->capture_default_str()
         ->group("Robustness");
+    addTimeLimitOption(*command, arguments->timeLimit, "Take no further grasp");
     command->callback([arguments, &exitCode] { exitCode = quality(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -1,5 +1,5 @@
 #include "tools/support/csv_table.h"
-#include "tools/support/obstacle_scene.h"
+#include "tools/support/obstacles/obstacle_scene.h"
 
 #include <fmt/format.h>
 #include <optional>

@@ -1,7 +1,7 @@
-#include "tools/support/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_list.h"
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "tools/support/obstacle_scene.h"
+#include "tools/support/obstacles/obstacle_scene.h"
 
 #include <filesystem>
 #include <map>

@@ -1,5 +1,5 @@
 #include "bullet_ccd/io/nearest_name.h"
-#include "tools/support/obstacle_scene.h"
+#include "tools/support/obstacles/obstacle_scene.h"
 #include "tools/support/pose_text.h"
 
 #include <algorithm>
