@@ -78,7 +78,7 @@ CastMethod sweepTest(const QueryFamily& family)
 {
     struct State
     {
-        tests::Scene scene{tests::Kind::Stock};
+        reference::Scene scene{reference::Kind::Stock};
         btConvexShape* a = nullptr;
         btRigidBody* b = nullptr;
         Way way;
@@ -111,16 +111,17 @@ CastMethod motionThreshold(const QueryFamily& family)
 {
     struct State
     {
-        tests::Scene scene{tests::Kind::StockCcd};
+        reference::Scene scene{reference::Kind::StockCcd};
         btRigidBody* a = nullptr;
         btRigidBody* b = nullptr;
         btVector3 from;
         btVector3 velocity;
     };
     auto state = std::make_shared<State>();
-    tests::Scene& scene = state->scene;
+    reference::Scene& scene = state->scene;
     state->b = scene.body(scene.keep(family.b.shape()), 0.0, btTransform::getIdentity());
-    state->a = scene.body(scene.keep(family.a.shape()), 1.0, tests::poseAt(tests::vec(9, 0, 0)));
+    state->a =
+        scene.body(scene.keep(family.a.shape()), 1.0, reference::poseAt(reference::vec(9, 0, 0)));
     return {
         .name = "motion threshold",
         .prepare =

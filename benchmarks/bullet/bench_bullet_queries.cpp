@@ -25,7 +25,7 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using Eigen::Vector3d;
-using tests::Random;
+using reference::Random;
 
 constexpr double kSize = 0.05;    // half, of the bodies
 constexpr double kMargin = 1e-4;  // of hulls, boxes and meshes
@@ -45,7 +45,7 @@ QueryBody boxBody(const Vector3d& half)
 
 QueryBody sphereBody()
 {
-    return {.mesh = tests::triangle(Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()),
+    return {.mesh = reference::triangle(Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()),
             .radius = kSize,
             .shape = [] { return std::make_unique<btSphereShape>(btScalar(kSize)); }};
 }
@@ -53,10 +53,10 @@ QueryBody sphereBody()
 QueryBody capsuleBody()
 {
     const double radius = 0.4 * kSize;
-    return {
-        .mesh = tests::segment({0, -kSize, 0}, {0, kSize, 0}), .radius = radius, .shape = [radius] {
-            return std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(2 * kSize));
-        }};
+    return {.mesh = reference::segment({0, -kSize, 0}, {0, kSize, 0}),
+            .radius = radius,
+            .shape = [radius]
+            { return std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(2 * kSize)); }};
 }
 
 /// An ellipsoid of 42 corners: the hull of its corners is itself.
@@ -146,13 +146,13 @@ bool answer(const QueryFamily& family, const SsvTree& a, const SsvTree& b, Bulle
     const RigidMotion rest = restAt(query.X_WB);
     const ToiResult result = rigidToi(
         {.tree = &a, .motion = query.motionA}, {.tree = &b, .motion = rest}, options, work);
-    const tests::RigidScene scene{
+    const reference::RigidScene scene{
         .meshA = family.a.mesh, .meshB = family.b.mesh, .motionA = query.motionA, .motionB = rest};
     query.hit = result.status == ToiStatus::Hit;
     query.time = result.time;
     query.gap = result.gap - options.minimumSeparation;
     return (query.hit || result.status == ToiStatus::Separated) &&
-           tests::judgeToi(scene, options, result).verdict == tests::Verdict::Right;
+           reference::judgeToi(scene, options, result).verdict == reference::Verdict::Right;
 }
 
 void addQueries(QueryFamily& family, int count, bool turning, Random& random)

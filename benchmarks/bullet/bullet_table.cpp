@@ -12,7 +12,7 @@
 
 namespace
 {
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::reference;
 
 /// Lost time that a world may have, of the simulated time.
 constexpr double kMaxLost = 0.01;

@@ -11,10 +11,11 @@
 #include <fmt/format.h>
 #include <memory>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using namespace reference;
 // Inner half lengths of the bin for twenty objects [m]; its area grows with their number.
 const Eigen::Vector2d kHalfInnerForTwenty(0.25, 0.2);
 
@@ -179,4 +180,4 @@ SoakSubject handSoak(const HandSoak& soak)
         .shares = {.leastHits = 50, .leastFree = 0, .enough = 1},
         .ask = [hand, soak](std::uint64_t seed) { return runHand(*hand, soak, seed); }};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 struct BinSoak
 {
@@ -36,4 +36,4 @@ struct HandSoak
 /// object, or links that can meet with each other. A hit is an object that the hand holds in at
 /// least half of its closings.
 [[nodiscard]] SoakSubject handSoak(const HandSoak& soak);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

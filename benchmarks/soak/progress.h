@@ -6,7 +6,7 @@
 #include <string>
 #include <unistd.h>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 /// On a terminal one line that rewrites itself every second, else a line every minute.
 class Progress
@@ -52,4 +52,4 @@ private:
     Clock::time_point m_start = Clock::now();
     Clock::time_point m_next = m_start + std::chrono::seconds(2);
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

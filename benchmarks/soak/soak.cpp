@@ -13,10 +13,11 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using namespace reference;
 using nlohmann::json;
 
 /// What is known after all seeds before `next`.
@@ -68,8 +69,7 @@ public:
     {
         m_state.next = options.firstSeed;
         m_state.tallies.resize(subject.families.size());
-        const auto kept =
-            options.resume ? benchmarks::loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
+        const auto kept = options.resume ? loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
         if (kept)
         {
             m_state = fromJson(*kept);
@@ -91,7 +91,7 @@ public:
         while (m_state.next < m_end)
         {
             askRound();
-            benchmarks::saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
+            saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
             progress.show(static_cast<double>(m_state.next - start),
                           fmt::format("{} failures", m_state.failures.size()));
         }
@@ -261,4 +261,4 @@ int runSoak(const SoakSubject& subject, const SoakOptions& options)
         return 3;
     }
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -16,7 +16,7 @@ namespace CLI
 class App;
 }
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 struct SoakAnswer
 {
@@ -24,7 +24,7 @@ struct SoakAnswer
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;
     double gap = 0.0;
-    Judgement judgement = {};
+    reference::Judgement judgement = {};
     std::map<std::string, std::int64_t> counts = {};  ///< of anything else; summed over all answers
 };
 
@@ -33,7 +33,7 @@ struct SoakSubject
     std::string program = {};  ///< and the settings that change answers: how a user asks again
     std::vector<std::string> families = {};
     std::uint64_t round = 1;  ///< seeds after which families and options repeat: one checkpoint
-    SoakShares shares = {};
+    reference::SoakShares shares = {};
     std::function<SoakAnswer(std::uint64_t seed)> ask = {};  ///< from several threads
     std::function<void(std::ostream& out, std::uint64_t seed)> print = {};  ///< the query; or none
 };
@@ -58,4 +58,4 @@ void addSoakOptions(CLI::App& app, SoakOptions& options);
 /// the run proves little, 3 if it could not be run, as with a checkpoint that does not fit. A run
 /// that is killed has kept all but the round in hand.
 [[nodiscard]] int runSoak(const SoakSubject& subject, const SoakOptions& options);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

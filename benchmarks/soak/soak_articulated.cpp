@@ -8,7 +8,8 @@
 
 namespace
 {
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::benchmarks;
+using namespace bullet_ccd::reference;
 
 SoakAnswer ask(std::uint64_t seed)
 {

@@ -6,7 +6,7 @@
 
 namespace
 {
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::benchmarks;
 
 /// What both kinds of worlds have.
 template <typename Kind>

@@ -14,11 +14,11 @@
 #include <optional>
 #include <set>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using namespace benchmarks;
+using namespace reference;
 using Eigen::Isometry3d;
 
 /// Corners that triangles use, once each.
@@ -359,4 +359,4 @@ bool isConvex(const TriangleMesh& mesh)
     return isWatertight(merged) &&
            std::all_of(merged.triangles.begin(), merged.triangles.end(), isOutside);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -12,12 +12,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using benchmarks::Sandboxed;
-using benchmarks::SandboxEnd;
+using namespace reference;
 using nlohmann::json;
 
 /// What a code that is asked for a time may be early, and rounding of its times.
@@ -139,7 +138,7 @@ void runRelations(const Case& tested,
                   json& relations)
 {
     const bool isOurs = method.owner == "ours";
-    const auto answers = benchmarks::sandboxedAnswers<PeerAnswer>(
+    const auto answers = sandboxedAnswers<PeerAnswer>(
         asked.size(),
         {.seconds = limit, .patience = kPatience},
         [&](std::size_t i) { return answerLegs(method, asked[i].variant); });
@@ -188,7 +187,7 @@ json askMethod(const Case& tested, const Method<Case>& method, double limit)
         row["note"] = note;
         return row;
     }
-    const Sandboxed<PeerAnswer> asked = benchmarks::sandboxedAnswers<PeerAnswer>(
+    const Sandboxed<PeerAnswer> asked = sandboxedAnswers<PeerAnswer>(
         1, {.seconds = limit}, [&](std::size_t) { return method.run(tested); })[0];
     std::string verdict =
         verdictOf(asked, tested.answer, roundingOf(tested), method.owner == "ours");
@@ -277,18 +276,18 @@ void run(const std::string& kind,
 
 json runCatalogue(const CatalogueOptions& options)
 {
-    json table{{"family", "catalogue"},
-               {"title", "Contact times with exact answers, where known methods fail"},
-               {"limit", options.limit},
-               {"variantLimit", options.variantLimit},
-               {"peers",
-                {benchmarks::isFclPresent() ? "FCL" : "",
-                 benchmarks::isBulletPresent() ? "Bullet in double precision" : ""}},
-               {"defaultIterations", ToiOptions{}.maxIterations},
-               {"relations", json::array()},
-               {"methods", json::array()},
-               {"cases", json::array()},
-               {"elsewhere", json::array()}};
+    json table{
+        {"family", "catalogue"},
+        {"title", "Contact times with exact answers, where known methods fail"},
+        {"limit", options.limit},
+        {"variantLimit", options.variantLimit},
+        {"peers",
+         {isFclPresent() ? "FCL" : "", isBulletPresent() ? "Bullet in double precision" : ""}},
+        {"defaultIterations", ToiOptions{}.maxIterations},
+        {"relations", json::array()},
+        {"methods", json::array()},
+        {"cases", json::array()},
+        {"elsewhere", json::array()}};
     for (const Relation relation : kRelations)
     {
         table["relations"].push_back(nameOf(relation));
@@ -307,4 +306,4 @@ json runCatalogue(const CatalogueOptions& options)
     run("articulated", articulatedCases(), articulatedMethods(), options, table);
     return table;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

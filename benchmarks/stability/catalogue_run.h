@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 struct CatalogueOptions
 {
@@ -28,4 +28,4 @@ struct CatalogueOptions
 /// by the tolerance of the case, and peers, which are asked for a time, by 1e-4 of the motion if
 /// that is more. Late is what is beyond the rounding of the scene, and for peers beyond 1e-9.
 [[nodiscard]] nlohmann::json runCatalogue(const CatalogueOptions& options);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -12,7 +12,8 @@
 
 namespace
 {
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::benchmarks;
+using namespace bullet_ccd::reference;
 using nlohmann::json;
 
 /// A line per case, a column per method of the kind; sums.
@@ -109,7 +110,7 @@ int run(const CatalogueOptions& options, const std::string& output)
     }
     else
     {
-        bullet_ccd::benchmarks::writeReport(output, table);
+        writeReport(output, table);
     }
     return failuresOfOurs(table) == 0 ? 0 : 1;
 }

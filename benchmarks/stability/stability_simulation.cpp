@@ -16,7 +16,7 @@
 namespace
 {
 using namespace bullet_ccd::benchmarks;
-namespace tests = bullet_ccd::tests;
+namespace reference = bullet_ccd::reference;
 
 /// A run that takes longer than this is ended [s].
 constexpr double kRunLimit = 60.0;
@@ -91,7 +91,7 @@ nlohmann::json runAll(const Arguments& arguments)
         {
             continue;
         }
-        for (const tests::Kind kind : world.kinds)
+        for (const reference::Kind kind : world.kinds)
         {
             for (const int rate : arguments.rates)
             {
@@ -130,7 +130,7 @@ void write(const Arguments& arguments, nlohmann::json rows, double seconds)
     writeReport(arguments.output,
                 {{"family", "simulation"},
                  {"title", "Stability of simulated grasps"},
-                 {"precision", tests::kDouble ? "double" : "single"},
+                 {"precision", reference::kDouble ? "double" : "single"},
                  {"peers", {fmt::format("Bullet {}", btGetVersion())}},
                  {"quick", arguments.quick},
                  {"rates", arguments.rates},

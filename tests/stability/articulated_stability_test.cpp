@@ -15,13 +15,18 @@
 #include <ostream>
 #include <tuple>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 void PrintTo(const ArticulatedCase& tested, std::ostream* out);
 void PrintTo(const ArticulatedCase& tested, std::ostream* out)
 {
     *out << tested.id;
 }
+}  // namespace bullet_ccd::reference
+
+namespace bullet_ccd::tests
+{
+using namespace reference;
 
 namespace
 {

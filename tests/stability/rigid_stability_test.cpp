@@ -12,13 +12,18 @@
 #include <ostream>
 #include <tuple>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 void PrintTo(const RigidCase& tested, std::ostream* out);
 void PrintTo(const RigidCase& tested, std::ostream* out)
 {
     *out << tested.id;
 }
+}  // namespace bullet_ccd::reference
+
+namespace bullet_ccd::tests
+{
+using namespace reference;
 
 namespace
 {

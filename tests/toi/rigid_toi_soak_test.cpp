@@ -10,6 +10,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr std::uint64_t kQueries = 1260;  // of each family

@@ -14,7 +14,7 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -281,4 +281,4 @@ std::vector<std::pair<Missile, Missile>> headOnPairs()
         {meshSphere(), meshBox()},
         {wrapped(boxMissile(), "compound of a box"), wrapped(capsule(), "compound of a capsule")}};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// Something about 1 cm in size.
 struct Missile
@@ -43,4 +43,4 @@ struct Shot
 [[nodiscard]] btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles);
 [[nodiscard]] std::vector<Shot> shotsAtTargets();
 [[nodiscard]] std::vector<std::pair<Missile, Missile>> headOnPairs();
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

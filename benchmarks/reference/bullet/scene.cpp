@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 btTransform poseAt(const btVector3& origin, double angleAboutZ)
 {
@@ -328,4 +328,4 @@ void Scene::placeColliders(btMultiBody& body)
     body.forwardKinematics(rotations, origins);
     body.updateCollisionObjectWorldTransforms(rotations, origins);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -20,7 +20,7 @@
 
 class btStridingMeshInterface;
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 inline constexpr bool kDouble = sizeof(btScalar) == 8;
 
@@ -146,4 +146,4 @@ private:
     void enableStockCcd(btCollisionObject& object) const;
     btMultiBodyLinkCollider* collider(btMultiBody& body, int link, btCollisionShape* shape);
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

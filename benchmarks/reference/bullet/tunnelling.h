@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct Setting
 {
@@ -74,4 +74,4 @@ struct Run
 
 /// Steps the scene and judges the path.
 [[nodiscard]] RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -332,4 +332,4 @@ std::vector<TunnellingRow> bodyRows()
                     { return kinematicPlateAtBall(kind, boxMissile(), setting, phase); }});
     return rows;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -367,4 +367,4 @@ std::vector<TunnellingRow> linkRows()
     }
     return rows;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 inline constexpr double kPi = std::numbers::pi;
 
@@ -39,4 +39,4 @@ inline constexpr double kPi = std::numbers::pi;
                       .motionA = {.v_W = {0, 0, -2}}},
             .answer = {.time = 0.5, .closingSpeed = 2.0}};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

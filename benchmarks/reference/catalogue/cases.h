@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// The exact answer.
 struct CaseAnswer
@@ -104,4 +104,4 @@ struct RightTimes
 [[nodiscard]] ArticulatedCase barTurnsIntoPin(std::string id, double w);
 
 [[nodiscard]] std::vector<ArticulatedCase> articulatedCases();
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -194,4 +194,4 @@ std::vector<ArticulatedCase> chainCases()
         loopAroundPole(),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

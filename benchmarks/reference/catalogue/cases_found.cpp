@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -353,4 +353,4 @@ std::vector<RigidCase> foundCases()
             chainLinks(),     doubledFloor(),    wideBearing(),      pinnedRod(),
             curvesIn(),       onRibbon()};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -90,4 +90,4 @@ std::vector<ArticulatedCase> foundChainCases()
 {
     return {longChain(), fiftyTurns(), tinyTurn(), flyingHand()};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

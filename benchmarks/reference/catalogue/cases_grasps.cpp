@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -219,4 +219,4 @@ std::vector<ArticulatedCase> graspCases()
         sweepsOverThinPlate(),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -286,4 +286,4 @@ std::vector<RigidCase> degenerateCases()
         extremeUnits("F17b", 1e+10),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -285,4 +285,4 @@ std::vector<RigidCase> rotationCases()
         inUnits("F06d", rodToPin("B02", 0.5 * kPi), 1e6),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -7,7 +7,7 @@
 #include "benchmarks/reference/catalogue/cases.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -107,4 +107,4 @@ std::vector<RigidCase> stateCases()
         leaves("E11b", none, {0, 0, 10}, 1e-4),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

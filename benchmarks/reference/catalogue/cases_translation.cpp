@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -262,4 +262,4 @@ std::vector<RigidCase> translationCases()
         jaw("I03b", -0.005, (0.015 + 0.005) / 0.04),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -280,4 +280,4 @@ TriangleMesh subdivided(const TriangleMesh& mesh)
     }
     return result;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 class Random
 {
@@ -66,4 +66,4 @@ public:
 private:
     std::mt19937_64 m_engine;
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
@@ -248,4 +248,4 @@ Isometry3d poseOf(const Vector3d& translation, double angle, const Vector3d& axi
     X.translation() = translation;
     return X;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -10,7 +10,7 @@
 #include <initializer_list>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 [[nodiscard]] TriangleMesh triangle(const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b,
@@ -76,4 +76,4 @@ namespace bullet_ccd::tests
 [[nodiscard]] Eigen::Isometry3d poseOf(const Eigen::Vector3d& translation,
                                        double angle = 0.0,
                                        const Eigen::Vector3d& axis = Eigen::Vector3d::UnitZ());
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference
