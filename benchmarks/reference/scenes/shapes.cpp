@@ -31,6 +31,11 @@ TriangleMesh floorAt(double z, double half)
     return quad({-half, -half, z}, {half, -half, z}, {half, half, z}, {-half, half, z});
 }
 
+TriangleMesh wallAtX(double x, double half)
+{
+    return quad({x, -half, -half}, {x, half, -half}, {x, half, half}, {x, -half, half});
+}
+
 TriangleMesh wallAtY(double y, double half)
 {
     return quad({-half, y, -half}, {-half, y, half}, {half, y, half}, {half, y, -half});

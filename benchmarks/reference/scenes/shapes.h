@@ -28,7 +28,8 @@ namespace bullet_ccd::reference
 /// The plane z = `z` as a square of that half edge.
 [[nodiscard]] TriangleMesh floorAt(double z, double half);
 
-/// The plane y = `y` as a square of that half edge.
+/// The planes x = `x` and y = `y` as squares of that half edge.
+[[nodiscard]] TriangleMesh wallAtX(double x, double half);
 [[nodiscard]] TriangleMesh wallAtY(double y, double half);
 
 [[nodiscard]] TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
