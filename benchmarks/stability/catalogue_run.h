@@ -1,8 +1,6 @@
 /// Every case through every method, and every relation on the cases that a method gets right.
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -15,13 +13,12 @@ struct CatalogueOptions
     std::string only = {};       ///< one case, by its id
     bool relations = true;
     bool firstVariantOnly = false;
-    /// Told before every case: its id, its number from 0 on, how many there are.
-    std::function<void(const std::string&, std::size_t, std::size_t)> progress = {};
 };
 
-/// What benchmarks/run stability draws: `methods`, each with what it kept of every relation;
-/// `cases`, each with an answer per method of its kind; `elsewhere`, the rows of the catalogue that
-/// only tests ask.
+/// Prints a row of verdicts per case as it comes, and sums. Gives what benchmarks/run stability
+/// draws: `methods`, each with what it kept of every relation; `cases`, each with an answer per
+/// method of its kind; `failures` of this library; `elsewhere`, the rows of the catalogue that only
+/// tests ask. Throws std::invalid_argument if there is no such case.
 ///
 /// The verdict of an answer is "pass", "inaccurate" (early beyond what is promised), "late",
 /// "missed", "false contact", "gave up", "crashed", "timed out" or "not applicable". It is judged
