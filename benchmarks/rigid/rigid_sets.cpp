@@ -5,6 +5,8 @@
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "tools/ccd_cli/csv_table.h"
+#include "tools/ccd_cli/pose_text.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +14,7 @@
 #include <fstream>
 #include <functional>
 #include <optional>
-#include <sstream>
+#include <span>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
@@ -68,44 +70,30 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
     return found->second();
 }
 
-/// Rows of numbers under a header line.
+/// Rows of numbers under the names of the columns.
 std::vector<std::vector<double>> readNumbers(const fs::path& file, std::size_t columns)
 {
-    std::ifstream in(file);
-    if (!in)
+    const tools::CsvTable table = tools::readCsvTable(file, "name the data folder with --data");
+    if (table.names.size() != columns)
     {
-        throw std::runtime_error(file.string() +
-                                 ": cannot be opened: name the data folder with --data");
+        table.failNames(fmt::format("{} columns: {} are expected", table.names.size(), columns));
     }
     std::vector<std::vector<double>> rows;
-    std::string line;
-    std::getline(in, line);
-    while (std::getline(in, line))
+    for (const tools::CsvRow& row : table.rows)
     {
-        std::ranges::replace(line, ',', ' ');
-        std::istringstream text(line);
-        std::vector<double> row;
-        for (double value = 0.0; text >> value;)
+        std::vector<double>& numbers = rows.emplace_back();
+        for (std::size_t column = 0; column < columns; ++column)
         {
-            row.push_back(value);
+            numbers.push_back(table.number(row, column));
         }
-        if (row.size() != columns)
-        {
-            throw std::runtime_error(file.string() + ": row " + std::to_string(rows.size() + 1) +
-                                     ": " + std::to_string(row.size()) +
-                                     " numbers: " + std::to_string(columns) + " are expected");
-        }
-        rows.push_back(std::move(row));
     }
     return rows;
 }
 
-Eigen::Isometry3d poseFrom(const double* v)
+/// That which begins at this number of the row.
+Eigen::Isometry3d poseFrom(const std::vector<double>& row, std::size_t first)
 {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix();
-    pose.translation() = Eigen::Vector3d(v[4], v[5], v[6]);
-    return pose;
+    return tools::poseFrom(std::span<const double, 7>(row.begin() + static_cast<int>(first), 7));
 }
 
 /// "knot_64k" -> "knot": one file of poses serves all resolutions.
@@ -140,8 +128,8 @@ RigidSet readSet(const std::string& name, MeshLibrary& meshes)
          readNumbers(folder / "poses" / (posesOf(name) + ".csv"), 29))
     {
         set.queries.push_back({.id = static_cast<std::int32_t>(v[0]),
-                               .motionA = motionBetween(poseFrom(&v[1]), poseFrom(&v[8])),
-                               .motionB = motionBetween(poseFrom(&v[15]), poseFrom(&v[22]))});
+                               .motionA = motionBetween(poseFrom(v, 1), poseFrom(v, 8)),
+                               .motionB = motionBetween(poseFrom(v, 15), poseFrom(v, 22))});
     }
     if (name.ends_with("_1m"))
     {
