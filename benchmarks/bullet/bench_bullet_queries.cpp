@@ -1,5 +1,6 @@
 #include "benchmarks/bullet/bench_bullet_queries.h"
 
+#include "benchmarks/reference/bullet/missiles.h"
 #include "benchmarks/reference/oracles/toi_certificate.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
@@ -13,8 +14,6 @@
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
-#include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <algorithm>
 #include <cmath>
@@ -82,21 +81,6 @@ QueryBody hullBody(const Vector3d& halfAxes)
             }};
 }
 
-/// GImpact refers to triangles that must live as long as its shape.
-class OwningGImpactShape : public btGImpactMeshShape
-{
-public:
-    explicit OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles)
-        : btGImpactMeshShape(triangles.get()), m_triangles(std::move(triangles))
-    {
-        setMargin(btScalar(kMargin));
-        updateBound();
-    }
-
-private:
-    std::unique_ptr<btTriangleMesh> m_triangles;
-};
-
 QueryBody torusBody()
 {
     const TriangleMesh mesh = makeTorus(0.8 * kSize, 0.3 * kSize, 12, 8);
@@ -107,18 +91,7 @@ QueryBody torusBody()
                 return std::make_unique<btCcdMeshShape>(
                     std::make_shared<const SsvTree>(buildSsvTree(mesh)), btScalar(kMargin));
             },
-            .gimpact =
-                [mesh]
-            {
-                auto triangles = std::make_unique<btTriangleMesh>();
-                for (const Triangle& t : mesh.triangles)
-                {
-                    triangles->addTriangle(btCcdToBullet(mesh.vertices[std::size_t(t[0])]),
-                                           btCcdToBullet(mesh.vertices[std::size_t(t[1])]),
-                                           btCcdToBullet(mesh.vertices[std::size_t(t[2])]));
-                }
-                return std::make_unique<OwningGImpactShape>(std::move(triangles));
-            }};
+            .gimpact = [mesh] { return reference::makeGimpactShape(mesh, kMargin); }};
 }
 
 BulletQuery randomQuery(Random& random, bool turning)

@@ -39,7 +39,10 @@ struct Shot
 };
 
 [[nodiscard]] Missile boxMissile();
-/// Bullet's own shape for meshes that move, with the margin of ours.
+/// Bullet's own shape for meshes that move.
+[[nodiscard]] std::unique_ptr<btCollisionShape> makeGimpactShape(const TriangleMesh& triangles,
+                                                                 double margin);
+/// The same with the margin of ours.
 [[nodiscard]] btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles);
 [[nodiscard]] std::vector<Shot> shotsAtTargets();
 [[nodiscard]] std::vector<std::pair<Missile, Missile>> headOnPairs();

@@ -18,6 +18,12 @@ struct Setting
     double speed = 1.0;             ///< [m/s], or [rad/s] for what turns
 };
 
+/// That a way [m or rad] takes, and so many more.
+[[nodiscard]] inline int stepsFor(double way, const Setting& setting, int more = 12)
+{
+    return int(way / (setting.speed * setting.timeStep)) + more;
+}
+
 struct RunOutcome
 {
     bool through = false;
