@@ -4,8 +4,8 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
-#include "tools/ccd_cli/csv_table.h"
-#include "tools/ccd_cli/pose_text.h"
+#include "tools/support/csv_table.h"
+#include "tools/support/pose_text.h"
 
 #include <algorithm>
 #include <array>

@@ -141,8 +141,7 @@ SoakAnswer runHand(const HandModel& hand, const HandSoak& soak, std::uint64_t se
     for (int closing = 0; closing < soak.closings; ++closing)
     {
         held += scene.close(random) ? 1 : 0;
-        progress.show(static_cast<std::size_t>(closing) + 1,
-                      fmt::format(" on object {}", seed));
+        progress.show(static_cast<std::size_t>(closing) + 1, fmt::format(" on object {}", seed));
     }
     SoakAnswer answer{.status = 2 * held >= soak.closings ? ToiStatus::Hit : ToiStatus::Separated,
                       .judgement = judgementOf(scene.seen(), scene.names(), ""),

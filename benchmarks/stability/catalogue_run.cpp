@@ -307,19 +307,17 @@ void run(const std::string& kind,
 
 json runCatalogue(const CatalogueOptions& options)
 {
-    json table{
-        {"family", "catalogue"},
-        {"title", "Contact times with exact answers, where known methods fail"},
-        {"limit", options.limit},
-        {"variantLimit", options.variantLimit},
-        {"peers",
-         {isFclPresent() ? "FCL" : "", "Bullet in double precision"}},
-        {"defaultIterations", ToiOptions{}.maxIterations},
-        {"relations", json::array()},
-        {"methods", json::array()},
-        {"cases", json::array()},
-        {"failures", json::array()},
-        {"elsewhere", json::array()}};
+    json table{{"family", "catalogue"},
+               {"title", "Contact times with exact answers, where known methods fail"},
+               {"limit", options.limit},
+               {"variantLimit", options.variantLimit},
+               {"peers", {isFclPresent() ? "FCL" : "", "Bullet in double precision"}},
+               {"defaultIterations", ToiOptions{}.maxIterations},
+               {"relations", json::array()},
+               {"methods", json::array()},
+               {"cases", json::array()},
+               {"failures", json::array()},
+               {"elsewhere", json::array()}};
     for (const Relation relation : kRelations)
     {
         table["relations"].push_back(nameOf(relation));

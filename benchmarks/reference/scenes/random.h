@@ -15,7 +15,7 @@ template <typename Engine>
 class RandomFrom
 {
 public:
-    explicit RandomFrom(std::uint64_t seed) : m_engine(seed) {}
+    explicit RandomFrom(std::uint64_t begin) : m_engine(begin) {}
 
     /// Uniform in [low, high).
     double uniform(double low, double high)
