@@ -88,6 +88,7 @@ BULLET_ROOMS = ADAPTER | {
     "grasp/sim",
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",
+    "benchmarks/peers",
     "benchmarks/bullet",
     "benchmarks/stability",
     "benchmarks/soak",
@@ -103,7 +104,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
 # Headers of other libraries, and of the one command line, which the other does not see: the rooms that
 # may see them besides the tests.
 FOREIGN = [
-    (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS | {"benchmarks/peers"}),
+    (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS),
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
     (re.compile(r"^libqhull"), {"grasp/quality"}),

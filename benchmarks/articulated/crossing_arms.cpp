@@ -12,7 +12,7 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using Eigen::Vector3d;
-using tests::Random;
+using reference::Random;
 
 /// The robot, and which of its links are of which arm.
 struct Arms

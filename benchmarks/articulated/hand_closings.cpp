@@ -17,7 +17,7 @@ namespace
 {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using tests::Random;
+using reference::Random;
 using Objects = std::vector<std::unique_ptr<const LinkageObject>>;
 
 /// Boxes, cans, fruit, bowls and tools of the YCB set.

@@ -4,11 +4,11 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "tools/support/csv_table.h"
+#include "tools/support/pose_text.h"
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
@@ -47,32 +47,18 @@ std::size_t indexOf(const std::string& name)
     return static_cast<std::size_t>(found - kLinks.begin());
 }
 
+/// Frame, time, link, place, quaternion.
 Recording readRecording(const fs::path& path)
 {
-    std::ifstream file(path);
-    if (!file)
-    {
-        throw std::runtime_error(path.string() + ": cannot be read: name the data folder");
-    }
+    const tools::CsvTable table = tools::readCsvTable(path, "name the data folder");
     Recording frames;
-    std::string line;
-    std::getline(file, line);
-    while (std::getline(file, line))
+    for (const tools::CsvRow& row : table.rows)
     {
-        std::replace(line.begin(), line.end(), ',', ' ');
-        std::istringstream fields(line);
-        std::size_t frame = 0;
-        double time = 0.0;
-        std::string link;
-        Vector3d p;
-        Eigen::Quaterniond q;
-        fields >> frame >> time >> link >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >>
-            q.z();
+        const auto at = [&](std::size_t column) { return table.number(row, column); };
+        const auto frame = static_cast<std::size_t>(at(0));
         frames.resize(std::max(frames.size(), frame + 1), std::vector<Isometry3d>(kLinks.size()));
-        Isometry3d& X = frames[frame][indexOf(link)];
-        X = Isometry3d::Identity();
-        X.linear() = q.normalized().toRotationMatrix();
-        X.translation() = p;
+        frames[frame][indexOf(row.cells[2])] =
+            tools::poseFrom(std::array{at(6), at(7), at(8), at(9), at(3), at(4), at(5)});
     }
     return frames;
 }

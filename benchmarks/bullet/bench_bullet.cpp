@@ -60,7 +60,7 @@ int main(int argc, char** argv)
     bool queries = true;
     const auto run = [&]
     {
-        fmt::print("btScalar {}\n", bullet_ccd::tests::kDouble ? "double" : "float");
+        fmt::print("btScalar {}\n", bullet_ccd::reference::kDouble ? "double" : "float");
         if (queries)
         {
             printQueries(count, repeats);

@@ -1,12 +1,11 @@
 #include "benchmarks/bullet/bench_bullet_queries.h"
 #include "benchmarks/reference/bullet/scene.h"
-#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
-#include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
@@ -78,7 +77,7 @@ CastMethod sweepTest(const QueryFamily& family)
 {
     struct State
     {
-        tests::Scene scene{tests::Kind::Stock};
+        reference::Scene scene{reference::Kind::Stock};
         btConvexShape* a = nullptr;
         btRigidBody* b = nullptr;
         Way way;
@@ -111,16 +110,17 @@ CastMethod motionThreshold(const QueryFamily& family)
 {
     struct State
     {
-        tests::Scene scene{tests::Kind::StockCcd};
+        reference::Scene scene{reference::Kind::StockCcd};
         btRigidBody* a = nullptr;
         btRigidBody* b = nullptr;
         btVector3 from;
         btVector3 velocity;
     };
     auto state = std::make_shared<State>();
-    tests::Scene& scene = state->scene;
+    reference::Scene& scene = state->scene;
     state->b = scene.body(scene.keep(family.b.shape()), 0.0, btTransform::getIdentity());
-    state->a = scene.body(scene.keep(family.a.shape()), 1.0, tests::poseAt(tests::vec(9, 0, 0)));
+    state->a =
+        scene.body(scene.keep(family.a.shape()), 1.0, reference::poseAt(reference::vec(9, 0, 0)));
     return {
         .name = "motion threshold",
         .prepare =
@@ -149,33 +149,26 @@ CastMethod motionThreshold(const QueryFamily& family)
         }};
 }
 
-/// Two objects and the algorithm that a dispatcher has for them.
+/// Two bodies and the algorithm that the dispatcher of their world has for them.
 class AlgorithmPair
 {
 public:
-    using Register = void (*)(btCollisionDispatcher*);
-
-    AlgorithmPair(Register registerAlgorithm,
-                  Register unregisterAlgorithm,
+    AlgorithmPair(reference::Kind kind,
                   std::unique_ptr<btCollisionShape> shapeA,
                   std::unique_ptr<btCollisionShape> shapeB)
-        : m_unregister(unregisterAlgorithm),
-          m_shapeA(std::move(shapeA)),
-          m_shapeB(std::move(shapeB))
+        : m_scene(kind),
+          a(*m_scene.body(m_scene.keep(std::move(shapeA)), 0.0, btTransform::getIdentity())),
+          b(*m_scene.body(m_scene.keep(std::move(shapeB)), 0.0, btTransform::getIdentity()))
     {
-        registerAlgorithm(&m_dispatcher);
-        a.setCollisionShape(m_shapeA.get());
-        b.setCollisionShape(m_shapeB.get());
         const btCollisionObjectWrapper wrapA = wrap(a);
         const btCollisionObjectWrapper wrapB = wrap(b);
         algorithm =
-            m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+            dispatcher().findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     }
     ~AlgorithmPair()
     {
         algorithm->~btCollisionAlgorithm();
-        m_dispatcher.freeCollisionAlgorithm(algorithm);
-        m_unregister(&m_dispatcher);
+        dispatcher().freeCollisionAlgorithm(algorithm);
     }
     AlgorithmPair(const AlgorithmPair&) = delete;
     AlgorithmPair& operator=(const AlgorithmPair&) = delete;
@@ -201,15 +194,13 @@ public:
     }
 
 private:
-    btDefaultCollisionConfiguration m_configuration;
-    btCollisionDispatcher m_dispatcher{&m_configuration};
-    Register m_unregister;
-    std::unique_ptr<btCollisionShape> m_shapeA;
-    std::unique_ptr<btCollisionShape> m_shapeB;
+    reference::Scene m_scene;
+
+    [[nodiscard]] btDispatcher& dispatcher() { return *m_scene.world().getDispatcher(); }
 
 public:
-    btCollisionObject a;
-    btCollisionObject b;
+    btRigidBody& a;
+    btRigidBody& b;
     btCollisionAlgorithm* algorithm = nullptr;
 };
 
@@ -217,10 +208,7 @@ public:
 CastMethod gimpactSamples(const QueryFamily& family)
 {
     const auto pair = std::make_shared<AlgorithmPair>(
-        btGImpactCollisionAlgorithm::registerAlgorithm,
-        [](btCollisionDispatcher*) {},
-        family.a.gimpact(),
-        family.b.gimpact());
+        reference::Kind::Stock, family.a.gimpact(), family.b.gimpact());
     const auto samples = std::make_shared<std::vector<btTransform>>();
     return {.name = "GImpact, 64 samples",
             .prepare =
@@ -287,10 +275,8 @@ CastMethod ownToi(const QueryFamily& family)
 
 CastMethod ownAlgorithm(const QueryFamily& family)
 {
-    const auto pair = std::make_shared<AlgorithmPair>(btCcdCollisionAlgorithm::registerAlgorithm,
-                                                      btCcdCollisionAlgorithm::unregisterAlgorithm,
-                                                      family.a.shape(),
-                                                      family.b.shape());
+    const auto pair =
+        std::make_shared<AlgorithmPair>(reference::Kind::World, family.a.shape(), family.b.shape());
     return {.name = "ours, calculateTimeOfImpact",
             .prepare =
                 [=](const BulletQuery& query)

@@ -1,5 +1,6 @@
 #include "benchmarks/bullet/bench_bullet_queries.h"
 
+#include "benchmarks/reference/bullet/missiles.h"
 #include "benchmarks/reference/oracles/toi_certificate.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
@@ -13,8 +14,6 @@
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
-#include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +24,7 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using Eigen::Vector3d;
-using tests::Random;
+using reference::Random;
 
 constexpr double kSize = 0.05;    // half, of the bodies
 constexpr double kMargin = 1e-4;  // of hulls, boxes and meshes
@@ -45,7 +44,7 @@ QueryBody boxBody(const Vector3d& half)
 
 QueryBody sphereBody()
 {
-    return {.mesh = tests::triangle(Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()),
+    return {.mesh = reference::triangle(Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()),
             .radius = kSize,
             .shape = [] { return std::make_unique<btSphereShape>(btScalar(kSize)); }};
 }
@@ -53,10 +52,10 @@ QueryBody sphereBody()
 QueryBody capsuleBody()
 {
     const double radius = 0.4 * kSize;
-    return {
-        .mesh = tests::segment({0, -kSize, 0}, {0, kSize, 0}), .radius = radius, .shape = [radius] {
-            return std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(2 * kSize));
-        }};
+    return {.mesh = reference::segment({0, -kSize, 0}, {0, kSize, 0}),
+            .radius = radius,
+            .shape = [radius]
+            { return std::make_unique<btCapsuleShape>(btScalar(radius), btScalar(2 * kSize)); }};
 }
 
 /// An ellipsoid of 42 corners: the hull of its corners is itself.
@@ -82,21 +81,6 @@ QueryBody hullBody(const Vector3d& halfAxes)
             }};
 }
 
-/// GImpact refers to triangles that must live as long as its shape.
-class OwningGImpactShape : public btGImpactMeshShape
-{
-public:
-    explicit OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles)
-        : btGImpactMeshShape(triangles.get()), m_triangles(std::move(triangles))
-    {
-        setMargin(btScalar(kMargin));
-        updateBound();
-    }
-
-private:
-    std::unique_ptr<btTriangleMesh> m_triangles;
-};
-
 QueryBody torusBody()
 {
     const TriangleMesh mesh = makeTorus(0.8 * kSize, 0.3 * kSize, 12, 8);
@@ -107,18 +91,7 @@ QueryBody torusBody()
                 return std::make_unique<btCcdMeshShape>(
                     std::make_shared<const SsvTree>(buildSsvTree(mesh)), btScalar(kMargin));
             },
-            .gimpact =
-                [mesh]
-            {
-                auto triangles = std::make_unique<btTriangleMesh>();
-                for (const Triangle& t : mesh.triangles)
-                {
-                    triangles->addTriangle(btCcdToBullet(mesh.vertices[std::size_t(t[0])]),
-                                           btCcdToBullet(mesh.vertices[std::size_t(t[1])]),
-                                           btCcdToBullet(mesh.vertices[std::size_t(t[2])]));
-                }
-                return std::make_unique<OwningGImpactShape>(std::move(triangles));
-            }};
+            .gimpact = [mesh] { return reference::makeGimpactShape(mesh, kMargin); }};
 }
 
 BulletQuery randomQuery(Random& random, bool turning)
@@ -146,13 +119,13 @@ bool answer(const QueryFamily& family, const SsvTree& a, const SsvTree& b, Bulle
     const RigidMotion rest = restAt(query.X_WB);
     const ToiResult result = rigidToi(
         {.tree = &a, .motion = query.motionA}, {.tree = &b, .motion = rest}, options, work);
-    const tests::RigidScene scene{
+    const reference::RigidScene scene{
         .meshA = family.a.mesh, .meshB = family.b.mesh, .motionA = query.motionA, .motionB = rest};
     query.hit = result.status == ToiStatus::Hit;
     query.time = result.time;
     query.gap = result.gap - options.minimumSeparation;
     return (query.hit || result.status == ToiStatus::Separated) &&
-           tests::judgeToi(scene, options, result).verdict == tests::Verdict::Right;
+           reference::judgeToi(scene, options, result).verdict == reference::Verdict::Right;
 }
 
 void addQueries(QueryFamily& family, int count, bool turning, Random& random)

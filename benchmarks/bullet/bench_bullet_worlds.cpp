@@ -11,9 +11,9 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using tests::Kind;
-using tests::Scene;
-using tests::WorldClass;
+using reference::Kind;
+using reference::Scene;
+using reference::WorldClass;
 
 constexpr double kTimeStep = 1.0 / 240.0;
 
@@ -26,19 +26,19 @@ struct Run
 /// Four layers, whatever the number.
 double binHalf(int bodies)
 {
-    return 0.01 + 0.5 * tests::kPileSpacing * std::max(2.0, std::ceil(std::sqrt(bodies / 4.0)));
+    return 0.01 + 0.5 * reference::kPileSpacing * std::max(2.0, std::ceil(std::sqrt(bodies / 4.0)));
 }
 
 void shoot(Scene& scene, int bodies)
 {
-    btCollisionShape* bullet = scene.box(tests::vec(0.005, 0.005, 0.005));
+    btCollisionShape* bullet = scene.box(reference::vec(0.005, 0.005, 0.005));
     const int count = std::max(1, bodies / 50);
     for (int i = 0; i < count; ++i)
     {
         const double place = count > 1 ? 1.6 * (double(i) / (count - 1) - 0.5) : 0.0;
-        btRigidBody* body =
-            scene.body(bullet, 0.01, tests::poseAt(tests::vec(place * binHalf(bodies), 0.0, 1.0)));
-        body->setLinearVelocity(tests::vec(0, 0, -20));
+        btRigidBody* body = scene.body(
+            bullet, 0.01, reference::poseAt(reference::vec(place * binHalf(bodies), 0.0, 1.0)));
+        body->setLinearVelocity(reference::vec(0, 0, -20));
     }
 }
 
@@ -59,10 +59,11 @@ int outside(Scene& scene, double half)
 std::vector<nlohmann::json> runWorlds(int bodies, int steps)
 {
     std::vector<Run> runs;
-    for (const Kind kind : tests::kAllKinds)
+    for (const Kind kind : reference::kAllKinds)
     {
         auto scene = std::make_unique<Scene>(kind, WorldClass::Rigid);
-        tests::addPile(*scene, bodies, binHalf(bodies), 11, {.meshes = false, .wallHeight = 1.0});
+        reference::addPile(
+            *scene, bodies, binHalf(bodies), 11, {.meshes = false, .wallHeight = 1.0});
         shoot(*scene, bodies);
         runs.push_back({std::move(scene), {}});
     }
@@ -79,7 +80,7 @@ std::vector<nlohmann::json> runWorlds(int bodies, int steps)
         const Run& run = runs[i];
         const btCcdCounters counters = run.scene->counters();
         rows.push_back({{"bodies", bodies},
-                        {"world", tests::nameOf(tests::kAllKinds[i])},
+                        {"world", reference::nameOf(reference::kAllKinds[i])},
                         {"median", medianOf(run.times)},
                         {"mean", meanOf(run.times)},
                         {"outside", outside(*run.scene, binHalf(bodies))},

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::reference;
 
 /// What is counted: by name, from outside.
 extern "C" [[gnu::noinline]] void stepProgram(Program& program, int steps)

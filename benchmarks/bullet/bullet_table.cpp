@@ -2,17 +2,19 @@
 #include "benchmarks/reference/bullet/pile.h"
 #include "benchmarks/reference/bullet/tunnelling.h"
 #include "benchmarks/support/program.h"
+#include "benchmarks/support/table.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 namespace
 {
-using namespace bullet_ccd::tests;
+using namespace bullet_ccd::reference;
+using bullet_ccd::benchmarks::Table;
 
 /// Lost time that a world may have, of the simulated time.
 constexpr double kMaxLost = 0.01;
@@ -80,45 +82,35 @@ void runCell(
     }
 }
 
-std::string text(Kind kind, const Cell& cell)
+/// A column of runs per kind of world, and of ours what else there is to say.
+std::string columns()
 {
-    const std::string through = fmt::format("{:4}/{:<4}", cell.through, cell.runs);
-    if (!isOurs(kind))
-    {
-        return through;
-    }
-    return fmt::format(
-        "{} {:5} {:8.2f} {:8.2f}", through, cell.ghosts, 100.0 * cell.lost, 100.0 * cell.lag);
-}
-
-void printLine(const std::string& name, const std::vector<Cell>& cells)
-{
-    fmt::print("{:<44}", name);
-    for (std::size_t i = 0; i < cells.size(); ++i)
-    {
-        fmt::print(" | {}", text(kAllKinds[i], cells[i]));
-    }
-    fmt::print("\n");
-    std::fflush(stdout);
-}
-
-void printHead()
-{
-    fmt::print(
-        "btScalar {}: runs that went through / runs; of ours also: stopped in the air, worst "
-        "lost time by the counters\nand lag of the motion seen from outside, both % of the "
-        "simulated time of a run\n\n{:<44}",
-        kDouble ? "double" : "float",
-        "");
+    std::string all = "runs that went through=name:<44";
     for (const Kind kind : kAllKinds)
     {
-        fmt::print(" | {:<9}", nameOf(kind));
+        all += fmt::format("|{}:>12", nameOf(kind));
         if (isOurs(kind))
         {
-            fmt::print("   air   lost %    lag %");
+            const std::string code = codeOf(kind);
+            all += fmt::format("|air=air{0}:>5|lost %=lost{0}:>7.2f|lag %=lag{0}:>7.2f", code);
         }
     }
-    fmt::print("\n");
+    return all;
+}
+
+nlohmann::json rowOf(const std::string& name, const std::vector<Cell>& cells)
+{
+    nlohmann::json row{{"name", name}};
+    for (std::size_t i = 0; i < cells.size(); ++i)
+    {
+        const Cell& cell = cells[i];
+        const std::string code = codeOf(kAllKinds[i]);
+        row[nameOf(kAllKinds[i])] = fmt::format("{}/{}", cell.through, cell.runs);
+        row["air" + code] = cell.ghosts;
+        row["lost" + code] = 100.0 * cell.lost;
+        row["lag" + code] = 100.0 * cell.lag;
+    }
+    return row;
 }
 
 /// What the table must not have; prints it.
@@ -167,7 +159,8 @@ bool fallsFreely(Kind kind)
 
 bool run(const Options& options)
 {
-    printHead();
+    fmt::print("btScalar {}\n", kDouble ? "double" : "float");
+    const Table table(columns());
     std::vector<Cell> all(kAllKinds.size());
     for (const TunnellingRow& row : tunnellingRows())
     {
@@ -186,18 +179,18 @@ bool run(const Options& options)
             }
             if (options.settings)
             {
-                printLine(
+                table.print(rowOf(
                     fmt::format("    dt 1/{:.0f}, speed {}", 1 / setting.timeStep, setting.speed),
-                    parts);
+                    parts));
             }
         }
-        printLine(row.name, cells);
+        table.print(rowOf(row.name, cells));
         for (std::size_t i = 0; i < cells.size(); ++i)
         {
             add(all[i], cells[i]);
         }
     }
-    printLine("all", all);
+    table.print(rowOf("all", all));
     bool good = true;
     for (std::size_t i = 0; i < all.size(); ++i)
     {
@@ -215,9 +208,12 @@ int main(int argc, char** argv)
         argc,
         argv,
         {.name = "bullet_table",
-         .about = "Tunnelling table: runs that went through, stock Bullet beside bullet_ccd. The "
-                  "exit code is not 0 if ours let anything through, stopped anything in the air, "
-                  "or (the world) lost more than 1 % of the time.",
+         .about =
+             "Tunnelling table: runs that went through, stock Bullet beside bullet_ccd; of ours "
+             "also those that were stopped in the air, the worst lost time by the counters, and "
+             "the lag of the motion seen from outside, both % of the simulated time. The exit "
+             "code is not 0 if ours let anything through, stopped anything in the air, "
+             "or (the world) lost more than 1 % of the time.",
          .options =
              {{"-n,--phases", &options.phases, "runs of each setting; 0: as the row says", 0},
               {"--only", &options.only, "rows whose name contains this"},

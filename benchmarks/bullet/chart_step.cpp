@@ -19,10 +19,10 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using tests::Kind;
-using tests::Missile;
-using tests::Scene;
-using tests::vec;
+using reference::Kind;
+using reference::Missile;
+using reference::Scene;
+using reference::vec;
 
 constexpr double kFrame = 1.0 / 60.0;  // [s]
 constexpr int kRow = 5;                // bodies along a side of a volley
@@ -56,14 +56,14 @@ btCollisionShape* plate(Scene& scene, Kind /*kind*/)
 /// Stock Bullet has its own static mesh, which its moving meshes can meet.
 btCollisionShape* meshPlate(Scene& scene, Kind kind)
 {
-    return tests::isOurs(kind)
+    return reference::isOurs(kind)
                ? static_cast<btCollisionShape*>(scene.boxMesh(btCcdToBullet(kPlate)))
                : scene.staticMesh(makeBox(kPlate));
 }
 
 btCollisionShape* sheet(Scene& scene, Kind /*kind*/)
 {
-    return scene.staticMesh(tests::floorAt(0.0, kTargetHalf));
+    return scene.staticMesh(reference::floorAt(0.0, kTargetHalf));
 }
 
 const std::vector<Volley>& allVolleys()
@@ -110,7 +110,7 @@ const std::vector<Volley>& allVolleys()
 
 Missile missileNamed(const std::string& name)
 {
-    for (const tests::Shot& shot : tests::shotsAtTargets())
+    for (const reference::Shot& shot : reference::shotsAtTargets())
     {
         if (shot.missile.name == name)
         {
@@ -140,8 +140,8 @@ struct Shot
 btCollisionShape* shapeOf(Scene& scene, const Missile& missile, Kind kind)
 {
     const bool isMesh = std::string(missile.name).find("mesh") != std::string::npos;
-    return isMesh && !tests::isOurs(kind) ? tests::gimpactShape(scene, missile.surface)
-                                          : missile.make(scene);
+    return isMesh && !reference::isOurs(kind) ? reference::gimpactShape(scene, missile.surface)
+                                              : missile.make(scene);
 }
 
 /// Orientations and heights are those of the number, so that all methods are asked the same.
@@ -235,7 +235,7 @@ public:
         : m_volley(volley),
           m_stepping(stepping),
           m_missile(missileNamed(volley.missile)),
-          m_scene(stepping.kind, tests::WorldClass::Rigid)
+          m_scene(stepping.kind, reference::WorldClass::Rigid)
     {
         const Kind kind = stepping.kind;
         m_scene.body(volley.target(m_scene, kind), 0.0, btTransform::getIdentity());
@@ -335,12 +335,12 @@ ChartScene makeScene(const std::string& name, int volleys)
     }
     const Volley& volley = *found;
     ChartScene scene{.name = volley.name, .title = volley.title, .methods = {}};
-    for (const Kind kind : tests::kAllKinds)
+    for (const Kind kind : reference::kAllKinds)
     {
         const bool isStock = kind == Kind::Stock;
         ChartMethod method{.name = isStock                  ? "Bullet, stock"
                                    : kind == Kind::StockCcd ? "Bullet, stock CCD"
-                                                            : tests::nameOf(kind),
+                                                            : reference::nameOf(kind),
                            .settings = {}};
         for (const int substeps : {1, 4, 16, 64, 256})
         {
@@ -348,10 +348,10 @@ ChartScene makeScene(const std::string& name, int volleys)
                 settingOf(volley, fmt::format("x{}", substeps), {kind, substeps}, volleys));
         }
         scene.methods.push_back(std::move(method));
-        if (tests::isOurs(kind))
+        if (reference::isOurs(kind))
         {
-            ChartMethod tolerances{.name = fmt::format("{}, x1, tolerance", tests::nameOf(kind)),
-                                   .settings = {}};
+            ChartMethod tolerances{
+                .name = fmt::format("{}, x1, tolerance", reference::nameOf(kind)), .settings = {}};
             for (const double tolerance : {1e-3, 1e-5})
             {
                 tolerances.settings.push_back(

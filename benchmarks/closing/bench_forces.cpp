@@ -13,7 +13,7 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using namespace bullet_ccd::grasp;
-using tests::Random;
+using reference::Random;
 
 /// Contacts all over a lumpy ball of 5 cm, a weight, twelve joints of 2 N m.
 ForceProblem problemOf(int contacts, Random& random)

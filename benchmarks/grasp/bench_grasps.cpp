@@ -1,8 +1,8 @@
 // Closings and plans of many hands and objects: judged, counted, timed.
-#include "benchmarks/grasp/bench_log.h"
 #include "benchmarks/grasp/grasp_table.h"
 #include "benchmarks/grasp/judged_rows.h"
 #include "benchmarks/grasp/summaries.h"
+#include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
 #include "tools/grasp_cli/options/config_option.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -14,8 +14,10 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 
 namespace bullet_ccd::benchmarks
@@ -45,16 +47,30 @@ std::string keyOf(const fs::path& file)
 using JudgePair =
     std::function<json(const tools::LoadedHand& hand, const tools::LoadedObject& object)>;
 
-/// Takes objects one by one, with all hands.
+/// Of a run that is resumed.
+std::vector<json> knownRows(const BenchArguments& arguments, const json& settings)
+{
+    const std::string file = arguments.output.string();
+    if (fs::exists(file) && !arguments.resume)
+    {
+        throw std::runtime_error(file +
+                                 ": exists already: --resume goes on with it, another "
+                                 "--output leaves it alone");
+    }
+    const std::optional<json> kept = loadCheckpoint(file, settings);
+    return kept ? kept->get<std::vector<json>>() : std::vector<json>{};
+}
+
+/// Takes objects one by one, with all hands, and keeps the rows in a checkpoint.
 class PairRunner
 {
 public:
-    PairRunner(const BenchArguments& arguments, const JudgePair& judge, BenchLog& log)
+    PairRunner(const BenchArguments& arguments, const JudgePair& judge, json settings)
         : m_arguments(arguments),
           m_judge(judge),
-          m_log(log),
-          m_progress(arguments.hands.size() * arguments.objects.size(), "pairs", log.rows().size()),
-          m_done(log.rows().size())
+          m_settings(std::move(settings)),
+          m_rows(knownRows(arguments, m_settings)),
+          m_progress(arguments.hands.size() * arguments.objects.size(), "pairs", m_rows.size())
     {
         for (const std::string& hand : arguments.hands)
         {
@@ -67,7 +83,8 @@ public:
         }
     }
 
-    void run()
+    /// All rows, in the order in which they were judged.
+    const std::vector<json>& run()
     {
         const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
         const int jobs = m_arguments.planner.jobs > 0 ? m_arguments.planner.jobs : cores;
@@ -82,16 +99,18 @@ public:
         {
             std::rethrow_exception(m_error);
         }
+        return m_rows;
     }
 
 private:
     const BenchArguments& m_arguments;
     const JudgePair& m_judge;
-    BenchLog& m_log;
+    json m_settings;
+    std::vector<json> m_rows;
+    std::mutex m_mutex;  // of the rows
     std::vector<tools::LoadedHand> m_hands;
     tools::ProgressLine m_progress;
     std::atomic<std::size_t> m_next = 0;
-    std::atomic<std::size_t> m_done;
     std::atomic<bool> m_failed = false;
     std::exception_ptr m_error;
 
@@ -114,6 +133,22 @@ private:
         }
     }
 
+    [[nodiscard]] bool isKnown(const std::string& hand, const std::string& object)
+    {
+        const std::scoped_lock lock(m_mutex);
+        return std::ranges::any_of(m_rows,
+                                   [&](const json& row)
+                                   { return row["hand"] == hand && row["object"] == object; });
+    }
+
+    void add(json row)
+    {
+        const std::scoped_lock lock(m_mutex);
+        m_rows.push_back(std::move(row));
+        saveCheckpoint(m_arguments.output.string(), m_settings, m_rows);
+        m_progress.show(m_rows.size());
+    }
+
     void take(const std::string& name)
     {
         std::optional<tools::LoadedObject> object;
@@ -121,7 +156,7 @@ private:
         {
             const std::string handKey = hand.file.stem().string();
             const std::string objectKey = keyOf(tools::resolveObject(name));
-            if (m_failed || m_log.has(handKey, objectKey))
+            if (m_failed || isKnown(handKey, objectKey))
             {
                 continue;
             }
@@ -132,8 +167,7 @@ private:
             json row = m_judge(hand, *object);
             row["hand"] = handKey;
             row["object"] = objectKey;
-            m_log.add(row);
-            m_progress.show(++m_done);
+            add(std::move(row));
         }
     }
 };
@@ -158,9 +192,7 @@ bool run(const char* what,
          const JudgePair& judge,
          bool (*summarize)(const std::vector<json>& rows))
 {
-    BenchLog log(arguments.output, settingsOf(what, arguments), arguments.resume);
-    PairRunner(arguments, judge, log).run();
-    const bool isGood = summarize(log.rows());
+    const bool isGood = summarize(PairRunner(arguments, judge, settingsOf(what, arguments)).run());
     fmt::print("rows: {}\n", arguments.output.string());
     return isGood;
 }
@@ -196,13 +228,13 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
     {
         BenchArguments& a = *arguments;
         const bool isTable = name == "table";
-        a.output = isTable ? "" : "bench.jsonl";
+        a.output = isTable ? "" : "bench.json";
         tools::addInputOptions(app, a.hands, a.objects, a.objectScale);
         tools::addPlannerOptions(app, a.planner);
         app.add_option("-o,--output",
                        a.output,
                        isTable ? "folder for the table and all grasps"
-                               : "JSON Lines: the settings, then one row per pair")
+                               : "JSON file: the settings, and a row per pair")
             ->group("Output");
         app.footer(isTable ? kTableCriteria : kBenchCriteria);
         if (isTable)

@@ -5,6 +5,7 @@
 #include "grasp/closing/closing_drives.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -120,20 +121,9 @@ bool goesInside(const PosedClosing& start, const ClosingResult& closing, double 
 
 const char* toString(ClosingVerdict verdict)
 {
-    switch (verdict)
-    {
-        case ClosingVerdict::Alike:
-            return "alike";
-        case ClosingVerdict::OtherPasses:
-            return "the other passes";
-        case ClosingVerdict::FirstPasses:
-            return "the first passes";
-        case ClosingVerdict::Touches:
-            return "touches";
-        case ClosingVerdict::Unexplained:
-            return "unexplained";
-    }
-    return "unexplained";
+    constexpr std::array<const char*, kClosingVerdicts> kNames{
+        "alike", "the other passes", "the first passes", "touches", "unexplained"};
+    return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::vector<double> positionsDuring(const PosedClosing& start,

@@ -1,9 +1,7 @@
 #include "benchmarks/peers/bullet_peer.h"
 
-#include <limits>
-#include <stdexcept>
+#include "bullet_ccd/bullet/btCcdConversions.h"
 
-#ifdef BULLET_CCD_PEER_BULLET
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
@@ -12,32 +10,15 @@
 #include <BulletCollision/NarrowPhaseCollision/btSubSimplexConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <btBulletCollisionCommon.h>
-#endif
+
+#include <limits>
 
 namespace bullet_ccd::benchmarks
 {
-#ifdef BULLET_CCD_PEER_BULLET
-namespace
-{
-btTransform transformOf(const Eigen::Isometry3d& X)
-{
-    const Eigen::Matrix3d R = X.linear();
-    const Eigen::Vector3d p = X.translation();
-    const btMatrix3x3 basis(
-        R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2));
-    return btTransform(basis, btVector3(p.x(), p.y(), p.z()));
-}
-}  // namespace
-
 struct BulletHull::Data
 {
     btConvexHullShape shape;
 };
-
-bool isBulletPresent()
-{
-    return true;
-}
 
 BulletHull::BulletHull(const TriangleMesh& mesh, double margin)
 {
@@ -51,7 +32,7 @@ BulletHull::BulletHull(const TriangleMesh& mesh, double margin)
             const Eigen::Vector3d& v = mesh.vertices[i];
             if (!isAdded[i])
             {
-                data->shape.addPoint(btVector3(v.x(), v.y(), v.z()), false);
+                data->shape.addPoint(btCcdToBullet(v), false);
                 isAdded[i] = true;
             }
         }
@@ -73,10 +54,10 @@ BulletAnswer bulletCast(BulletCast cast,
     btConvexCast::CastResult result;
     const auto run = [&](btConvexCast& query) -> BulletAnswer
     {
-        const bool hit = query.calcTimeOfImpact(transformOf(motionA.X_W0),
-                                                transformOf(motionA.at(1.0).X_W),
-                                                transformOf(motionB.X_W0),
-                                                transformOf(motionB.at(1.0).X_W),
+        const bool hit = query.calcTimeOfImpact(btCcdToBullet(motionA.X_W0),
+                                                btCcdToBullet(motionA.at(1.0).X_W),
+                                                btCcdToBullet(motionB.X_W0),
+                                                btCcdToBullet(motionB.at(1.0).X_W),
                                                 result);
         return {.hit = hit, .time = hit ? result.m_fraction : 1.0};
     };
@@ -111,47 +92,10 @@ double bulletDistance(const BulletHull& a,
     btGjkEpaPenetrationDepthSolver penetration;
     btGjkPairDetector detector(&a.data().shape, &b.data().shape, &simplex, &penetration);
     btGjkPairDetector::ClosestPointInput input;
-    input.m_transformA = transformOf(X_WA);
-    input.m_transformB = transformOf(X_WB);
+    input.m_transformA = btCcdToBullet(X_WA);
+    input.m_transformB = btCcdToBullet(X_WB);
     btPointCollector closest;
     detector.getClosestPoints(input, closest, nullptr);
     return closest.m_hasResult ? closest.m_distance : std::numeric_limits<double>::infinity();
 }
-
-#else
-
-// Without a hull there is nothing to ask: only the constructor can be reached.
-struct BulletHull::Data
-{
-};
-
-bool isBulletPresent()
-{
-    return false;
-}
-
-BulletHull::BulletHull(const TriangleMesh& /*mesh*/, double /*margin*/)
-{
-    throw std::logic_error(
-        "Bullet is not part of this build: configure with "
-        "BULLET_CCD_BULLET_PRECISION=both or double");
-}
-
-BulletAnswer bulletCast(BulletCast /*cast*/,
-                        const BulletHull& /*a*/,
-                        const RigidMotion& /*motionA*/,
-                        const BulletHull& /*b*/,
-                        const RigidMotion& /*motionB*/)
-{
-    return {};
-}
-
-double bulletDistance(const BulletHull& /*a*/,
-                      const Eigen::Isometry3d& /*X_WA*/,
-                      const BulletHull& /*b*/,
-                      const Eigen::Isometry3d& /*X_WB*/)
-{
-    return 0.0;
-}
-#endif
 }  // namespace bullet_ccd::benchmarks

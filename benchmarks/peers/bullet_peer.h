@@ -1,8 +1,7 @@
 /// Bullet's convex casts and closest points: convex hulls of the same corners, double precision.
 ///
 /// Bullet interpolates between start and end pose by constant velocities, but never turns by more
-/// than 45 degrees per query. In a build without the double-precision Bullet isBulletPresent() is
-/// false and no hull can be made: that throws std::logic_error.
+/// than 45 degrees per query.
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -12,8 +11,6 @@
 
 namespace bullet_ccd::benchmarks
 {
-[[nodiscard]] bool isBulletPresent();
-
 enum class BulletCast : std::uint8_t
 {
     Continuous,  ///< btContinuousConvexCollision

@@ -270,7 +270,6 @@ def elsewhere_of(measured):
 def section_of(measured, folder, _=()):
     """HTML of the section; writes the picture into the folder, too."""
     save(draw(measured), folder, "catalogue")
-    print_sums(measured)
     absent = [name for name in ("FCL", "Bullet")
               if not any(m["owner"] == name.lower() for m in measured["methods"])]
     return page.section(
@@ -291,12 +290,3 @@ def section_of(measured, folder, _=()):
         filters_of(measured),
         *[matrix_of(measured, kind) for kind in KINDS if cases_of(measured, kind)],
         relations_of(measured), found_here(measured), degrades(measured), elsewhere_of(measured))
-
-
-def print_sums(measured):
-    for method in measured["methods"]:
-        counts = ", ".join(f"{n} {v}" for v, n in sums_of(measured, method).items() if n)
-        relations = method["relations"].values()
-        lost, asked = sum(len(r["lost"]) for r in relations), sum(r["asked"] for r in relations)
-        print(f"  {method['kind']}: {label(method)}: {counts}; relations kept {asked - lost} of "
-              f"{asked}")

@@ -231,7 +231,7 @@ ChartScene makeScene(const std::string& set, const ChartOptions& options, double
         world->fclA.emplace(*queries.meshA);
         world->fclB.emplace(*queries.meshB);
     }
-    if (isBulletPresent() && set.starts_with("convex_"))
+    if (set.starts_with("convex_"))
     {
         for (const double margin : {0.0, 0.04})
         {
@@ -262,7 +262,7 @@ int main(int argc, char** argv)
     using namespace bullet_ccd::benchmarks;
     double peerSeconds = 1.0;
     ChartFamily family = toiFamily("rigid", "Time of contact of two rigid bodies");
-    family.peers = {fclVersion(), isBulletPresent() ? "Bullet" : ""};
+    family.peers = {fclVersion(), "Bullet"};
     return runChart(argc,
                     argv,
                     {.family = family,

@@ -1,5 +1,7 @@
 #include "benchmarks/rigid/generated_sets.h"
 
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/rigid_toi.h"
@@ -20,24 +22,29 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Random numbers that are the same on every machine.
-class Random
+/// The engine of these sets: with another they would be other queries.
+class SplitMix64
 {
 public:
-    explicit Random(std::uint64_t seed) : m_state(seed) {}
+    explicit SplitMix64(std::uint64_t seed) : m_state(seed) {}
 
-    double uniform(double low, double high)
+    std::uint64_t operator()()
     {
-        return low + (high - low) * static_cast<double>(next() >> 11U) * 0x1p-53;
+        m_state += 0x9e3779b97f4a7c15ULL;
+        std::uint64_t z = m_state;
+        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+        return z ^ (z >> 31U);
     }
 
-    Vector3d direction()
-    {
-        const double z = uniform(-1.0, 1.0);
-        const double angle = uniform(0.0, 2.0 * pi);
-        const double r = std::sqrt(1.0 - z * z);
-        return {r * std::cos(angle), r * std::sin(angle), z};
-    }
+private:
+    std::uint64_t m_state;
+};
+
+class Random : public reference::RandomFrom<SplitMix64>
+{
+public:
+    using RandomFrom::RandomFrom;
 
     Vector3d inBall(double radius)
     {
@@ -57,29 +64,7 @@ public:
                    r * std::cos(b), s * std::sin(a), s * std::cos(a), r * std::sin(b))
             .toRotationMatrix();
     }
-
-private:
-    std::uint64_t next()
-    {
-        m_state += 0x9e3779b97f4a7c15ULL;
-        std::uint64_t z = m_state;
-        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-        return z ^ (z >> 31U);
-    }
-
-    std::uint64_t m_state;
 };
-
-double radiusOf(const TriangleMesh& mesh)
-{
-    double squared = 0.0;
-    for (const Vector3d& v : mesh.vertices)
-    {
-        squared = std::max(squared, v.squaredNorm());
-    }
-    return std::sqrt(squared);
-}
 
 /// The two bodies of a set while its queries are drawn.
 struct Bodies
@@ -337,8 +322,8 @@ RigidSet generateSet(const std::string& name, MeshLibrary& meshes, std::uint64_t
     const Eigen::Vector3d sizes = bounds(*set.meshB).sizes();
     const Bodies bodies{.a = buildSsvTree(*set.meshA),
                         .b = buildSsvTree(*set.meshB),
-                        .radiusA = radiusOf(*set.meshA),
-                        .radiusB = radiusOf(*set.meshB),
+                        .radiusA = reference::radiusOf(*set.meshA),
+                        .radiusB = reference::radiusOf(*set.meshB),
                         .sizeB = sizes.maxCoeff()};
     Random random((found->seed + seedShift) * 1'000'003);
     while (static_cast<int>(set.queries.size()) < found->queries)

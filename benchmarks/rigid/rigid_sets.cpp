@@ -5,6 +5,7 @@
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "tools/support/csv_table.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +13,7 @@
 #include <fstream>
 #include <functional>
 #include <optional>
-#include <sstream>
+#include <span>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
@@ -68,45 +69,24 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
     return found->second();
 }
 
-/// Rows of numbers under a header line.
-std::vector<std::vector<double>> readNumbers(const fs::path& file, std::size_t columns)
+/// Throws std::runtime_error if there is none.
+std::size_t columnOf(const tools::CsvTable& table, const std::string& name)
 {
-    std::ifstream in(file);
-    if (!in)
+    const std::optional<std::size_t> column = table.find(name);
+    if (!column)
     {
-        throw std::runtime_error(file.string() +
-                                 ": cannot be opened: name the data folder with --data");
+        table.failNames("column " + name + " is missing: is this a file of rigid_queries/?");
     }
-    std::vector<std::vector<double>> rows;
-    std::string line;
-    std::getline(in, line);
-    while (std::getline(in, line))
-    {
-        std::ranges::replace(line, ',', ' ');
-        std::istringstream text(line);
-        std::vector<double> row;
-        for (double value = 0.0; text >> value;)
-        {
-            row.push_back(value);
-        }
-        if (row.size() != columns)
-        {
-            throw std::runtime_error(file.string() + ": row " + std::to_string(rows.size() + 1) +
-                                     ": " + std::to_string(row.size()) +
-                                     " numbers: " + std::to_string(columns) + " are expected");
-        }
-        rows.push_back(std::move(row));
-    }
-    return rows;
+    return *column;
 }
 
-Eigen::Isometry3d poseFrom(const double* v)
+tools::PoseColumns columnsOf(const tools::CsvTable& table, const std::string& prefix)
 {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix();
-    pose.translation() = Eigen::Vector3d(v[4], v[5], v[6]);
-    return pose;
+    static_cast<void>(columnOf(table, prefix + "qw"));
+    return *tools::poseColumns(table, prefix);
 }
+
+constexpr const char* kRemedy = "name the data folder with --data";
 
 /// "knot_64k" -> "knot": one file of poses serves all resolutions.
 std::string posesOf(const std::string& set)
@@ -136,25 +116,33 @@ RigidSet readSet(const std::string& name, MeshLibrary& meshes)
     set.meshB = set.meshA;
     set.vertexRounding = name.starts_with("bunny_") ? kBunnyRounding : 0.0;
     const fs::path folder = meshes.dataFolder() / "rigid_queries";
-    for (const std::vector<double>& v :
-         readNumbers(folder / "poses" / (posesOf(name) + ".csv"), 29))
+    const tools::CsvTable poses =
+        tools::readCsvTable(folder / "poses" / (posesOf(name) + ".csv"), kRemedy);
+    for (const tools::CsvRow& row : poses.rows)
     {
-        set.queries.push_back({.id = static_cast<std::int32_t>(v[0]),
-                               .motionA = motionBetween(poseFrom(&v[1]), poseFrom(&v[8])),
-                               .motionB = motionBetween(poseFrom(&v[15]), poseFrom(&v[22]))});
+        const auto pose = [&](const char* prefix)
+        { return tools::poseOf(poses, row, columnsOf(poses, prefix)); };
+        set.queries.push_back(
+            {.id = static_cast<std::int32_t>(poses.number(row, columnOf(poses, "id"))),
+             .motionA = motionBetween(pose("a0_"), pose("a1_")),
+             .motionB = motionBetween(pose("b0_"), pose("b1_"))});
     }
     if (name.ends_with("_1m"))
     {
         return set;  // a size beyond the references
     }
-    for (const std::vector<double>& v : readNumbers(folder / "reference" / (name + ".csv"), 9))
+    const tools::CsvTable references =
+        tools::readCsvTable(folder / "reference" / (name + ".csv"), kRemedy);
+    for (const tools::CsvRow& row : references.rows)
     {
-        set.references.push_back({.hit = v[1] != 0.0,
-                                  .timeLow = v[2],
-                                  .time = v[3],
-                                  .timeAtTolerance = v[4],
-                                  .closestDistance = v[5],
-                                  .speedBound = v[7]});
+        const auto number = [&](const char* column)
+        { return references.number(row, columnOf(references, column)); };
+        set.references.push_back({.hit = number("collide") != 0.0,
+                                  .timeLow = number("toi_lo"),
+                                  .time = number("toi"),
+                                  .timeAtTolerance = number("toi_at_1e-4"),
+                                  .closestDistance = number("closest_distance"),
+                                  .speedBound = number("speed_bound")});
     }
     require(set.references.size() == set.queries.size(),
             "set '" + name + "': poses and references differ in number");

@@ -1,6 +1,6 @@
 // Twenty household objects, triangle meshes of some thousand triangles each, fall into a bin. Stock
-// Bullet has no contacts between meshes at all; here no two objects ever intersect. `soak_bullet bin`
-// watches 200 objects for 20 s.
+// Bullet has no contacts between meshes at all; here no two objects ever intersect. `soak_bullet
+// bin` watches 200 objects for 20 s.
 #include "benchmarks/soak/household_bin.h"
 
 #include <cstdio>
@@ -8,8 +8,8 @@
 int main()
 {
     using namespace bullet_ccd::examples;
-    using bullet_ccd::tests::AuditResult;
-    using bullet_ccd::tests::WorldAudit;
+    using bullet_ccd::reference::AuditResult;
+    using bullet_ccd::reference::WorldAudit;
 
     constexpr double kTimeStep = 1.0 / 240.0;  // [s]
     constexpr int kSteps = 480;
@@ -37,7 +37,7 @@ int main()
                 static_cast<long long>(seen.pairs));
     if (!seen.clean())
     {
-        std::printf("%s\n", bullet_ccd::tests::describe(seen, bin.names()).c_str());
+        std::printf("%s\n", bullet_ccd::reference::describe(seen, bin.names()).c_str());
     }
     check(seen.clean(), "no two bodies intersect, at no time");
     check(bin.countInside() == int(bin.size()), "all objects are in the bin");

@@ -11,9 +11,9 @@ namespace
 {
 using namespace bullet_ccd;
 using namespace bullet_ccd::examples;
-using bullet_ccd::tests::AuditMesh;
-using bullet_ccd::tests::AuditResult;
-using bullet_ccd::tests::WorldAudit;
+using bullet_ccd::reference::AuditMesh;
+using bullet_ccd::reference::AuditResult;
+using bullet_ccd::reference::WorldAudit;
 
 constexpr int kTiles = 12;
 constexpr double kTimeStep = 1.0 / 60.0;  // [s]

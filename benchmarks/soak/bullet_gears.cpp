@@ -13,9 +13,9 @@ namespace
 {
 using namespace bullet_ccd;
 using namespace bullet_ccd::examples;
-using bullet_ccd::tests::AuditMesh;
-using bullet_ccd::tests::AuditResult;
-using bullet_ccd::tests::WorldAudit;
+using bullet_ccd::reference::AuditMesh;
+using bullet_ccd::reference::AuditResult;
+using bullet_ccd::reference::WorldAudit;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kModule = 0.005;           // pitch diameter for each tooth [m]

@@ -11,7 +11,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
@@ -265,4 +265,4 @@ bool HandScene::touches()
     }
     return false;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

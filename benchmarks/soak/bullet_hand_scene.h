@@ -15,9 +15,13 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 using grasp::HandModel;
+using reference::AuditMesh;
+using reference::AuditResult;
+using reference::Random;
+using reference::WorldAudit;
 
 struct SoakObject
 {
@@ -74,4 +78,4 @@ private:
     void move(double seconds, double from, double to);
     [[nodiscard]] bool touches();
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

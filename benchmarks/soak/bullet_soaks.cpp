@@ -3,18 +3,19 @@
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/soak/bullet_hand_scene.h"
 #include "benchmarks/soak/household_bin.h"
-#include "benchmarks/soak/progress.h"
 #include "grasp/hand/hand_file.h"
+#include "tools/support/progress_line.h"
 
 #include <cmath>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using namespace reference;
 // Inner half lengths of the bin for twenty objects [m]; its area grows with their number.
 const Eigen::Vector2d kHalfInnerForTwenty(0.25, 0.2);
 
@@ -88,8 +89,9 @@ std::string restOf(const examples::HouseholdBin& bin, double restSpeed)
                                double(at.z()));
         }
     }
-    const bool rests = restSpeed < 0.0 || bin.meanSpeed() < restSpeed;
-    return rests ? "" : fmt::format("not at rest: mean speed {:.4f} m/s", bin.meanSpeed());
+    return bin.meanSpeed() < restSpeed
+               ? ""
+               : fmt::format("not at rest: mean speed {:.4f} m/s", bin.meanSpeed());
 }
 
 SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
@@ -105,12 +107,12 @@ SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
         {.objects = soak.objects, .seed = seed, .halfInner = scale * kHalfInnerForTwenty});
     const int steps = static_cast<int>(std::ceil(soak.seconds / soak.timeStep - 1e-9));
     AuditResult seen = audit.start();
-    Progress progress(steps);
+    tools::ProgressLine progress(static_cast<std::size_t>(steps), "steps");
     for (int step = 1; step <= steps; ++step)
     {
         seen.add(audit.step(soak.timeStep));
-        progress.show(step,
-                      fmt::format("{:.2f} s of motion, mean speed {:.3f} m/s, {} intersections",
+        progress.show(static_cast<std::size_t>(step),
+                      fmt::format(", {:.2f} s of motion, mean speed {:.3f} m/s, {} intersections",
                                   step * soak.timeStep,
                                   bin.meanSpeed(),
                                   seen.intersecting));
@@ -135,11 +137,11 @@ SoakAnswer runHand(const HandModel& hand, const HandSoak& soak, std::uint64_t se
     HandScene scene(hand, std::move(object), soak);
     Random random(7918 + seed);
     int held = 0;
-    Progress progress(soak.closings);
+    tools::ProgressLine progress(static_cast<std::size_t>(soak.closings), "closings");
     for (int closing = 0; closing < soak.closings; ++closing)
     {
         held += scene.close(random) ? 1 : 0;
-        progress.show(closing + 1, fmt::format("closings on object {}", seed));
+        progress.show(static_cast<std::size_t>(closing) + 1, fmt::format(" on object {}", seed));
     }
     SoakAnswer answer{.status = 2 * held >= soak.closings ? ToiStatus::Hit : ToiStatus::Separated,
                       .judgement = judgementOf(scene.seen(), scene.names(), ""),
@@ -179,4 +181,4 @@ SoakSubject handSoak(const HandSoak& soak)
         .shares = {.leastHits = 50, .leastFree = 0, .enough = 1},
         .ask = [hand, soak](std::uint64_t seed) { return runHand(*hand, soak, seed); }};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

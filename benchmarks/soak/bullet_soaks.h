@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 struct BinSoak
 {
@@ -15,7 +15,7 @@ struct BinSoak
     double timeStep = 1.0 / 240.0;  ///< [s]
     double longestMove = 5e-3;      ///< between two poses that are looked at [m]
     int mostSamples = 8;            ///< in a step
-    double restSpeed = 0.05;        ///< largest mean speed at the end [m/s]; negative: no matter
+    double restSpeed = 0.05;        ///< largest mean speed at the end [m/s]
 };
 
 /// Household objects in a bin for a long time, a world for each seed, which chooses places and
@@ -36,4 +36,4 @@ struct HandSoak
 /// object, or links that can meet with each other. A hit is an object that the hand holds in at
 /// least half of its closings.
 [[nodiscard]] SoakSubject handSoak(const HandSoak& soak);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

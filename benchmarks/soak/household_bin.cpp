@@ -17,8 +17,8 @@ constexpr double kDensity = 800.0;    // [kg/m^3]
 constexpr double kCoarseness = 2.0;   // of the meshes
 constexpr double kClearance = 0.005;  // between bounding balls at the start [m]
 
-using tests::AuditMesh;
-using tests::Random;
+using reference::AuditMesh;
+using reference::Random;
 
 struct Ball
 {
@@ -54,7 +54,7 @@ Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
 }
 }  // namespace
 
-HouseholdBin::HouseholdBin(World& world, tests::WorldAudit& audit, const BinOptions& options)
+HouseholdBin::HouseholdBin(World& world, reference::WorldAudit& audit, const BinOptions& options)
     : m_halfInner(options.halfInner)
 {
     makeKinds(options);
@@ -79,7 +79,7 @@ HouseholdBin::HouseholdBin(World& world, tests::WorldAudit& audit, const BinOpti
     addWalls(world, audit);
 }
 
-void HouseholdBin::addWalls(World& world, tests::WorldAudit& audit)
+void HouseholdBin::addWalls(World& world, reference::WorldAudit& audit)
 {
     const Eigen::Vector2d& half = m_halfInner;
     const double x = half.x() + kWall;

@@ -24,7 +24,7 @@ public:
     /// Adds the objects, in a column clear of each other, and a bin whose walls are as high as the
     /// column: all families in turn, at most kSizes sizes of each, 500 to 5000 triangles an object.
     /// Making them takes half a second a kind.
-    HouseholdBin(World& world, tests::WorldAudit& audit, const BinOptions& options);
+    HouseholdBin(World& world, reference::WorldAudit& audit, const BinOptions& options);
 
     static constexpr int kSizes = 2;
 
@@ -42,7 +42,7 @@ private:
     struct Kind
     {
         std::string name;
-        std::shared_ptr<const tests::AuditMesh> audit;
+        std::shared_ptr<const reference::AuditMesh> audit;
         std::shared_ptr<const SsvTree> tree;
         double mass = 0.0;
         double reach = 0.0;  // from the centre of mass
@@ -50,7 +50,7 @@ private:
     struct Object
     {
         btRigidBody* body = nullptr;
-        const tests::AuditMesh* mesh = nullptr;
+        const reference::AuditMesh* mesh = nullptr;
     };
 
     Eigen::Vector2d m_halfInner;
@@ -59,7 +59,7 @@ private:
     std::vector<Object> m_objects;
     std::vector<std::string> m_names;
 
-    void addWalls(World& world, tests::WorldAudit& audit);
+    void addWalls(World& world, reference::WorldAudit& audit);
     void makeKinds(const BinOptions& options);
 };
 }  // namespace bullet_ccd::examples

@@ -1,22 +1,23 @@
 #include "benchmarks/soak/soak.h"
 
-#include "benchmarks/soak/progress.h"
 #include "benchmarks/support/checkpoint.h"
+#include "tools/support/progress_line.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <fmt/format.h>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using namespace reference;
 using nlohmann::json;
 
 /// What is known after all seeds before `next`.
@@ -63,13 +64,13 @@ public:
     Soak(const SoakSubject& subject, const SoakOptions& options)
         : m_subject(subject),
           m_options(options),
-          m_end(options.firstSeed + (options.quick ? options.quickCount : options.count)),
+          m_end(options.firstSeed +
+                static_cast<std::uint64_t>(options.quick ? options.quickCount : options.count)),
           m_run{{"program", subject.program}, {"first seed", options.firstSeed}}
     {
         m_state.next = options.firstSeed;
         m_state.tallies.resize(subject.families.size());
-        const auto kept =
-            options.resume ? benchmarks::loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
+        const auto kept = options.resume ? loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
         if (kept)
         {
             m_state = fromJson(*kept);
@@ -84,16 +85,16 @@ public:
         }
     }
 
-    int go()
+    bool go()
     {
-        Progress progress(static_cast<double>(m_end - m_state.next));
+        tools::ProgressLine progress(m_end - m_state.next, "seeds");
         const std::uint64_t start = m_state.next;
         while (m_state.next < m_end)
         {
             askRound();
-            benchmarks::saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
-            progress.show(static_cast<double>(m_state.next - start),
-                          fmt::format("{} failures", m_state.failures.size()));
+            saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
+            progress.show(m_state.next - start,
+                          fmt::format(", {} failures", m_state.failures.size()));
         }
         return summarize();
     }
@@ -188,7 +189,7 @@ private:
         }
     }
 
-    [[nodiscard]] int summarize() const
+    [[nodiscard]] bool summarize() const
     {
         printTable();
         if (!m_state.failures.empty())
@@ -199,22 +200,23 @@ private:
                 fmt::print(" {}", m_state.failures[i]);
             }
             fmt::print("\n");
-            return 1;
+            return false;
         }
         const std::string complaints =
             vacuity(m_state.tallies, m_subject.families, m_subject.shares);
         fmt::print("\nno wrong answer{}{}\n",
                    complaints.empty() ? "" : ", but the run proves little:\n",
                    complaints);
-        return complaints.empty() ? 0 : 2;
+        return complaints.empty();
     }
 };
 
-int runVerbosely(const SoakSubject& subject, const SoakOptions& options)
+bool runVerbosely(const SoakSubject& subject, const SoakOptions& options)
 {
-    int wrong = 0;
-    for (std::uint64_t seed = options.firstSeed; seed < options.firstSeed + options.count; ++seed)
+    bool isRight = true;
+    for (int i = 0; i < options.count; ++i)
     {
+        const std::uint64_t seed = options.firstSeed + static_cast<std::uint64_t>(i);
         std::cout << "seed " << seed << '\n';
         if (subject.print)
         {
@@ -227,38 +229,33 @@ int runVerbosely(const SoakSubject& subject, const SoakOptions& options)
                                  answer.gap,
                                  answer.judgement.text())
                   << std::flush;
-        wrong += answer.judgement.verdict == Verdict::Right ? 0 : 1;
+        isRight = isRight && answer.judgement.verdict == Verdict::Right;
     }
-    return wrong > 0 ? 1 : 0;
+    return isRight;
 }
 }  // namespace
 
-void addSoakOptions(CLI::App& app, SoakOptions& options)
+Program soakProgram(const std::string& name,
+                    const std::string& about,
+                    const SoakOptions& defaults,
+                    const std::function<SoakSubject(bool quick)>& subject,
+                    const std::vector<ProgramOption>& more)
 {
-    app.add_option("--seed", options.firstSeed, "first seed")->capture_default_str();
-    app.add_option("-n,--count", options.count, "number of seeds, one query each")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("-j,--jobs", options.jobs, "threads")
-        ->check(CLI::Range(1, 1024))
-        ->capture_default_str();
-    app.add_option("--checkpoint", options.checkpoint, "file that keeps the state of the run")
-        ->capture_default_str();
-    app.add_flag("--resume", options.resume, "go on from the checkpoint, if there is one");
-    app.add_flag("--quick", options.quick, "a reduced number, for tools/check --all");
-    app.add_flag("--verbose", options.verbose, "print each query and its answer; no checkpoint");
-}
-
-int runSoak(const SoakSubject& subject, const SoakOptions& options)
-{
-    try
+    const auto options = std::make_shared<SoakOptions>(defaults);
+    std::vector<ProgramOption> all{
+        {"--seed", &options->firstSeed, "first seed"},
+        {"-n,--count", &options->count, "number of seeds, one query each"},
+        {"-j,--jobs", &options->jobs, "threads"},
+        {"--checkpoint", &options->checkpoint, "file that keeps the state of the run"},
+        {"--resume", &options->resume, "go on from the checkpoint, if there is one"},
+        {"--quick", &options->quick, "a reduced number, for tools/check --all"},
+        {"--verbose", &options->verbose, "print each query and its answer; no checkpoint"}};
+    all.insert(all.end(), more.begin(), more.end());
+    const auto run = [=]
     {
-        return options.verbose ? runVerbosely(subject, options) : Soak(subject, options).go();
-    }
-    catch (const std::exception& error)
-    {
-        fmt::print(stderr, "{}: {}\n", subject.program, error.what());
-        return 3;
-    }
+        const SoakSubject asked = subject(options->quick);
+        return options->verbose ? runVerbosely(asked, *options) : Soak(asked, *options).go();
+    };
+    return {.name = name, .about = about, .options = all, .run = run};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "benchmarks/reference/queries/soak_tally.h"
+#include "benchmarks/support/program.h"
 
 #include <cstdint>
 #include <functional>
@@ -11,12 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace CLI
-{
-class App;
-}
-
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 struct SoakAnswer
 {
@@ -24,7 +20,7 @@ struct SoakAnswer
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;
     double gap = 0.0;
-    Judgement judgement = {};
+    reference::Judgement judgement = {};
     std::map<std::string, std::int64_t> counts = {};  ///< of anything else; summed over all answers
 };
 
@@ -33,29 +29,32 @@ struct SoakSubject
     std::string program = {};  ///< and the settings that change answers: how a user asks again
     std::vector<std::string> families = {};
     std::uint64_t round = 1;  ///< seeds after which families and options repeat: one checkpoint
-    SoakShares shares = {};
+    reference::SoakShares shares = {};
     std::function<SoakAnswer(std::uint64_t seed)> ask = {};  ///< from several threads
     std::function<void(std::ostream& out, std::uint64_t seed)> print = {};  ///< the query; or none
 };
 
 struct SoakOptions
 {
-    std::uint64_t firstSeed = 1;
-    std::uint64_t count = 1;
-    std::uint64_t quickCount = 1;
+    int count = 1;
+    int quickCount = 1;
     int jobs = 1;
+    std::string checkpoint = {};
+    std::uint64_t firstSeed = 1;
     bool resume = false;
     bool quick = false;
     bool verbose = false;
-    std::string checkpoint = {};
 };
 
-/// Adds the options to a command line; their present values are the defaults.
-void addSoakOptions(CLI::App& app, SoakOptions& options);
-
-/// Asks the queries, prints progress, wrong answers and a table by family, which do not depend on
-/// the number of threads. Returns the exit code: 0 if every answer is right, 1 on a wrong one, 2 if
-/// the run proves little, 3 if it could not be run, as with a checkpoint that does not fit. A run
-/// that is killed has kept all but the round in hand.
-[[nodiscard]] int runSoak(const SoakSubject& subject, const SoakOptions& options);
-}  // namespace bullet_ccd::tests
+/// A program, or one of its verbs, that asks the queries and prints progress, wrong answers and a
+/// table by family, which do not depend on the number of threads. It fails on a wrong answer, and
+/// if the run proves little. A run that is killed has kept all but the round in hand.
+/// @param defaults  of the options that all soaks have
+/// @param subject   made when the command line is known
+/// @param more      options of this one
+[[nodiscard]] Program soakProgram(const std::string& name,
+                                  const std::string& about,
+                                  const SoakOptions& defaults,
+                                  const std::function<SoakSubject(bool quick)>& subject,
+                                  const std::vector<ProgramOption>& more = {});
+}  // namespace bullet_ccd::benchmarks

@@ -14,11 +14,11 @@
 #include <optional>
 #include <set>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using namespace benchmarks;
+using namespace reference;
 using Eigen::Isometry3d;
 
 /// Corners that triangles use, once each.
@@ -287,32 +287,29 @@ std::vector<Method<RigidCase>> rigidMethods()
             all.push_back(sampling<RigidCase>("FCL sampling", "fcl", steps, fclSampling));
         }
     }
-    if (isBulletPresent())
+    const auto cast = [&](const char* name, const char* setting, BulletCast kind, auto cannot)
     {
-        const auto cast = [&](const char* name, const char* setting, BulletCast kind, auto cannot)
-        {
-            all.push_back(
-                {.name = name,
-                 .owner = "bullet",
-                 .setting = setting,
-                 .run = [kind](const RigidCase& tested) { return castByBullet(tested, kind); },
-                 .notApplicable = cannot});
-        };
-        cast("Bullet continuous",
-             "btContinuousConvexCollision, margin 0",
-             BulletCast::Continuous,
-             notConvex);
-        cast("Bullet subsimplex",
-             "btSubsimplexConvexCast, margin 0",
-             BulletCast::Subsimplex,
-             notConvexOrTurns);
-        cast("Bullet GJK cast", "btGjkConvexCast, margin 0", BulletCast::Gjk, notConvexOrTurns);
-        for (const int steps : {59, 241})
-        {
-            all.push_back(sampling<RigidCase>("Bullet discrete", "bullet", steps, bulletSampling));
-            all.back().setting += ", as a world at that rate";
-            all.back().notApplicable = notConvex;
-        }
+        all.push_back(
+            {.name = name,
+             .owner = "bullet",
+             .setting = setting,
+             .run = [kind](const RigidCase& tested) { return castByBullet(tested, kind); },
+             .notApplicable = cannot});
+    };
+    cast("Bullet continuous",
+         "btContinuousConvexCollision, margin 0",
+         BulletCast::Continuous,
+         notConvex);
+    cast("Bullet subsimplex",
+         "btSubsimplexConvexCast, margin 0",
+         BulletCast::Subsimplex,
+         notConvexOrTurns);
+    cast("Bullet GJK cast", "btGjkConvexCast, margin 0", BulletCast::Gjk, notConvexOrTurns);
+    for (const int steps : {59, 241})
+    {
+        all.push_back(sampling<RigidCase>("Bullet discrete", "bullet", steps, bulletSampling));
+        all.back().setting += ", as a world at that rate";
+        all.back().notApplicable = notConvex;
     }
     return all;
 }
@@ -359,4 +356,4 @@ bool isConvex(const TriangleMesh& mesh)
     return isWatertight(merged) &&
            std::all_of(merged.triangles.begin(), merged.triangles.end(), isOutside);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 enum class PeerOutcome : std::uint8_t
 {
@@ -40,10 +40,10 @@ struct Method
 /// for chains, sampling with exact distances and with FCL's overlap test. Peers that are not part
 /// of the build are left out. Numbers of steps are primes: many of the catalogue's contact times
 /// are multiples of 1/1000, which round numbers of steps would hit by luck.
-[[nodiscard]] std::vector<Method<RigidCase>> rigidMethods();
-[[nodiscard]] std::vector<Method<ArticulatedCase>> articulatedMethods();
+[[nodiscard]] std::vector<Method<reference::RigidCase>> rigidMethods();
+[[nodiscard]] std::vector<Method<reference::ArticulatedCase>> articulatedMethods();
 
 /// True for closed convex surfaces and for single triangles, segments, points and rectangles: for
 /// what is the same to a query as its convex hull, as long as the other body is outside.
 [[nodiscard]] bool isConvex(const TriangleMesh& mesh);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -7,17 +7,20 @@
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/stability/catalogue_methods.h"
 #include "benchmarks/support/sandbox.h"
+#include "benchmarks/support/table.h"
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using benchmarks::Sandboxed;
-using benchmarks::SandboxEnd;
+using namespace reference;
 using nlohmann::json;
 
 /// What a code that is asked for a time may be early, and rounding of its times.
@@ -139,7 +142,7 @@ void runRelations(const Case& tested,
                   json& relations)
 {
     const bool isOurs = method.owner == "ours";
-    const auto answers = benchmarks::sandboxedAnswers<PeerAnswer>(
+    const auto answers = sandboxedAnswers<PeerAnswer>(
         asked.size(),
         {.seconds = limit, .patience = kPatience},
         [&](std::size_t i) { return answerLegs(method, asked[i].variant); });
@@ -188,7 +191,7 @@ json askMethod(const Case& tested, const Method<Case>& method, double limit)
         row["note"] = note;
         return row;
     }
-    const Sandboxed<PeerAnswer> asked = benchmarks::sandboxedAnswers<PeerAnswer>(
+    const Sandboxed<PeerAnswer> asked = sandboxedAnswers<PeerAnswer>(
         1, {.seconds = limit}, [&](std::size_t) { return method.run(tested); })[0];
     std::string verdict =
         verdictOf(asked, tested.answer, roundingOf(tested), method.owner == "ours");
@@ -212,6 +215,17 @@ json askMethod(const Case& tested, const Method<Case>& method, double limit)
     return row;
 }
 
+/// The verdict, with the error of the time if that is what is wrong.
+std::string cellOf(const json& answer)
+{
+    const auto verdict = answer["verdict"].get<std::string>();
+    const bool hasError =
+        (verdict == "late" || verdict == "inaccurate") && answer["error"].is_number();
+    return answer.contains("note") ? "-"
+           : hasError ? fmt::format("{} {:.1e}", verdict, std::abs(answer["error"].get<double>()))
+                      : verdict;
+}
+
 template <typename Case>
 void run(const std::string& kind,
          const std::vector<Case>& cases,
@@ -220,33 +234,42 @@ void run(const std::string& kind,
          json& table)
 {
     std::vector<json> methodRows;
+    std::string columns = "case=id:<6|exact=time:>12.9g";
     for (const Method<Case>& method : methods)
     {
+        columns += fmt::format("|{}:<18", method.name);
         methodRows.push_back({{"name", method.name},
                               {"owner", method.owner},
                               {"setting", method.setting},
                               {"kind", kind},
                               {"relations", json::object()}});
     }
-    for (std::size_t number = 0; number < cases.size(); ++number)
+    const Table printed(columns);
+    std::vector<std::map<std::string, int>> sums(methods.size());
+    for (const Case& tested : cases)
     {
-        const Case& tested = cases[number];
         if (!options.only.empty() && options.only != tested.id)
         {
             continue;
         }
-        if (options.progress)
-        {
-            options.progress(tested.id, number, cases.size());
-        }
         const CaseAnswer& exact = tested.answer;
         const auto variants =
             options.relations ? variantsToAsk(tested, options) : std::vector<AskedVariant<Case>>{};
+        const json time = exact.time ? json(*exact.time) : json(nullptr);
+        json line{{"id", tested.id}, {"time", time}};
         json answers = json::array();
         for (std::size_t i = 0; i < methods.size(); ++i)
         {
             answers.push_back(askMethod(tested, methods[i], options.limit));
-            if (answers.back()["verdict"] == "pass" && !variants.empty())
+            const auto verdict = answers.back()["verdict"].get<std::string>();
+            ++sums[i][verdict];
+            line[methods[i].name] = cellOf(answers.back());
+            if (verdict != "pass" && methods[i].owner == "ours")
+            {
+                table["failures"].push_back(
+                    fmt::format("{} ({}: {})", tested.id, methods[i].name, verdict));
+            }
+            if (verdict == "pass" && !variants.empty())
             {
                 runRelations(tested,
                              methods[i],
@@ -256,21 +279,28 @@ void run(const std::string& kind,
                              methodRows[i]["relations"]);
             }
         }
+        printed.print(line);
         table["cases"].push_back({{"id", tested.id},
                                   {"kind", kind},
                                   {"group", tested.id.substr(0, 1)},
                                   {"groupTitle", groupTitle(tested.id)},
                                   {"title", tested.title},
-                                  {"time", exact.time ? json(*exact.time) : json(nullptr)},
+                                  {"time", time},
                                   {"clearance", exact.clearance},
                                   {"closingSpeed", exact.closingSpeed},
                                   {"tolerance", exact.finest()},
                                   {"rounding", roundingOf(tested)},
                                   {"answers", std::move(answers)}});
     }
-    for (json& row : methodRows)
+    for (std::size_t i = 0; i < methods.size(); ++i)
     {
-        table["methods"].push_back(std::move(row));
+        table["methods"].push_back(std::move(methodRows[i]));
+        std::string counts;
+        for (const auto& [verdict, count] : sums[i])
+        {
+            counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, verdict);
+        }
+        fmt::print("{}: {}: {}\n", kind, methods[i].name, counts);
     }
 }
 }  // namespace
@@ -281,13 +311,12 @@ json runCatalogue(const CatalogueOptions& options)
                {"title", "Contact times with exact answers, where known methods fail"},
                {"limit", options.limit},
                {"variantLimit", options.variantLimit},
-               {"peers",
-                {benchmarks::isFclPresent() ? "FCL" : "",
-                 benchmarks::isBulletPresent() ? "Bullet in double precision" : ""}},
+               {"peers", {isFclPresent() ? "FCL" : "", "Bullet in double precision"}},
                {"defaultIterations", ToiOptions{}.maxIterations},
                {"relations", json::array()},
                {"methods", json::array()},
                {"cases", json::array()},
+               {"failures", json::array()},
                {"elsewhere", json::array()}};
     for (const Relation relation : kRelations)
     {
@@ -305,6 +334,14 @@ json runCatalogue(const CatalogueOptions& options)
     }
     run("rigid", rigidCases(), rigidMethods(), options, table);
     run("articulated", articulatedCases(), articulatedMethods(), options, table);
+    if (table["cases"].empty())
+    {
+        throw std::invalid_argument("--only " + options.only + ": no such case: see --list");
+    }
+    for (const json& failure : table["failures"])
+    {
+        fmt::print("FAILED: {}\n", failure.get<std::string>());
+    }
     return table;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::benchmarks

@@ -115,7 +115,7 @@ double smoothStep(double x)
 
 Isometry3d poseError(std::uint64_t seed, double magnitude, const Vector3d& center)
 {
-    tests::Random random(seed);
+    reference::Random random(seed);
     const Vector3d shift = random.direction();
     const Vector3d axis = random.direction();
     Isometry3d error = Isometry3d::Identity();

@@ -1,21 +1,22 @@
 /// Closings repeated with errors of the pose and on meshes of other sizes: how contacts, epsilon
 /// and success change, ours and the discrete baseline.
 #include "benchmarks/stability/stability_closings.h"
+#include "benchmarks/support/data_folder.h"
+#include "benchmarks/support/program.h"
 #include "benchmarks/support/report.h"
+#include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/closing/kinematic_closing.h"
 #include "grasp/hand/hand_file.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <fmt/format.h>
-#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,20 +34,12 @@ namespace fs = std::filesystem;
 constexpr std::array kNoises{1e-6, 1e-5, 1e-4, 1e-3};  // [m and rad]
 constexpr std::array kOwnHands{"anthropomorphic_hand", "three_finger_gripper", "parallel_gripper"};
 constexpr std::array kOwnObjects{"bottle", "mug", "apple", "box", "hammer"};
-constexpr std::array kDataHands{"schunk_sah/schunk_sah_right_mesh",
-                                "allegro/allegro_right_mesh",
-                                "barrett/barrett_mesh",
-                                "shadow/shadow_right_mesh",
-                                "schunk_svh/schunk_svh_right_mesh",
-                                "leap/leap_right_mesh",
-                                "panda_gripper/panda_gripper_mesh",
-                                "schunk_sdh/schunk_sdh_mesh"};
 constexpr std::array kDataObjects{"025_mug", "006_mustard_bottle"};
 
 struct Arguments
 {
     std::string output;
-    fs::path data = BULLET_CCD_BENCHMARK_DATA;
+    fs::path data = defaultDataFolder();
     int candidates = 24;
     int closures = 2;  ///< grasps a pair of hand and object that are force closures
     int others = 1;    ///< that are not
@@ -173,11 +166,14 @@ void runPair(const HandModel& hand,
              const Arguments& arguments,
              Report& report)
 {
-    const auto begin = std::chrono::steady_clock::now();
-    const std::vector<Grasp> grasps = chosenGrasps(hand, object, arguments);
-    runNoise(hand, object, grasps, arguments, report);
+    std::vector<Grasp> grasps;
+    const double micros = wallMicrosecondsOf(
+        [&]
+        {
+            grasps = chosenGrasps(hand, object, arguments);
+            runNoise(hand, object, grasps, arguments, report);
+        });
     const auto closures = std::ranges::count(grasps, RejectReason::None, &Grasp::reject);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     report.pairs.push_back({{"hand", hand.robot.name},
                             {"object", object.name},
                             {"grasps", grasps.size()},
@@ -187,7 +183,7 @@ void runPair(const HandModel& hand,
                object.name,
                grasps.size(),
                closures,
-               seconds.count());
+               1e-6 * micros);
     std::fflush(stdout);
 }
 
@@ -270,17 +266,6 @@ std::vector<MeshFamily> ownFamilies(bool quick)
     return families;
 }
 
-std::vector<HandModel> ownHands()
-{
-    std::vector<HandModel> hands;
-    const fs::path robots = fs::path(BULLET_CCD_BUILT_SHARE) / "robots";
-    for (const char* name : kOwnHands)
-    {
-        hands.push_back(grasp::loadHand(robots / name / (std::string(name) + ".urdf")));
-    }
-    return hands;
-}
-
 TriangleMesh ycbMesh(const fs::path& data, const std::string& folder, const std::string& name)
 {
     return loadMeshFile(data / "objects" / folder / (name + ".obj")).mesh;
@@ -288,21 +273,18 @@ TriangleMesh ycbMesh(const fs::path& data, const std::string& folder, const std:
 
 void runOwn(const Arguments& arguments, Report& report)
 {
-    const std::vector<HandModel> hands = ownHands();
+    const fs::path share = BULLET_CCD_BUILT_SHARE;
     std::vector<GraspObject> objects;
-    for (const char* name : kOwnObjects)
+    for (const std::string name :
+         std::span(kOwnObjects).first(arguments.quick ? 2 : kOwnObjects.size()))
     {
-        const fs::path file =
-            fs::path(BULLET_CCD_BUILT_SHARE) / "objects" / (std::string(name) + ".obj");
-        objects.push_back(grasp::makeGraspObject(name, loadMeshFile(file).mesh));
-        if (arguments.quick && objects.size() == 2)
-        {
-            break;
-        }
+        objects.push_back(
+            grasp::makeGraspObject(name, loadMeshFile(share / "objects" / (name + ".obj")).mesh));
     }
     const std::vector<MeshFamily> families = ownFamilies(arguments.quick);
-    for (const HandModel& hand : hands)
+    for (const std::string name : kOwnHands)
     {
+        const HandModel hand = grasp::loadHand(share / "robots" / name / (name + ".urdf"));
         for (const GraspObject& object : objects)
         {
             runPair(hand, object, arguments, report);
@@ -325,7 +307,7 @@ void runData(const Arguments& arguments, Report& report)
         families.push_back(
             {.name = name, .meshes = {ycbMesh(arguments.data, "ycb_4k", name), fine}});
     }
-    for (const char* name : kDataHands)
+    for (const char* name : kDetailedHands)
     {
         const HandModel hand =
             grasp::loadHand(arguments.data / "hands" / (std::string(name) + ".urdf"),
@@ -343,60 +325,69 @@ void runData(const Arguments& arguments, Report& report)
     }
 }
 
-/// A line a method and size of the error, over all grasps that are force closures without it.
-void printSums(const Report& report)
+/// A line per method and size of the error, over all grasps that are force closures without it.
+void printSums(const json& noise)
 {
-    struct Sum
+    fmt::print("\nof closings that are force closures without an error:\n");
+    const Table table(
+        "method:<26|error [m, rad]=noise:>14.0e|posture [rad]=posture:>13.1e|95 %=posture95:>7.1e|"
+        "epsilon:>8.1e|95 %=epsilon95:>7.1e|same links [%]=sameLinks:>14.1f|"
+        "success [%]=success:>11.1f|draws:>5");
+    std::map<std::pair<std::string, double>, std::vector<json>> groups;
+    for (const json& row : noise)
     {
-        std::vector<double> posture;
-        std::vector<double> epsilon;
-        int draws = 0;
-        int same = 0;
-        int success = 0;
-    };
-    std::map<std::pair<std::string, double>, Sum> sums;
-    for (const json& row : report.noise)
-    {
-        if (!row["before"]["success"].get<bool>())
+        if (row["before"]["success"].get<bool>())
         {
-            continue;
+            groups[{row["method"], row["noise"]}].push_back(row);
         }
-        Sum& sum = sums[{row["method"].get<std::string>(), row["noise"].get<double>()}];
-        for (const double value : row["posture"])
-        {
-            sum.posture.push_back(value);
-        }
-        for (const double value : row["epsilon"])
-        {
-            sum.epsilon.push_back(value);
-        }
-        sum.draws += row["draws"].get<int>();
-        sum.same += row["sameLinks"].get<int>();
-        sum.success += row["success"].get<int>();
     }
-    fmt::print(
-        "\nof closings that are force closures without an error: change of the posture "
-        "[rad], of epsilon\n");
-    for (const auto& [key, sum] : sums)
+    for (const auto& [key, rows] : groups)
     {
-        const auto percent = [&](int count) { return 100.0 * count / std::max(sum.draws, 1); };
-        fmt::print(
-            "{:<26} {:.0e} m, rad: posture median {:.1e}, 95 % {:.1e}; epsilon median "
-            "{:.1e}, 95 % {:.1e}; same links {:5.1f} %, success {:5.1f} % of {}\n",
-            key.first,
-            key.second,
-            quantileOf(sum.posture, 0.5),
-            quantileOf(sum.posture, 0.95),
-            quantileOf(sum.epsilon, 0.5),
-            quantileOf(sum.epsilon, 0.95),
-            percent(sum.same),
-            percent(sum.success),
-            sum.draws);
+        std::map<std::string, std::vector<double>> values;
+        std::map<std::string, int> counts;
+        for (const json& row : rows)
+        {
+            for (const char* name : {"posture", "epsilon"})
+            {
+                values[name].insert(values[name].end(), row[name].begin(), row[name].end());
+            }
+            for (const char* name : {"sameLinks", "success", "draws"})
+            {
+                counts[name] += row[name].get<int>();
+            }
+        }
+        const double percent = 100.0 / std::max(counts["draws"], 1);
+        table.print({{"method", key.first},
+                     {"noise", key.second},
+                     {"posture", quantileOf(values["posture"], 0.5)},
+                     {"posture95", quantileOf(values["posture"], 0.95)},
+                     {"epsilon", quantileOf(values["epsilon"], 0.5)},
+                     {"epsilon95", quantileOf(values["epsilon"], 0.95)},
+                     {"sameLinks", percent * counts["sameLinks"]},
+                     {"success", percent * counts["success"]},
+                     {"draws", counts["draws"]}});
     }
 }
 
-void write(const Arguments& arguments, Report report, bool hasData, double seconds)
+bool run(Arguments arguments)
 {
+    if (arguments.quick)
+    {
+        arguments.candidates = 8;
+        arguments.closures = 1;
+        arguments.draws = 2;
+    }
+    Report report;
+    runOwn(arguments, report);
+    if (fs::exists(arguments.data / "hands"))
+    {
+        runData(arguments, report);
+    }
+    else
+    {
+        fmt::print("{}: no hands/ there: the project's own hands alone\n", arguments.data.string());
+    }
+    printSums(report.noise);
     json methods = json::array();
     for (const ClosingMethod& method : closingMethods())
     {
@@ -406,65 +397,33 @@ void write(const Arguments& arguments, Report report, bool hasData, double secon
                 {{"family", "grasps"},
                  {"title", "Stability of grasps"},
                  {"peers", json::array()},
-                 {"quick", arguments.quick},
                  {"seed", arguments.seed},
-                 {"candidates", arguments.candidates},
                  {"draws", arguments.draws},
                  {"noises", kNoises},
                  {"methods", methods},
-                 {"data", hasData},
-                 {"seconds", seconds},
                  {"pairs", std::move(report.pairs)},
                  {"noise", std::move(report.noise)},
                  {"meshes", std::move(report.meshes)}});
-}
-
-void run(const Arguments& arguments)
-{
-    const auto begin = std::chrono::steady_clock::now();
-    Report report;
-    runOwn(arguments, report);
-    const bool hasData = fs::exists(arguments.data / "hands");
-    if (hasData)
-    {
-        runData(arguments, report);
-    }
-    else
-    {
-        fmt::print("{}: no hands/ there: the project's own hands alone\n", arguments.data.string());
-    }
-    printSums(report);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    write(arguments, std::move(report), hasData, seconds.count());
+    return true;
 }
 }  // namespace
 
 int main(int argc, char** argv)
 {
     Arguments arguments;
-    CLI::App app("Closings with errors of the pose and on other meshes, ours and stepping");
-    app.add_option("-o,--output", arguments.output, "JSON file")->required();
-    app.add_option("--data", arguments.data, "folder with hands/ and objects/");
-    app.add_option("-n,--candidates", arguments.candidates, "planned, of a hand and an object")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--draws", arguments.draws, "errors of each size")->check(CLI::PositiveNumber);
-    app.add_option("--seed", arguments.seed, "of candidates and errors");
-    app.add_flag("--quick", arguments.quick, "two objects, one hand of the data folder");
-    CLI11_PARSE(app, argc, argv);
-    if (arguments.quick)
-    {
-        arguments.candidates = 8;
-        arguments.closures = 1;
-        arguments.draws = 2;
-    }
-    try
-    {
-        run(arguments);
-    }
-    catch (const std::exception& error)
-    {
-        std::cerr << "stability_grasps: " << error.what() << '\n';
-        return 2;
-    }
-    return 0;
+    return runProgram(
+        argc,
+        argv,
+        {.name = "stability_grasps",
+         .about = "Closings with errors of the pose and on other meshes, ours and stepping",
+         .options = {{.names = "-o,--output",
+                      .value = &arguments.output,
+                      .help = "JSON file",
+                      .isRequired = true},
+                     {"--data", &arguments.data, "folder with hands/ and objects/"},
+                     {"-n,--candidates", &arguments.candidates, "planned, of a hand and an object"},
+                     {"--draws", &arguments.draws, "errors of each size"},
+                     {"--seed", &arguments.seed, "of candidates and errors"},
+                     {"--quick", &arguments.quick, "two objects, one hand of the data folder"}},
+         .run = [&] { return run(arguments); }});
 }

@@ -38,7 +38,7 @@ public:
     {
         m_trial->scene.world().getSolverInfo().m_numIterations = setting.iterations;
         m_trial->scene.addHooks();
-        m_startEnergy = tests::energyOf(m_trial->scene, 0.0);
+        m_startEnergy = reference::energyOf(m_trial->scene, 0.0);
     }
 
     StabilityOutcome go()
@@ -80,7 +80,7 @@ private:
     }
 
     /// False for what nothing in these worlds can have come to by itself.
-    [[nodiscard]] bool isSane(const tests::BodyPoses& poses, double kinetic) const
+    [[nodiscard]] bool isSane(const reference::BodyPoses& poses, double kinetic) const
     {
         const bool isNear = std::ranges::all_of(
             poses,
@@ -94,12 +94,12 @@ private:
 
     void look(std::int64_t step)
     {
-        tests::BodyPoses poses;
+        reference::BodyPoses poses;
         for (const btCollisionObject* object : m_trial->audited)
         {
             poses.push_back(btCcdToEigen(object->getWorldTransform()));
         }
-        const double kinetic = tests::energyOf(m_trial->scene, 0.0);
+        const double kinetic = reference::energyOf(m_trial->scene, 0.0);
         if (m_world.isPassive)
         {
             m_outcome.energyGain = std::max(m_outcome.energyGain, kinetic / m_startEnergy - 1.0);
@@ -121,7 +121,7 @@ private:
         if (m_world.isPassive || step % every == 0 || step + 1 == m_steps)
         {
             const double depth =
-                tests::auditPoses(m_trial->audit, poses, m_outcome.simulated).worst.depth;
+                reference::auditPoses(m_trial->audit, poses, m_outcome.simulated).worst.depth;
             m_outcome.depth = std::max(m_outcome.depth, depth);
             m_outcome.restDepth = std::max(m_outcome.restDepth, isResting ? depth : 0.0);
         }
@@ -185,7 +185,7 @@ nlohmann::json toJson(const StabilityWorld& world,
                       const StabilityOutcome& outcome)
 {
     nlohmann::json row{{"world", world.name},
-                       {"method", tests::nameOf(setting.kind)},
+                       {"method", reference::nameOf(setting.kind)},
                        {"rate", setting.rate},
                        {"iterations", setting.iterations},
                        {"seconds", setting.seconds},
@@ -206,7 +206,7 @@ nlohmann::json toJson(const StabilityWorld& world,
     add("depth", outcome.depth);
     add("restDepth", outcome.restDepth);
     add("realTime", outcome.realTime);
-    if (tests::isOurs(setting.kind))
+    if (reference::isOurs(setting.kind))
     {
         row["impacts"] = outcome.counters.m_impacts;
         row["clamps"] = outcome.counters.m_clamps;

@@ -9,7 +9,7 @@ namespace bullet_ccd::benchmarks
 {
 struct StabilitySetting
 {
-    tests::Kind kind = tests::Kind::Stock;
+    reference::Kind kind = reference::Kind::Stock;
     int rate = 60;         ///< steps a second
     int iterations = 10;   ///< of the solver
     double seconds = 1.0;  ///< of simulated time

@@ -1,14 +1,13 @@
 /// Hands that hold, squeeze, pinch and hit for a long time or with little mass: drift, energy and
 /// penetration in stock Bullet and in ours, over time steps and iterations of the solver.
 #include "benchmarks/stability/stability_run.h"
+#include "benchmarks/support/program.h"
 #include "benchmarks/support/report.h"
 #include "benchmarks/support/sandbox.h"
+#include "benchmarks/support/table.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <fmt/format.h>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -16,7 +15,7 @@
 namespace
 {
 using namespace bullet_ccd::benchmarks;
-namespace tests = bullet_ccd::tests;
+namespace reference = bullet_ccd::reference;
 
 /// A run that takes longer than this is ended [s].
 constexpr double kRunLimit = 60.0;
@@ -31,7 +30,6 @@ constexpr int kUsualRate = 240;
 struct Arguments
 {
     std::string output;
-    std::string data;
     std::string only;
     std::vector<int> rates{60, 120, 240, 480, 1000};
     std::vector<int> iterations{10, 20, 50, 100, 200};
@@ -61,29 +59,12 @@ nlohmann::json runOne(const StabilityWorld& world, const StabilitySetting& setti
     return row;
 }
 
-void print(const nlohmann::json& row)
-{
-    const auto number = [&](const char* name) { return row.value(name, 0.0); };
-    fmt::print(
-        "{:<20}{:<14} 1/{:<5}{:>4} it  {:<9} drift {:.1e} m {:.1e} rad  kinetic {:.1e} J  "
-        "gain {:.1e}  depth {:.1e} rest {:.1e} m  {:.1e} s/s\n",
-        row["world"].get<std::string>(),
-        row["method"].get<std::string>(),
-        row["rate"].get<int>(),
-        row["iterations"].get<int>(),
-        row["verdict"].get<std::string>(),
-        number("drift"),
-        number("turn"),
-        number("maxKinetic"),
-        number("energyGain"),
-        number("depth"),
-        number("restDepth"),
-        number("realTime"));
-    std::fflush(stdout);
-}
-
 nlohmann::json runAll(const Arguments& arguments)
 {
+    const Table table(
+        "world:<20|method:<14|1/s=rate:>5|iterations:>10|verdict:<9|drift [m]=drift:>9.1e|"
+        "turn [rad]=turn:>10.1e|kinetic [J]=maxKinetic:>11.1e|gain=energyGain:>7.1e|"
+        "depth [m]=depth:>9.1e|at rest [m]=restDepth:>11.1e|s/s=realTime:>7.1e");
     nlohmann::json rows = nlohmann::json::array();
     for (const StabilityWorld& world : stabilityWorlds())
     {
@@ -91,7 +72,7 @@ nlohmann::json runAll(const Arguments& arguments)
         {
             continue;
         }
-        for (const tests::Kind kind : world.kinds)
+        for (const reference::Kind kind : world.kinds)
         {
             for (const int rate : arguments.rates)
             {
@@ -103,7 +84,7 @@ nlohmann::json runAll(const Arguments& arguments)
                                 .rate = rate,
                                 .iterations = iterations,
                                 .seconds = secondsOf(world, rate, iterations, arguments)}));
-                    print(rows.back());
+                    table.print(rows.back());
                 }
             }
         }
@@ -125,52 +106,44 @@ nlohmann::json worldsAsJson()
     return worlds;
 }
 
-void write(const Arguments& arguments, nlohmann::json rows, double seconds)
+bool run(Arguments arguments)
 {
+    if (arguments.quick)
+    {
+        arguments.rates = {60, 240};
+        arguments.iterations = {10, 50};
+    }
+    nlohmann::json runs = runAll(arguments);
     writeReport(arguments.output,
                 {{"family", "simulation"},
                  {"title", "Stability of simulated grasps"},
-                 {"precision", tests::kDouble ? "double" : "single"},
+                 {"precision", reference::kDouble ? "double" : "single"},
                  {"peers", {fmt::format("Bullet {}", btGetVersion())}},
-                 {"quick", arguments.quick},
                  {"rates", arguments.rates},
                  {"iterations", arguments.iterations},
                  {"slip", kSlip},
                  {"drop", kDrop},
-                 {"seconds", seconds},
                  {"worlds", worldsAsJson()},
-                 {"runs", std::move(rows)}});
+                 {"runs", std::move(runs)}});
+    return true;
 }
 }  // namespace
 
 int main(int argc, char** argv)
 {
     Arguments arguments;
-    CLI::App app("Drift, energy and penetration of simulated grasps, stock Bullet and ours");
-    app.add_option("-o,--output", arguments.output, "JSON file")->required();
-    app.add_option("--data", arguments.data, "not needed: worlds are made by the program itself");
-    app.add_option("--only", arguments.only, "worlds whose name contains this");
-    app.add_option("--rates", arguments.rates, "steps a second")->check(CLI::PositiveNumber);
-    app.add_option("--iterations", arguments.iterations, "of the solver")
-        ->check(CLI::PositiveNumber);
-    app.add_flag("--quick", arguments.quick, "two time steps, two numbers of iterations");
-    CLI11_PARSE(app, argc, argv);
-    if (arguments.quick)
-    {
-        arguments.rates = {60, 240};
-        arguments.iterations = {10, 50};
-    }
-    try
-    {
-        const auto begin = std::chrono::steady_clock::now();
-        nlohmann::json rows = runAll(arguments);
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-        write(arguments, std::move(rows), seconds.count());
-    }
-    catch (const std::exception& error)
-    {
-        std::cerr << "stability_simulation: " << error.what() << '\n';
-        return 2;
-    }
-    return 0;
+    return runProgram(
+        argc,
+        argv,
+        {.name = "stability_simulation",
+         .about = "Drift, energy and penetration of simulated grasps, stock Bullet and ours",
+         .options = {{.names = "-o,--output",
+                      .value = &arguments.output,
+                      .help = "JSON file",
+                      .isRequired = true},
+                     {"--only", &arguments.only, "worlds whose name contains this"},
+                     {"--rates", &arguments.rates, "steps a second"},
+                     {"--iterations", &arguments.iterations, "of the solver"},
+                     {"--quick", &arguments.quick, "two time steps, two numbers of iterations"}},
+         .run = [&] { return run(arguments); }});
 }

@@ -18,9 +18,9 @@ namespace
 {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using tests::Kind;
-using tests::Scene;
-using tests::vec;
+using reference::Kind;
+using reference::Scene;
+using reference::vec;
 
 constexpr double kGravity = 9.81;       // [m/s^2]
 constexpr double kServoForce = 2000.0;  // [N]: a joint that is to stay does
@@ -34,8 +34,8 @@ enum class Surface
 
 btCollisionShape* meshShape(Scene& scene, Kind kind, const TriangleMesh& mesh)
 {
-    return tests::isOurs(kind) ? static_cast<btCollisionShape*>(scene.mesh(mesh))
-                               : tests::gimpactShape(scene, mesh);
+    return reference::isOurs(kind) ? static_cast<btCollisionShape*>(scene.mesh(mesh))
+                                   : reference::gimpactShape(scene, mesh);
 }
 
 btCollisionShape* boxShape(Scene& scene, Kind kind, Surface surface, const Vector3d& half)
@@ -54,7 +54,7 @@ btVector3 boxInertia(double mass, const Vector3d& half)
 
 void watch(Trial& trial, const btCollisionObject* object, TriangleMesh mesh, bool isFixed)
 {
-    trial.meshes.push_back(std::make_unique<const tests::AuditMesh>(std::move(mesh)));
+    trial.meshes.push_back(std::make_unique<const reference::AuditMesh>(std::move(mesh)));
     trial.audit.parts.push_back({.mesh = trial.meshes.back().get(),
                                  .body = static_cast<std::int32_t>(trial.audited.size())});
     trial.audit.fixed.push_back(isFixed);
@@ -160,7 +160,7 @@ std::unique_ptr<Trial> makeJawTrial(Kind kind, const JawPlan& plan)
     btMultiBody* hand = makeJaws(*trial, kind, plan);
     trial->object = scene.body(boxShape(scene, kind, plan.surface, plan.objectHalf),
                                plan.objectMass,
-                               tests::poseAt(vec(0, 0, plan.objectHeight)));
+                               reference::poseAt(vec(0, 0, plan.objectHeight)));
     watch(*trial, trial->object, makeBox(plan.objectHalf), false);
     const std::array motors{addMotor(scene, hand, 0), addMotor(scene, hand, 1)};
     trial->control = [plan, motors, hand, world = trial.get()](double time, double timeStep)
@@ -258,7 +258,7 @@ std::unique_ptr<Trial> makeThreeFingerTrial(Kind kind, Surface surface)
                                   ? meshShape(scene, kind, cylinder)
                                   : scene.keep(std::make_unique<btCylinderShapeZ>(vec(
                                         kCylinderRadius, kCylinderRadius, kCylinderHeight / 2.0)));
-    trial->object = scene.body(shape, 0.1, tests::poseAt(vec(0, 0, 0)));
+    trial->object = scene.body(shape, 0.1, reference::poseAt(vec(0, 0, 0)));
     watch(*trial, trial->object, cylinder, false);
     const std::array motors{
         addMotor(scene, hand, 0), addMotor(scene, hand, 1), addMotor(scene, hand, 2)};
@@ -289,7 +289,7 @@ std::unique_ptr<Trial> makeImpactTrial(Kind kind, Surface surface, double speed)
     auto trial = std::make_unique<Trial>(kind);
     Scene& scene = trial->scene;
     btRigidBody* target = scene.body(
-        boxShape(scene, kind, surface, wall), 0.0, tests::poseAt(vec(kFirst + wall.x(), 0, 0)));
+        boxShape(scene, kind, surface, wall), 0.0, reference::poseAt(vec(kFirst + wall.x(), 0, 0)));
     watch(*trial, target, makeBox(wall), true);
     btCollisionShape* shape = boxShape(scene, kind, surface, link);
     btMultiBody* chain = scene.chain({shape, shape, shape}, link.x(), btTransform::getIdentity());

@@ -15,18 +15,18 @@ namespace bullet_ccd::benchmarks
 /// A world in which something is held or hit, and what is to be watched in it.
 struct Trial
 {
-    explicit Trial(tests::Kind kind) : scene(kind) {}
+    explicit Trial(reference::Kind kind) : scene(kind) {}
 
-    tests::Scene scene;
+    reference::Scene scene;
     btRigidBody* object = nullptr;  ///< what is held; null: nothing is
     /// Sets motors and gravity for the step that begins at `time` [s].
     std::function<void(double time, double timeStep)> control = [](double, double) {};
     /// True once something has passed through something else.
     std::function<bool()> isThrough = [] { return false; };
     /// Every body as a mesh; pairs that a joint connects are ignored.
-    tests::AuditScene audit;
+    reference::AuditScene audit;
     std::vector<const btCollisionObject*> audited;  ///< one entry a body of `audit`
-    std::vector<std::unique_ptr<const tests::AuditMesh>> meshes;
+    std::vector<std::unique_ptr<const reference::AuditMesh>> meshes;
     double readyAt = 0.0;  ///< grip and weight are there, and rest is expected [s]
 };
 
@@ -40,9 +40,11 @@ struct StabilityWorld
     bool isPassive = false;  ///< no motors: energy can only fall
     /// Those that can differ: where nothing is fast and shapes are Bullet's own, ours and both ways
     /// into a world are the same.
-    std::vector<tests::Kind> kinds = {
-        tests::Kind::Stock, tests::Kind::StockCcd, tests::Kind::Action, tests::Kind::World};
-    std::function<std::unique_ptr<Trial>(tests::Kind)> make;
+    std::vector<reference::Kind> kinds = {reference::Kind::Stock,
+                                          reference::Kind::StockCcd,
+                                          reference::Kind::Action,
+                                          reference::Kind::World};
+    std::function<std::unique_ptr<Trial>(reference::Kind)> make;
 };
 
 /// All of them. Shapes are Bullet's own (boxes, a cylinder) or triangle meshes: GImpact in stock

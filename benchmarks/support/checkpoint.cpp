@@ -30,7 +30,7 @@ void saveCheckpoint(const std::string& path, const nlohmann::json& run, const nl
     file.close();
     if (!file || std::rename(fresh.c_str(), path.c_str()) != 0)
     {
-        throw std::runtime_error(path + ": cannot be written: choose another --checkpoint");
+        throw std::runtime_error(path + ": cannot be written: name another file");
     }
 }
 
@@ -46,14 +46,13 @@ std::optional<nlohmann::json> loadCheckpoint(const std::string& path, const nloh
         kept.value("hash", std::uint64_t{0}) != hashOf(kept["run"], kept["state"]))
     {
         throw std::runtime_error(path +
-                                 ": not a checkpoint, or damaged: remove it, or choose another "
-                                 "--checkpoint");
+                                 ": not a checkpoint, or damaged: remove it, or name another file");
     }
     if (kept["run"] != run)
     {
         throw std::runtime_error(path + ": belongs to another run, " + kept["run"].dump() +
                                  ", not to " + run.dump() +
-                                 ": run without --resume, or choose another --checkpoint");
+                                 ": run without --resume, or name another file");
     }
     return kept["state"];
 }

@@ -71,21 +71,24 @@ TEST_F(BenchGrasps, ATableThatFailsACriterionExitsWith1)
 TEST_F(BenchGrasps, JudgesClosingsAndGoesOnWhereItWas)
 {
     const std::string closing = "closing --hand parallel_gripper --object '" + m_ball.string() +
-                                "' -n 4 -o '" + (m_folder / "rows.jsonl").string() + "'";
+                                "' -n 4 -o '" + (m_folder / "rows.json").string() + "'";
     const Outcome first = run(closing);
     EXPECT_EQ(first.exitCode, 0) << first.out << first.err;
     EXPECT_THAT(first.out, HasSubstr("pass"));
-    const std::string rows = contentOf(m_folder / "rows.jsonl");
-    EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 2);
-    EXPECT_EQ(run(closing).exitCode, 2);
+    const std::string rows = contentOf(m_folder / "rows.json");
+    EXPECT_THAT(rows, HasSubstr("\"hand\": \"parallel_gripper\""));
+    const Outcome again = run(closing);
+    EXPECT_EQ(again.exitCode, 2);
+    EXPECT_THAT(again.err, HasSubstr("--resume goes on with it"));
     EXPECT_EQ(run(closing + " --resume").out, first.out);
-    EXPECT_EQ(contentOf(m_folder / "rows.jsonl"), rows);
+    EXPECT_EQ(contentOf(m_folder / "rows.json"), rows);
+    EXPECT_THAT(run(closing + " --resume --seed 5").err, HasSubstr("belongs to another run"));
 }
 
 TEST_F(BenchGrasps, CountsForceClosures)
 {
     const Outcome plans = run("planning --hand three_finger_gripper --object '" + m_ball.string() +
-                              "' -n 3 -o '" + (m_folder / "rows.jsonl").string() + "'");
+                              "' -n 3 -o '" + (m_folder / "rows.json").string() + "'");
     EXPECT_EQ(plans.exitCode, 0) << plans.out << plans.err;
     EXPECT_THAT(plans.out, HasSubstr("1 of 1 objects are held"));
 }

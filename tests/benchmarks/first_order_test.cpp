@@ -16,7 +16,7 @@ namespace bullet_ccd::benchmarks
 namespace
 {
 using Eigen::Vector3d;
-using namespace bullet_ccd::tests;
+using namespace reference;
 
 TEST(FirstOrder, DirectionalSpeedHoldsOverTheTimeAheadAndIsNotAboveTheSum)
 {

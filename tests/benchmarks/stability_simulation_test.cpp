@@ -9,7 +9,7 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
-using tests::Kind;
+using reference::Kind;
 
 const StabilityWorld& worldNamed(const std::string& name)
 {
@@ -55,7 +55,7 @@ TEST(StabilityRun, LightLinksGoThroughAWallInStockBulletAndStopAtItInOurs)
 {
     StabilitySetting setting{.rate = 60, .iterations = 10, .seconds = 0.5};
     EXPECT_EQ(run("light_hit_mesh", setting).verdict, StabilityVerdict::Through);
-    for (const Kind kind : tests::kOurKinds)
+    for (const Kind kind : reference::kOurKinds)
     {
         setting.kind = kind;
         const StabilityOutcome outcome = run("light_hit_mesh", setting);

@@ -18,6 +18,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// Floor of strips along y, 10 cm wide: part k is two triangles over x from 0.1 k to 0.1 (k + 1).

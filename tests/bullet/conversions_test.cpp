@@ -7,6 +7,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 TEST(Conversions, TimeIsRoundedDown)
 {
     Random random(1);

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Lines = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>;

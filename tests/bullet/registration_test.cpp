@@ -11,6 +11,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// A user's own method: no contacts, and always the same answer.

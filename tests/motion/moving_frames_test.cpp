@@ -11,6 +11,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Eigen::Isometry3d;

@@ -13,8 +13,8 @@ expect() { # WORDS COMMAND..
     [[ $said == *"$words"* && $said != *Traceback* ]] || { echo "$*: $said"; failed=1; }
 }
 expect 'no such verb' benchmarks/run weigh
-expect 'bench/bin/soak_rigid is missing' benchmarks/run soak rigid --build "$folder/bench"
-expect 'bin/soak_articulated is missing' tools/soak_articulated --build "$folder" -n 1
+expect 'bench/bin/soak_queries is missing' benchmarks/run soak rigid --build "$folder/bench"
+expect 'bin/soak_queries is missing' tools/soak_articulated --build "$folder" -n 1
 expect 'bin/bullet_table_single is missing' tools/bullet_table --build "$folder"
 expect 'rigid|articulated|bullet' benchmarks/run soak
 expect 'accuracy|agreement' benchmarks/run grasps --build "$folder"

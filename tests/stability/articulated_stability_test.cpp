@@ -1,35 +1,26 @@
 /// Every articulated case: not late, tight, all ties reported; and the grasping sequences that stop
 /// a link at its contact and go on with the next.
-#include "benchmarks/reference/catalogue/relations.h"
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "tests/stability/stability_suite.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <ostream>
-#include <tuple>
 
 namespace bullet_ccd::tests
 {
-void PrintTo(const ArticulatedCase& tested, std::ostream* out);
-void PrintTo(const ArticulatedCase& tested, std::ostream* out)
-{
-    *out << tested.id;
-}
+using namespace reference;
 
 namespace
 {
-class ArticulatedStability : public testing::TestWithParam<std::tuple<ArticulatedCase, ToiStrategy>>
+class ArticulatedStability : public StabilitySuite<ArticulatedCase>
 {
-protected:
-    [[nodiscard]] const ArticulatedCase& tested() const { return std::get<0>(GetParam()); }
-    [[nodiscard]] ToiStrategy strategy() const { return std::get<1>(GetParam()); }
 };
 
 ArticulatedToiResult query(const ArticulatedCase& tested,
@@ -74,14 +65,6 @@ void expectContacts(const ArticulatedCase& tested,
     }
 }
 
-/// `time` in the whole motion of the case.
-void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
-{
-    const RightTimes right = rightTimes(answer, tolerance, rounding);
-    EXPECT_LE(time, right.latest) << "late";
-    EXPECT_GE(time, right.earliest) << "early";
-}
-
 void expectAnswer(const ArticulatedCase& tested,
                   double tolerance,
                   ToiStrategy strategy = ToiStrategy::BestFirst)
@@ -107,29 +90,6 @@ void expectAnswer(const ArticulatedCase& tested,
     }
 }
 
-void expectVariant(const Variant<ArticulatedCase>& variant, ToiStrategy strategy)
-{
-    const CaseAnswer& answer = variant.answer;
-    const double tolerance = answer.finest();
-    for (const Leg<ArticulatedCase>& leg : variant.legs)
-    {
-        const double rounding = roundingOf(leg.tested);
-        const ArticulatedToiResult result = query(leg.tested, tolerance, strategy);
-        if (isContact(result.status))
-        {
-            ASSERT_TRUE(answer.time || answer.clearance <= tolerance + rounding) << "false contact";
-            if (answer.time)
-            {
-                expectTime(
-                    leg.begin + (leg.end - leg.begin) * result.time, answer, tolerance, rounding);
-            }
-            expectContacts(leg.tested, result, tolerance);
-            return;
-        }
-    }
-    EXPECT_FALSE(answer.time) << "contact missed";
-}
-
 TEST_P(ArticulatedStability, MeetsItsClosedForm)
 {
     for (const double tolerance : tested().answer.tolerances)
@@ -141,29 +101,22 @@ TEST_P(ArticulatedStability, MeetsItsClosedForm)
 
 TEST_P(ArticulatedStability, KeepsItsAnswerUnderEveryRelation)
 {
-    for (const Relation relation : kRelations)
+    const auto ask = [this](const ArticulatedCase& asked, double tolerance)
     {
-        SCOPED_TRACE(nameOf(relation));
-        for (const Variant<ArticulatedCase>& variant : variantsOf(tested(), relation))
+        const ArticulatedToiResult result = query(asked, tolerance, strategy());
+        if (isContact(result.status))
         {
-            SCOPED_TRACE(variant.name);
-            expectVariant(variant, strategy());
+            expectContacts(asked, result, tolerance);
         }
-    }
+        return result;
+    };
+    expectRelations(tested(), ask, [](Relation) { return true; });
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue,
                          ArticulatedStability,
-                         testing::Combine(testing::ValuesIn(articulatedCases()),
-                                          testing::Values(ToiStrategy::BestFirst,
-                                                          ToiStrategy::Interval,
-                                                          ToiStrategy::C2A)),
-                         [](const auto& tested)
-                         {
-                             std::string strategy = nameOf(std::get<1>(tested.param));
-                             std::erase(strategy, '-');
-                             return std::get<0>(tested.param).id + "_" + strategy;
-                         });
+                         ArticulatedStability::everyWay(articulatedCases()),
+                         ArticulatedStability::nameOfWay);
 
 ArticulatedCase caseById(const std::string& id)
 {

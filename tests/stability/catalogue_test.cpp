@@ -14,6 +14,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 std::string textOf(const std::string& path)

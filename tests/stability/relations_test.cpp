@@ -13,6 +13,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 double distanceAt(const RigidScene& scene, double t)

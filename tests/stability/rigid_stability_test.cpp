@@ -1,25 +1,19 @@
 /// Every rigid case with every strategy: not late, tight, no false contact, honest witnesses; as it
 /// is, and under every relation.
-#include "benchmarks/reference/catalogue/relations.h"
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "tests/stability/stability_suite.h"
 #include "tests/support/expect_honest.h"
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ostream>
-#include <tuple>
 
 namespace bullet_ccd::tests
 {
-void PrintTo(const RigidCase& tested, std::ostream* out);
-void PrintTo(const RigidCase& tested, std::ostream* out)
-{
-    *out << tested.id;
-}
+using namespace reference;
 
 namespace
 {
@@ -51,14 +45,13 @@ std::vector<Parameter> parameters()
     return result;
 }
 
-class RigidStability : public testing::TestWithParam<Parameter>
+class RigidStability : public StabilitySuite<RigidCase>
 {
 protected:
-    [[nodiscard]] const RigidCase& tested() const { return std::get<0>(GetParam()); }
     [[nodiscard]] ToiOptions options(double tolerance) const
     {
         return {.tolerance = tolerance,
-                .strategy = std::get<1>(GetParam()),
+                .strategy = strategy(),
                 .maxIterations = tested().maxIterations};
     }
 
@@ -67,10 +60,9 @@ protected:
     /// every step. The program stability_catalogue says what comes out.
     [[nodiscard]] bool takesMinutes(Relation relation) const
     {
-        const bool isC2A = std::get<1>(GetParam()) == ToiStrategy::C2A;
+        const bool isC2A = strategy() == ToiStrategy::C2A;
         const bool isSubdivided = relation == Relation::Subdivided;
-        return (tested().id == "B12" &&
-                (isSubdivided || std::get<1>(GetParam()) != ToiStrategy::Interval)) ||
+        return (tested().id == "B12" && (isSubdivided || strategy() != ToiStrategy::Interval)) ||
                (tested().id == "B13" && isSubdivided && isC2A);
     }
 
@@ -91,40 +83,6 @@ protected:
             EXPECT_LE(result.gap, (1.0 + 1e-12) * answer.clearance + rounding)
                 << "no lower bound of the distance";
         }
-    }
-
-    void expectVariant(const Variant<RigidCase>& variant) const
-    {
-        const CaseAnswer& answer = variant.answer;
-        const double tolerance = answer.finest();
-        for (const Leg<RigidCase>& leg : variant.legs)
-        {
-            const RigidScene& scene = leg.tested.scene;
-            const ToiResult result = queryToi(scene, options(tolerance));
-            expectHonest(scene, result, tolerance, "");
-            if (isContact(result.status))
-            {
-                ASSERT_TRUE(answer.time || answer.clearance <= tolerance + roundingOf(scene))
-                    << "false contact";
-                if (answer.time)
-                {
-                    expectTime(leg.begin + (leg.end - leg.begin) * result.time,
-                               answer,
-                               tolerance,
-                               roundingOf(scene));
-                }
-                return;
-            }
-        }
-        EXPECT_FALSE(answer.time) << "contact missed";
-    }
-
-private:
-    static void expectTime(double time, const CaseAnswer& answer, double tolerance, double rounding)
-    {
-        const RightTimes right = rightTimes(answer, tolerance, rounding);
-        EXPECT_LE(time, right.latest) << "late";
-        EXPECT_GE(time, right.earliest) << "early";
     }
 };
 
@@ -157,19 +115,13 @@ TEST_P(RigidStability, MeetsItAtABillionth)
 
 TEST_P(RigidStability, KeepsItsAnswerUnderEveryRelation)
 {
-    for (const Relation relation : kRelations)
+    const auto ask = [this](const RigidCase& asked, double tolerance)
     {
-        if (takesMinutes(relation))
-        {
-            continue;
-        }
-        SCOPED_TRACE(nameOf(relation));
-        for (const Variant<RigidCase>& variant : variantsOf(tested(), relation))
-        {
-            SCOPED_TRACE(variant.name);
-            expectVariant(variant);
-        }
-    }
+        const ToiResult result = queryToi(asked.scene, options(tolerance));
+        expectHonest(asked.scene, result, tolerance, "");
+        return result;
+    };
+    expectRelations(tested(), ask, [this](Relation relation) { return !takesMinutes(relation); });
 }
 
 TEST_P(RigidStability, DoesNotDependOnTheOrderOfTriangles)
@@ -210,12 +162,7 @@ TEST_P(RigidStability, CanGoBackFromItsContact)
 INSTANTIATE_TEST_SUITE_P(Catalogue,
                          RigidStability,
                          testing::ValuesIn(parameters()),
-                         [](const auto& tested)
-                         {
-                             std::string strategy = nameOf(std::get<1>(tested.param));
-                             std::erase(strategy, '-');
-                             return std::get<0>(tested.param).id + "_" + strategy;
-                         });
+                         RigidStability::nameOfWay);
 
 /// A million queries in a row, each from where the one before ended; the contact comes in the last.
 TEST(RigidExtremes, ALongFlightMeetsTheGroundInItsLastQuery)

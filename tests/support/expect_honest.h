@@ -10,7 +10,7 @@ namespace bullet_ccd::tests
 {
 /// Expects what ToiStatus and ToiResult promise for `result`, by evaluating distances by brute
 /// force at the reported time: gap, witnesses, normal.
-void expectHonest(const RigidScene& scene,
+void expectHonest(const reference::RigidScene& scene,
                   const ToiResult& result,
                   double tolerance,
                   const std::string& what);

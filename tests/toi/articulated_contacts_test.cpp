@@ -14,6 +14,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kContactTolerance = 1e-6;

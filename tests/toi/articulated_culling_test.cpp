@@ -16,6 +16,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// A chain of that many joints, some spherical, among small obstacles of which a few move.

@@ -14,6 +14,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// A bar of `parts` boxes end to end, so that the mask of a joint ends somewhere.

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 const std::uint64_t kChains = longTests() ? 216 : 72;  // of each family

@@ -15,6 +15,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kSearchTolerance = 1e-6;

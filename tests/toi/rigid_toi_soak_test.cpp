@@ -11,6 +11,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 const std::uint64_t kQueries = longTests() ? 1260 : 420;  // of each family

@@ -58,6 +58,8 @@ void* operator new(std::size_t size, std::align_val_t alignment)
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 struct Query

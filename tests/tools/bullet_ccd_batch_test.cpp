@@ -84,7 +84,7 @@ protected:
 /// Motions of the cube around the plate, about half of which hit it.
 std::vector<RigidMotion> randomMotions(std::size_t count)
 {
-    tests::Random random(77);
+    reference::Random random(77);
     std::vector<RigidMotion> motions;
     for (std::size_t k = 0; k < count; ++k)
     {

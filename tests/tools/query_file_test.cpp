@@ -66,7 +66,7 @@ void expectSame(const RigidMotion& read, const RigidMotion& expected)
 
 TEST_F(QueryFileTest, BothFormsOfTheSameMotionAreRead)
 {
-    tests::Random random(41);
+    reference::Random random(41);
     std::vector<RigidMotion> motions;
     std::string poses = posesHeader();
     std::string twists = twistsHeader();
@@ -98,7 +98,7 @@ TEST_F(QueryFileTest, BothFormsOfTheSameMotionAreRead)
 
 TEST_F(QueryFileTest, ColumnsMayComeInAnyOrder)
 {
-    tests::Random random(42);
+    reference::Random random(42);
     const RigidMotion a = motionBetween(random.pose(3.0), random.pose(3.0));
     const RigidMotion b = motionBetween(random.pose(3.0), random.pose(3.0));
     const auto reversed = [](const std::string& line)

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -177,4 +177,4 @@ bool trianglesMeet(const GridTriangle& a, const GridTriangle& b)
     // one plane, is among these: its edges are inside.)
     return edgesMeet(a, b) || edgesMeet(b, a);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

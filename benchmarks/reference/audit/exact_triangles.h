@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using GridPoint = std::array<std::int64_t, 3>;
 using GridTriangle = std::array<GridPoint, 3>;
@@ -30,4 +30,4 @@ inline constexpr double kGridReach = 16.0;               ///< largest coordinate
 
 /// A triangle that is degenerate on the grid meets by its edges only.
 [[nodiscard]] bool trianglesMeet(const GridTriangle& a, const GridTriangle& b);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -420,4 +420,4 @@ std::string describe(const AuditResult& result, std::span<const std::string> nam
                   result.worst.point_W.z());
     return text.data();
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// A mesh with a tree of axis-aligned boxes in its own frame. Immutable.
 class AuditMesh
@@ -119,4 +119,4 @@ struct AuditResult
 [[nodiscard]] Eigen::Isometry3d betweenPoses(const Eigen::Isometry3d& from,
                                              const Eigen::Isometry3d& to,
                                              double s);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

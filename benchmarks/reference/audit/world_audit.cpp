@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 std::int32_t WorldAudit::add(btCollisionObject* object,
                              std::shared_ptr<const AuditMesh> mesh,
@@ -187,4 +187,4 @@ WorldAudit::Knot WorldAudit::between(const Knot& from, const Knot& to, double s)
     }
     return knot;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

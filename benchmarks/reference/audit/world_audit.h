@@ -19,7 +19,7 @@
 
 class btMultiBody;
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// In a step so many poses are looked at that no point moves farther from one to the next than
 /// `longestMove`, but at most `mostSamples`; and at each knot the bodies that meet there.
@@ -89,4 +89,4 @@ private:
     [[nodiscard]] double motionBetween(const Knot& from, const Knot& to) const;
     [[nodiscard]] Knot between(const Knot& from, const Knot& to, double s);
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

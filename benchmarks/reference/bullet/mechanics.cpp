@@ -2,7 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -100,4 +100,4 @@ double energyOf(Scene& scene, double gravity)
     }
     return energy;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct Momentum
 {
@@ -20,4 +20,4 @@ struct Momentum
 
 /// Kinetic and, in gravity along -z, potential [J]; rigid bodies only.
 [[nodiscard]] double energyOf(Scene& scene, double gravity);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

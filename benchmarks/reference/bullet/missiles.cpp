@@ -14,7 +14,7 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -59,11 +59,7 @@ Missile capsule()
 /// An octahedron.
 Missile hull()
 {
-    TriangleMesh surface = octahedron();
-    for (Vector3d& v : surface.vertices)
-    {
-        v *= 1.5 * kHalf;
-    }
+    const TriangleMesh surface = scaled(octahedron(), 1.5 * kHalf);
     return {.name = "convex hull",
             .make =
                 [surface](Scene& scene)
@@ -135,10 +131,7 @@ Missile dumbbell()
 {
     constexpr double kRadius = 0.003;
     const Vector3d ends[] = {{0.012, 0, 0}, {-0.012, 0, 0}};
-    TriangleMesh surface = point(ends[0]);
-    const TriangleMesh other = point(ends[1]);
-    surface.vertices.insert(surface.vertices.end(), other.vertices.begin(), other.vertices.end());
-    surface.triangles.push_back({3, 4, 5});
+    const TriangleMesh surface = merged({point(ends[0]), point(ends[1])});
     return {.name = "compound of two balls",
             .make =
                 [ends0 = ends[0], ends1 = ends[1]](Scene& scene)
@@ -183,10 +176,10 @@ Missile rod(bool mesh)
 class OwningGImpactShape : public btGImpactMeshShape
 {
 public:
-    explicit OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles)
+    OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles, double margin)
         : btGImpactMeshShape(triangles.get()), m_triangles(std::move(triangles))
     {
-        setMargin(btScalar(5e-4));
+        setMargin(btScalar(margin));
         updateBound();
     }
 
@@ -236,16 +229,14 @@ Missile boxMissile()
             .inner = kHalf};
 }
 
+std::unique_ptr<btCollisionShape> makeGimpactShape(const TriangleMesh& triangles, double margin)
+{
+    return std::make_unique<OwningGImpactShape>(bulletTriangles(triangles), margin);
+}
+
 btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles)
 {
-    auto mesh = std::make_unique<btTriangleMesh>();
-    for (const Triangle& t : triangles.triangles)
-    {
-        mesh->addTriangle(btCcdToBullet(triangles.vertices[std::size_t(t[0])]),
-                          btCcdToBullet(triangles.vertices[std::size_t(t[1])]),
-                          btCcdToBullet(triangles.vertices[std::size_t(t[2])]));
-    }
-    return scene.keep(std::make_unique<OwningGImpactShape>(std::move(mesh)));
+    return scene.keep(makeGimpactShape(triangles, btCcdMeshShape::kDefaultMargin));
 }
 
 std::vector<Shot> shotsAtTargets()
@@ -281,4 +272,4 @@ std::vector<std::pair<Missile, Missile>> headOnPairs()
         {meshSphere(), meshBox()},
         {wrapped(boxMissile(), "compound of a box"), wrapped(capsule(), "compound of a capsule")}};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

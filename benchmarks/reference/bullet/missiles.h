@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// Something about 1 cm in size.
 struct Missile
@@ -39,8 +39,11 @@ struct Shot
 };
 
 [[nodiscard]] Missile boxMissile();
-/// Bullet's own shape for meshes that move, with the margin of ours.
+/// Bullet's own shape for meshes that move.
+[[nodiscard]] std::unique_ptr<btCollisionShape> makeGimpactShape(const TriangleMesh& triangles,
+                                                                 double margin);
+/// The same with the margin of ours.
 [[nodiscard]] btCollisionShape* gimpactShape(Scene& scene, const TriangleMesh& triangles);
 [[nodiscard]] std::vector<Shot> shotsAtTargets();
 [[nodiscard]] std::vector<std::pair<Missile, Missile>> headOnPairs();
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

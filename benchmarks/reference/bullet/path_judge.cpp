@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -170,4 +170,4 @@ void PathJudge::noteDistance(const Snapshot& now)
         m_watched.plateRadius - m_watched.moverRadius;
     m_closest = std::min(m_closest, std::max(distance, 0.0));
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

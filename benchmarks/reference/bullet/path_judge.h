@@ -15,7 +15,7 @@
 #include <functional>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// All that moves in a scene, at one moment.
 struct Snapshot
@@ -78,4 +78,4 @@ private:
     void watchWay(const Snapshot& after, double duration);
     void noteDistance(const Snapshot& now);
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -14,7 +14,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -100,4 +100,4 @@ PileFall fallBesidePile(Kind kind)
             .expected = 0.5 * kGravity * kTime * kTime,
             .impacts = scene.counters().m_impacts};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// Side of the cube that a body of the pile has for itself in the beginning [m].
 inline constexpr double kPileSpacing = 0.064;
@@ -28,4 +28,4 @@ struct PileFall
     std::int64_t impacts = 0;
 };
 [[nodiscard]] PileFall fallBesidePile(Kind kind);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

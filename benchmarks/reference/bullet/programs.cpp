@@ -12,7 +12,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -355,4 +355,4 @@ int firstDifference(const Trace& a, const Trace& b)
     const auto [at, other] = std::ranges::mismatch(a.states, b.states);
     return at == a.states.end() && other == b.states.end() ? -1 : int(at - a.states.begin());
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// A world with everything in it.
 struct Program
@@ -45,4 +45,4 @@ struct Trace
 
 /// First step after which the states differ, -1 if none does.
 [[nodiscard]] int firstDifference(const Trace& a, const Trace& b);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

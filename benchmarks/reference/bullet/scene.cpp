@@ -12,43 +12,35 @@
 #include <algorithm>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 btTransform poseAt(const btVector3& origin, double angleAboutZ)
 {
     return btTransform(btQuaternion(btVector3(0, 0, 1), btScalar(angleAboutZ)), origin);
 }
 
+std::unique_ptr<btTriangleMesh> bulletTriangles(const TriangleMesh& mesh)
+{
+    auto triangles = std::make_unique<btTriangleMesh>();
+    for (const Triangle& t : mesh.triangles)
+    {
+        const auto corner = [&](std::size_t k)
+        { return btCcdToBullet(mesh.vertices[static_cast<std::size_t>(t[k])]); };
+        triangles->addTriangle(corner(0), corner(1), corner(2));
+    }
+    return triangles;
+}
+
 const char* nameOf(Kind kind)
 {
-    switch (kind)
-    {
-        case Kind::Stock:
-            return "stock";
-        case Kind::StockCcd:
-            return "stock CCD";
-        case Kind::Action:
-            return "ours, action";
-        case Kind::World:
-            return "ours, world";
-    }
-    return "";
+    constexpr std::array kNames{"stock", "stock CCD", "ours, action", "ours, world"};
+    return kNames[static_cast<std::size_t>(kind)];
 }
 
 const char* codeOf(Kind kind)
 {
-    switch (kind)
-    {
-        case Kind::Stock:
-            return "Stock";
-        case Kind::StockCcd:
-            return "StockCcd";
-        case Kind::Action:
-            return "Action";
-        case Kind::World:
-            return "World";
-    }
-    return "";
+    constexpr std::array kCodes{"Stock", "StockCcd", "Action", "World"};
+    return kCodes[static_cast<std::size_t>(kind)];
 }
 
 Scene::Scene(Kind kind, WorldClass worldClass) : m_dispatcher(&m_configuration), m_kind(kind)
@@ -205,13 +197,7 @@ btCcdMeshShape* Scene::boxMesh(const btVector3& halfExtents)
 
 btCollisionShape* Scene::staticMesh(const TriangleMesh& triangles)
 {
-    auto interface = std::make_unique<btTriangleMesh>();
-    for (const Triangle& t : triangles.triangles)
-    {
-        interface->addTriangle(btCcdToBullet(triangles.vertices[std::size_t(t[0])]),
-                               btCcdToBullet(triangles.vertices[std::size_t(t[1])]),
-                               btCcdToBullet(triangles.vertices[std::size_t(t[2])]));
-    }
+    std::unique_ptr<btTriangleMesh> interface = bulletTriangles(triangles);
     btBvhTriangleMeshShape* shape =
         keep(std::make_unique<btBvhTriangleMeshShape>(interface.get(), true));
     m_triangles.push_back(std::move(interface));
@@ -328,4 +314,4 @@ void Scene::placeColliders(btMultiBody& body)
     body.forwardKinematics(rotations, origins);
     body.updateCollisionObjectWorldTransforms(rotations, origins);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -19,8 +19,9 @@
 #include <vector>
 
 class btStridingMeshInterface;
+class btTriangleMesh;
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 inline constexpr bool kDouble = sizeof(btScalar) == 8;
 
@@ -31,6 +32,9 @@ inline constexpr bool kDouble = sizeof(btScalar) == 8;
 
 /// Rotation about z, then a shift.
 [[nodiscard]] btTransform poseAt(const btVector3& origin, double angleAboutZ = 0.0);
+
+/// As Bullet's own meshes refer to them; they must live as long.
+[[nodiscard]] std::unique_ptr<btTriangleMesh> bulletTriangles(const TriangleMesh& mesh);
 
 /// How a world treats what is fast.
 enum class Kind
@@ -146,4 +150,4 @@ private:
     void enableStockCcd(btCollisionObject& object) const;
     btMultiBodyLinkCollider* collider(btMultiBody& body, int link, btCollisionShape* shape);
 };
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -3,7 +3,7 @@
 #include <iterator>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -69,4 +69,4 @@ std::vector<TunnellingRow> tunnellingRows()
         rows.end(), std::make_move_iterator(bodies.begin()), std::make_move_iterator(bodies.end()));
     return rows;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -10,13 +10,19 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct Setting
 {
     double timeStep = 1.0 / 240.0;  ///< [s]
     double speed = 1.0;             ///< [m/s], or [rad/s] for what turns
 };
+
+/// That a way [m or rad] takes, and so many more.
+[[nodiscard]] inline int stepsFor(double way, const Setting& setting, int more = 12)
+{
+    return int(way / (setting.speed * setting.timeStep)) + more;
+}
 
 struct RunOutcome
 {
@@ -74,4 +80,4 @@ struct Run
 
 /// Steps the scene and judges the path.
 [[nodiscard]] RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -49,10 +49,19 @@ Isometry3d turnedZ(const Vector3d& origin, double angle)
     return X;
 }
 
-/// A frame at the same place whose z-axis is the y-axis of X.
-Isometry3d zAlongY(const Isometry3d& X)
+/// Of a plate whose middle is in its x-z-plane.
+WatchedPoses plateAndMover(const Isometry3d& X_WP, const Isometry3d& X_WM)
 {
-    return X * Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX());
+    return {.X_WP = X_WP * Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()),
+            .X_WS = X_WP,
+            .X_WM = X_WM};
+}
+
+/// In the way of a link that swings about the origin.
+btTransform platePose()
+{
+    return poseAt(vec(0.06 * std::cos(kPlateAngle), 0.06 * std::sin(kPlateAngle), 0.0),
+                  kPlateAngle);
 }
 
 /// Middle of link `link` of Scene::chain, in the plane of the hinges.
@@ -99,8 +108,7 @@ RunOutcome swingAtPlate(
     Kind kind, Material link, Material plate, const Setting& setting, double phase)
 {
     Scene scene(kind);
-    const btTransform pose =
-        poseAt(vec(0.06 * std::cos(kPlateAngle), 0.06 * std::sin(kPlateAngle), 0.0), kPlateAngle);
+    const btTransform pose = platePose();
     scene.body(shapeOf(scene, plate, kPlateHalf), 0.0, pose);
     btMultiBody* body =
         scene.chain({shapeOf(scene, link, kLinkHalf)}, kLinkHalf.x(), btTransform::getIdentity());
@@ -110,17 +118,12 @@ RunOutcome swingAtPlate(
     Watched watched;
     watched.read = [body](double) { return Snapshot{.joints = jointsOf(*body)}; };
     watched.place = [X = btCcdToEigen(pose)](const Snapshot& now)
-    {
-        return WatchedPoses{.X_WP = zAlongY(X),
-                            .X_WS = X,
-                            .X_WM = chainLink(Isometry3d::Identity(), now.joints, 0)};
-    };
+    { return plateAndMover(X, chainLink(Isometry3d::Identity(), now.joints, 0)); };
     watched.plateHalf = {kPlateHalf.x(), kPlateHalf.z()};
     watched.probes = centreLine(0.005);
     watched.plate = makeBox(kPlateHalf);
     watched.mover = makeBox(kLinkHalf);
-    const int steps = int(1.6 / (setting.speed * setting.timeStep)) + 8;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(1.6, setting, 8)});
 }
 
 /// Two links on bases 90 mm apart swing at each other and meet with their ends.
@@ -147,15 +150,12 @@ RunOutcome linkAtLink(Kind kind, Material material, const Setting& setting, doub
     watched.place = [X_WB = btCcdToEigen(bases[1])](const Snapshot& now)
     {
         const Isometry3d X_WL = chainLink(X_WB, std::span(now.joints).subspan(1, 1), 0);
-        return WatchedPoses{.X_WP = zAlongY(X_WL),
-                            .X_WS = X_WL,
-                            .X_WM = chainLink(Isometry3d::Identity(), now.joints, 0)};
+        return plateAndMover(X_WL, chainLink(Isometry3d::Identity(), now.joints, 0));
     };
     watched.plateHalf = {kLinkHalf.x(), kLinkHalf.z()};
     watched.probes = centreLine(0.015);
     watched.plate = watched.mover = makeBox(kLinkHalf);
-    const int steps = int(1.0 / (setting.speed * setting.timeStep)) + 8;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(1.0, setting, 8)});
 }
 
 /// Three links fold back: the end of the last swings at the first.
@@ -172,17 +172,14 @@ RunOutcome linkAtItsOwnChain(Kind kind, Material material, const Setting& settin
     watched.read = [body](double) { return Snapshot{.joints = jointsOf(*body)}; };
     watched.place = [](const Snapshot& now)
     {
-        const Isometry3d X_WL = chainLink(Isometry3d::Identity(), now.joints, 0);
-        return WatchedPoses{.X_WP = zAlongY(X_WL),
-                            .X_WS = X_WL,
-                            .X_WM = chainLink(Isometry3d::Identity(), now.joints, 2)};
+        return plateAndMover(chainLink(Isometry3d::Identity(), now.joints, 0),
+                             chainLink(Isometry3d::Identity(), now.joints, 2));
     };
     watched.plateHalf = {kLinkHalf.x(), kLinkHalf.z()};
     watched.probes = centreLine(0.025);
     watched.plate = watched.mover = makeBox(kLinkHalf);
     // It meets the first link after about half a turn of 1 rad and must not come out behind.
-    const int steps = int(1.0 / (setting.speed * setting.timeStep)) + 8;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(1.0, setting, 8)});
 }
 
 /// A box on a rail.
@@ -217,16 +214,14 @@ RunOutcome sliderAtPlate(Kind kind, Material material, const Setting& setting, d
     watched.probes = {Vector3d::Zero()};
     watched.plate = makeBox(plateHalf);
     watched.mover = makeBox(half);
-    const int steps = int(0.2 / (setting.speed * setting.timeStep)) + 8;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(0.2, setting, 8)});
 }
 
 /// A link on a ball joint, as swingAtPlate(), but turning about an axis that is not the hinge's.
 RunOutcome ballJointAtPlate(Kind kind, Material material, const Setting& setting, double phase)
 {
     Scene scene(kind);
-    const btTransform pose =
-        poseAt(vec(0.06 * std::cos(kPlateAngle), 0.06 * std::sin(kPlateAngle), 0.0), kPlateAngle);
+    const btTransform pose = platePose();
     scene.body(shapeOf(scene, material, kPlateHalf), 0.0, pose);
     auto joint = std::make_unique<btMultiBody>(1, btScalar(0), vec(1, 1, 1), true, false);
     joint->setupSpherical(0,
@@ -257,17 +252,12 @@ RunOutcome ballJointAtPlate(Kind kind, Material material, const Setting& setting
         return Snapshot{.poses = {turned}};
     };
     watched.place = [X = btCcdToEigen(pose)](const Snapshot& now)
-    {
-        return WatchedPoses{.X_WP = zAlongY(X),
-                            .X_WS = X,
-                            .X_WM = now.poses[0] * Eigen::Translation3d(kLinkHalf.x(), 0.0, 0.0)};
-    };
+    { return plateAndMover(X, now.poses[0] * Eigen::Translation3d(kLinkHalf.x(), 0.0, 0.0)); };
     watched.plateHalf = {kPlateHalf.x(), kPlateHalf.z()};
     watched.probes = centreLine(0.005);
     watched.plate = makeBox(kPlateHalf);
     watched.mover = makeBox(kLinkHalf);
-    const int steps = int(1.6 / (setting.speed * setting.timeStep)) + 8;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(1.6, setting, 8)});
 }
 
 /// Two boxes on a hinge, without a fixed base, fly at a plate; one of them is watched.
@@ -308,8 +298,7 @@ RunOutcome floatingChainAtPlate(Kind kind, Material material, const Setting& set
     watched.plate = makeBox(plateHalf);
     // Only one of the two need come to the plate: near is where the other may be in between.
     watched.mover = makeBox(Vector3d::Constant(0.02));
-    const int steps = int(0.1 / (setting.speed * setting.timeStep)) + 12;
-    return watchRun(scene, kind, std::move(watched), {setting.timeStep, steps});
+    return watchRun(scene, kind, std::move(watched), {setting.timeStep, stepsFor(0.1, setting)});
 }
 
 TunnellingRow swingRow(const char* name, Material link, Material plate)
@@ -367,4 +356,4 @@ std::vector<TunnellingRow> linkRows()
     }
     return rows;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <limits>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 double leadTime(const CaseAnswer& answer, double gap)
 {
@@ -100,4 +100,4 @@ std::vector<ArticulatedCase> articulatedCases()
 {
     return inOrder({chainCases(), graspCases(), foundChainCases()});
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// The exact answer.
 struct CaseAnswer
@@ -99,9 +99,5 @@ struct RightTimes
 
 /// All of them, with their titles, in the order of their ids.
 [[nodiscard]] std::vector<RigidCase> rigidCases();
-/// A bar of half thickness 0.05 on a joint that turns at `w` [rad] over the motion; a pin of radius
-/// 0.1 is at polar (1.5, 1.2) from the joint.
-[[nodiscard]] ArticulatedCase barTurnsIntoPin(std::string id, double w);
-
 [[nodiscard]] std::vector<ArticulatedCase> articulatedCases();
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

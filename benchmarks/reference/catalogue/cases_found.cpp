@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -94,16 +94,6 @@ RigidCase farFromItsFrame()
             .answer = {.time = std::asin(0.5) / w, .closingSpeed = 2.0 * w * std::cos(kPi / 6.0)}};
 }
 
-/// A spin about the contact normal brings nothing nearer; it once cost thousands of poses.
-RigidCase spinsOnTheSpot()
-{
-    return {.id = "N05",
-            .scene = {.meshA = cube(1.0),
-                      .meshB = floorAt(0.0, 20.0),
-                      .motionA = {.X_W0 = poseOf({0, 0, 1.01}), .w_W = {0, 0, 400}}},
-            .answer = {.clearance = 1.01 - 1.0, .tolerances = {1e-3}}};
-}
-
 /// Both turn 30 times about one hub and fly together; A in addition sinks along the axis, so that
 /// in the turning frame the gap is 0.5 - t. Each body's own speed once cost thousands of poses.
 RigidCase turnsAndCloses()
@@ -112,12 +102,7 @@ RigidCase turnsAndCloses()
                      .scene = {.meshA = cube(1.0), .meshB = cube(1.0)},
                      .answer = {.time = 2.5 - 2.0, .closingSpeed = 1.0}};
     result.scene.motionA.X_W0 = poseOf({0.2, 0.1, 2.5});
-    for (RigidMotion* motion : {&result.scene.motionA, &result.scene.motionB})
-    {
-        motion->v_W = {3, -2, 1};
-        motion->w_W = {0, 0, 60.0 * kPi};
-        motion->reference_B = motion->X_W0.inverse() * Vector3d(5, 3, -4);
-    }
+    moveAsOne(result.scene, {3, -2, 1}, {0, 0, 60.0 * kPi}, {5, 3, -4});
     result.scene.motionA.v_W.z() -= 1.0;
     return result;
 }
@@ -147,33 +132,18 @@ RigidCase comesBack()
 RigidCase farOff()
 {
     const Vector3d far(1e8, -1e8, 1e8);
-    return {.id = "N08",
-            .scene = {.meshA = cube(1.0),
-                      .meshB = floorAt(0.0, 10.0),
-                      .motionA = {.X_W0 = poseOf(far + Vector3d(0, 0, 5)), .v_W = {0, 0, -8}},
-                      .motionB = {.X_W0 = poseOf(far)}},
-            .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0, .tolerances = {1e-3, 1e-4}}};
-}
-
-/// A cone of length 1 with its apex at the origin, opening to `up` in z.
-TriangleMesh needle(double radius, double up)
-{
-    TriangleMesh mesh{.vertices = {{0, 0, 0}}, .triangles = {}};
-    for (const Vector2d& p : circlePoints(radius, circleAngles(8, 0.0)))
-    {
-        mesh.vertices.emplace_back(p.x(), p.y(), up);
-    }
-    for (std::int32_t i = 0; i < 8; ++i)
-    {
-        mesh.triangles.push_back({0, 1 + i, 1 + (i + 1) % 8});
-    }
-    return mesh;
+    RigidCase result =
+        cubeOverFloor("N08",
+                      {.X_W0 = poseOf(far + Vector3d(0, 0, 5)), .v_W = {0, 0, -8}},
+                      {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0, .tolerances = {1e-3, 1e-4}});
+    result.scene.motionB = {.X_W0 = poseOf(far)};
+    return result;
 }
 
 /// The soak's spikes: no face, no edge and no normal that would tell the direction.
 RigidCase needlesMeet()
 {
-    return falls("N09", shifted(needle(1e-3, 1.0), {0, 0, 1}), needle(1e-3, -1.0));
+    return falls("N09", fan({0, 0, 1}, 1e-3, 2.0, 8), fan({0, 0, 0}, 1e-3, -1.0, 8));
 }
 
 /// Sizes that differ by a million. Absolute thresholds fit one of them.
@@ -182,17 +152,6 @@ RigidCase unequalSizes()
     RigidCase result = falls("N10", shifted(cube(1e-3), {0, 0, 1.001}), floorAt(0.0, 1e3));
     result.answer.length = 1e-3;
     return result;
-}
-
-/// Contact 1e-9 before the end: codes that take the last thousandth for the end say "none".
-RigidCase justBeforeTheEnd()
-{
-    const double time = 1.0 - 1e-9;
-    return {.id = "N11",
-            .scene = {.meshA = cube(1.0),
-                      .meshB = floorAt(0.0, 10.0),
-                      .motionA = {.X_W0 = poseOf({0, 0, 5}), .v_W = {0, 0, -4.0 / time}}},
-            .answer = {.time = time, .closingSpeed = 4.0 / time}};
 }
 
 /// Two feet above two plates, of which one is 2e-9 lower: the second contact comes 1e-9 later.
@@ -204,23 +163,6 @@ RigidCase twoContacts()
     return falls("N12",
                  merged({box({-2, -0.3, 1}, {-1, 0.3, 2}), box({1, -0.3, 1}, {2, 0.3, 2})}),
                  merged({plate(-1.5, -2e-9), plate(1.5, 0.0)}));
-}
-
-/// B02 with 6000 turns: a whole number of them between samples at 1/60, 1/240, 1/100 and 1/1000.
-RigidCase aliased()
-{
-    const double w = 12000.0 * kPi;
-    const double rho = 1.5;
-    const double phi = 1.2;
-    const double lag = std::asin((0.1 + 0.05) / rho);
-    const TriangleMesh pin =
-        prism(circlePoints(0.1, circleAngles(16, phi - lag - 0.5 * kPi)), -0.5, 0.5);
-    return {.id = "N13",
-            .scene = {.meshA = box({0, -0.05, -0.2}, {2, 0.05, 0.2}),
-                      .meshB = pin,
-                      .motionA = {.w_W = {0, 0, w}},
-                      .motionB = {.X_W0 = poseOf({rho * std::cos(phi), rho * std::sin(phi), 0})}},
-            .answer = {.time = (phi - lag) / w, .closingSpeed = w * rho * std::cos(lag)}};
 }
 
 /// A blade spins 50 times and drifts to a wall. Its reach is f(t) = v t + |cos(w t)|; the wall is
@@ -235,19 +177,9 @@ RigidCase spinningBlade()
     const double h = time + std::cos(back);
     return {.id = "N14",
             .scene = {.meshA = quad({-1, 0, -0.1}, {1, 0, -0.1}, {1, 0, 0.1}, {-1, 0, 0.1}),
-                      .meshB = quad({h, -4, -4}, {h, 4, -4}, {h, 4, 4}, {h, -4, 4}),
+                      .meshB = wallAtX(h, 4.0),
                       .motionA = {.v_W = {1, 0, 0}, .w_W = {0, 0, w}}},
             .answer = {.time = time, .closingSpeed = 1.0 + w * std::sin(back)}};
-}
-
-/// A10 where the sheet is met and left again between samples 999 and 1000 of 1000.
-RigidCase inTheLastSample()
-{
-    return {.id = "N15",
-            .scene = {.meshA = cube(0.25),
-                      .meshB = quad({0, -2, -2}, {0, 2, -2}, {0, 2, 2}, {0, -2, 2}),
-                      .motionA = {.X_W0 = poseOf({999.5, 0, 0}), .v_W = {-1000, 0, 0}}},
-            .answer = {.time = (999.5 - 0.25) / 1000.0, .closingSpeed = 1000.0}};
 }
 
 /// Seven rectangles that share one edge; one of them points straight down.
@@ -291,30 +223,6 @@ RigidCase doubledFloor()
     return falls("N18", shifted(cube(0.5), {0, 0, 2.5}), ground);
 }
 
-/// B12 with fewer sides and more room, where one of the strategies gave up.
-RigidCase wideBearing()
-{
-    constexpr int kSides = 64;
-    TriangleMesh bearing;
-    const auto outer = circlePoints(1.0 / std::cos(kPi / kSides), circleAngles(kSides, 0.0));
-    for (std::size_t i = 0; i < outer.size(); ++i)
-    {
-        const Vector2d& p = outer[i];
-        const Vector2d& q = outer[(i + 1) % outer.size()];
-        bearing = merged({bearing,
-                          quad({p.x(), p.y(), -0.4},
-                               {q.x(), q.y(), -0.4},
-                               {q.x(), q.y(), 0.4},
-                               {p.x(), p.y(), 0.4})});
-    }
-    return {.id = "N19",
-            .scene = {.meshA = prism(circlePoints(0.99, circleAngles(kSides, 0.0)), -0.5, 0.5),
-                      .meshB = bearing,
-                      .motionA = {.w_W = {0, 0, 2.0 * kPi}}},
-            .answer = {.clearance = 0.0099, .tolerances = {1e-3}},
-            .nested = true};
-}
-
 /// A rod of 60 x 4 x 4 mm, pinned at its centre, turns at 60 rad/s for 1/240 s; the lower corners
 /// of a blade are at (23, 5.5) and (27, 5.5) mm. A corner at (rho, phi) is rho sin(phi - angle)
 /// above the rod's middle, and the farther one is met first: angle = phi - asin(2 mm / rho). Worlds
@@ -340,17 +248,49 @@ RigidCase onRibbon()
 {
     const TriangleMesh ribbon =
         quad({-5e3, -5e-5, 0}, {5e3, -5e-5, 0}, {5e3, 5e-5, 0}, {-5e3, 5e-5, 0});
-    return falls("N22", shifted(needle(1e-2, 1.0), {1234.5, 4e-5, 1}), ribbon);
+    const TriangleMesh needle = fan({0, 0, 0}, 1e-2, 1.0, 8);
+    return falls("N22", shifted(needle, {1234.5, 4e-5, 1}), ribbon);
 }
 }  // namespace
 
 std::vector<RigidCase> foundCases()
 {
-    return {parallelEdges(),  crossingSlivers(), farAxis(),          farFromItsFrame(),
-            spinsOnTheSpot(), turnsAndCloses(),  comesBack(),        farOff(),
-            needlesMeet(),    unequalSizes(),    justBeforeTheEnd(), twoContacts(),
-            aliased(),        spinningBlade(),   inTheLastSample(),  fins(),
-            chainLinks(),     doubledFloor(),    wideBearing(),      pinnedRod(),
-            curvesIn(),       onRibbon()};
+    const double justBefore = 1.0 - 1e-9;
+    return {
+        parallelEdges(),
+        crossingSlivers(),
+        farAxis(),
+        farFromItsFrame(),
+        // A spin about the contact normal brings nothing nearer; it once cost thousands of poses.
+        cubeOverFloor("N05",
+                      {.X_W0 = poseOf({0, 0, 1.01}), .w_W = {0, 0, 400}},
+                      {.clearance = 1.01 - 1.0, .tolerances = {1e-3}},
+                      1.0,
+                      20.0),
+        turnsAndCloses(),
+        comesBack(),
+        farOff(),
+        needlesMeet(),
+        unequalSizes(),
+        // Contact 1e-9 before the end: codes that take the last thousandth for the end say
+        // "none".
+        cubeOverFloor("N11",
+                      {.X_W0 = poseOf({0, 0, 5}), .v_W = {0, 0, -4.0 / justBefore}},
+                      {.time = justBefore, .closingSpeed = 4.0 / justBefore}),
+        twoContacts(),
+        // B02 with 6000 turns: a whole number of them between samples at 1/60, 1/240, 1/100 and
+        // 1/1000.
+        barToPin("N13", 12000.0 * kPi),
+        spinningBlade(),
+        // A10 where the sheet is met and left again between samples 999 and 1000 of 1000.
+        throughSheet("N15", 0.25, 999.5),
+        fins(),
+        chainLinks(),
+        doubledFloor(),
+        // B12 with fewer sides and more room, where one of the strategies gave up.
+        shaftInBearing("N19", 64, 0.99, {.clearance = 0.0099, .tolerances = {1e-3}}),
+        pinnedRod(),
+        curvesIn(),
+        onRibbon()};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

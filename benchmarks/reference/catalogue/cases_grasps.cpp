@@ -7,12 +7,24 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+/// Two fingers of that length with their bases so far apart, mirrored, that close at the same rate.
+ArticulatedCase mirrored(const std::string& id, double length, double apart)
+{
+    KinematicTree tree = planarChain({length});
+    tree.links.push_back(planarChain({length}, {apart, 0, 0}).links[1]);
+    const TriangleMesh finger = segment({0, 0, 0}, {length, 0, 0});
+    return {.id = id,
+            .tree = tree,
+            .linkMeshes = {{}, finger, finger},
+            .motion = {.root = {}, .positions = {0, 1.2, kPi - 1.2}, .rates = {0, -1, 1}}};
+}
 
 constexpr double kD = 0.10;  // base of the finger to the axis of the cylinder
 constexpr double kR = 0.03;  // radius of the cylinder
@@ -103,18 +115,13 @@ ArticulatedCase secondPhalanxCloses()
 
 ArticulatedCase mirroredFingers()
 {
-    KinematicTree tree = planarChain({0.12});
-    tree.links.push_back(planarChain({0.12}, {2.0 * kD, 0, 0}).links[1]);
     const double contact = tangentAngle() + 0.5 * kPi;
-    return {.id = "G15",
-            .tree = tree,
-            .linkMeshes = {{}, rod(0.12), rod(0.12)},
-            .motion = {.root = {}, .positions = {0, 1.2, kPi - 1.2}, .rates = {0, -1, 1}},
-            .obstacles = {cylinder({contact, kPi - contact})},
-            .answer = {.time = 1.2 - tangentAngle(),
-                       .closingSpeed = std::sqrt(kD * kD - kR * kR),
-                       .length = 0.1},
-            .links = {1, 2}};
+    ArticulatedCase result = mirrored("G15", 0.12, 2.0 * kD);
+    result.obstacles = {cylinder({contact, kPi - contact})};
+    result.answer = {
+        .time = 1.2 - tangentAngle(), .closingSpeed = std::sqrt(kD * kD - kR * kR), .length = 0.1};
+    result.links = {1, 2};
+    return result;
 }
 
 /// Jaws 0.08 apart travel 0.04 each; an object of width 0.05 stands `offset` off the middle.
@@ -167,24 +174,6 @@ ArticulatedCase boxesOverlapButMiss()
             .answer = {.clearance = toCenter - 0.08 - 0.01, .length = 0.1}};
 }
 
-ArticulatedCase fingersMeet()
-{
-    const double L = 0.08;
-    const double base = 0.12;
-    KinematicTree tree = planarChain({L});
-    tree.links.push_back(planarChain({L}, {base, 0, 0}).links[1]);
-    const double angle = std::acos(base / (2.0 * L));
-    return {
-        .id = "I08",
-        .tree = tree,
-        .linkMeshes = {{}, rod(L), rod(L)},
-        .motion = {.root = {}, .positions = {0, 1.2, kPi - 1.2}, .rates = {0, -1, 1}},
-        .selfPairs = {{1, 2}},
-        .obstacles = {shifted(sphereWithPole(0.005, Vector3d::UnitY()), {0.06, -0.02, 0})},
-        .answer = {.time = 1.2 - angle, .closingSpeed = 2.0 * L * std::sin(angle), .length = 0.1},
-        .links = {1}};
-}
-
 /// A finger sweeps 100 degrees over a radial plate 1e-4 thick, a tenth of a degree at its place:
 /// steps of 10 degrees are on either side of it. Contact is when the finger lies on the plate.
 ArticulatedCase sweepsOverThinPlate()
@@ -202,6 +191,20 @@ ArticulatedCase sweepsOverThinPlate()
 }
 }  // namespace
 
+ArticulatedCase fingersMeet(const std::string& id)
+{
+    constexpr double kLength = 0.08;
+    constexpr double kApart = 0.12;
+    const double angle = std::acos(kApart / (2.0 * kLength));
+    ArticulatedCase result = mirrored(id, kLength, kApart);
+    result.selfPairs = {{1, 2}};
+    result.obstacles = {shifted(sphereWithPole(0.005, Vector3d::UnitY()), {0.06, -0.02, 0})};
+    result.answer = {
+        .time = 1.2 - angle, .closingSpeed = 2.0 * kLength * std::sin(angle), .length = 0.1};
+    result.links = {1};
+    return result;
+}
+
 std::vector<ArticulatedCase> graspCases()
 {
     return {
@@ -215,8 +218,8 @@ std::vector<ArticulatedCase> graspCases()
         boxesOverlapButMiss(),
         wrapsCylinder("I06a", 0.895),
         wrapsCylinder("I06b", 0.896),
-        fingersMeet(),
+        fingersMeet("I08"),
         sweepsOverThinPlate(),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -7,13 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
-{
-namespace
+namespace bullet_ccd::reference
 {
 using Eigen::Vector3d;
 
-/// Unit spheres pass at that offset: tangent at 2.
 RigidCase passingSpheres(const std::string& id, double offset)
 {
     RigidCase result{.id = id,
@@ -37,7 +34,6 @@ RigidCase passingSpheres(const std::string& id, double offset)
     return result;
 }
 
-/// A rod of that length turns half around, at distance 1 from the wall.
 RigidCase grazingRod(const std::string& id, double excess)
 {
     const double length = 1.0 + excess;
@@ -56,30 +52,8 @@ RigidCase grazingRod(const std::string& id, double excess)
     return result;
 }
 
-RigidCase slideOverPlane()
+namespace
 {
-    return {.id = "D07",
-            .scene = {.meshA = cube(1.0),
-                      .meshB = floorAt(0.0, 2000.0),
-                      .motionA = {.X_W0 = poseOf({0, 0, 1.001}), .v_W = {1000, 0, 0}}},
-            .answer = {.clearance = 1.001 - 1.0, .tolerances = {1e-4, 1e-6}}};
-}
-
-RigidCase apexOfFan()
-{
-    TriangleMesh fan{.vertices = {{0, 0, 0}}, .triangles = {}};
-    for (const Eigen::Vector2d& p : circlePoints(1.0, circleAngles(32, 0.0)))
-    {
-        fan.vertices.emplace_back(p.x(), p.y(), -0.3);
-    }
-    for (std::int32_t i = 0; i < 32; ++i)
-    {
-        fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % 32});
-    }
-    const Vector3d tip(0, 0, 1);
-    return falls("D10", triangle(tip, {0.3, 0, 2}, {-0.1, 0.2, 2}), fan);
-}
-
 RigidCase onSlivers()
 {
     // Strips of length 20 and width 2e-7.
@@ -91,15 +65,6 @@ RigidCase onSlivers()
         plate = merged({plate, quad({-10, y, 0}, {10, y, 0}, {10, next, 0}, {-10, next, 0})});
     }
     return falls("F03", box({-0.5, -0.5, 1}, {0.5, 0.5, 2}), plate);
-}
-
-RigidCase smallUnits()
-{
-    return {.id = "F04",
-            .scene = {.meshA = cube(5e-4),
-                      .meshB = floorAt(0.0, 5e-3),
-                      .motionA = {.X_W0 = poseOf({0, 0, 5e-3}), .v_W = {0, 0, -8e-3}}},
-            .answer = {.time = (5e-3 - 5e-4) / 8e-3, .closingSpeed = 8e-3, .length = 1e-3}};
 }
 
 RigidCase farFromOrigin()
@@ -132,15 +97,9 @@ RigidCase polygonSoup()
 RigidCase throughWindow()
 {
     constexpr double kIn = 1.001;
-    constexpr double kOut = 3.0;
-    const TriangleMesh frame =
-        merged({quad({-kOut, -kOut, 0}, {kOut, -kOut, 0}, {kIn, -kIn, 0}, {-kIn, -kIn, 0}),
-                quad({kOut, -kOut, 0}, {kOut, kOut, 0}, {kIn, kIn, 0}, {kIn, -kIn, 0}),
-                quad({kOut, kOut, 0}, {-kOut, kOut, 0}, {-kIn, kIn, 0}, {kIn, kIn, 0}),
-                quad({-kOut, kOut, 0}, {-kOut, -kOut, 0}, {-kIn, -kIn, 0}, {-kIn, kIn, 0})});
     return {.id = "F08",
             .scene = {.meshA = cube(1.0),
-                      .meshB = frame,
+                      .meshB = band(square(3.0), 0.0, square(kIn), 0.0),
                       .motionA = {.X_W0 = poseOf({0, 0, 5}), .v_W = {0, 0, -10}}},
             .answer = {.clearance = kIn - 1.0, .tolerances = {1e-4, 1e-6}}};
 }
@@ -166,23 +125,13 @@ RigidCase concentricTriangles()
 
 RigidCase needleInRing()
 {
-    TriangleMesh ring;
-    const auto inner = circlePoints(1e-3, circleAngles(24, 0.0));
-    const auto outer = circlePoints(2e-3, circleAngles(24, 0.0));
-    for (std::size_t i = 0; i < 24; ++i)
-    {
-        const std::size_t k = (i + 1) % 24;
-        ring = merged({ring,
-                       quad({inner[i].x(), inner[i].y(), 0},
-                            {outer[i].x(), outer[i].y(), 0},
-                            {outer[k].x(), outer[k].y(), 0},
-                            {inner[k].x(), inner[k].y(), 0})});
-    }
-    return {.id = "F11",
-            .scene = {.meshA = prism(circlePoints(1e-6, circleAngles(6, 0.0)), -0.01, 0.01),
-                      .meshB = ring,
-                      .motionA = {.X_W0 = poseOf({0, 0, 0.02}), .v_W = {0, 0, -0.04}}},
-            .answer = {.clearance = 1e-3 * std::cos(kPi / 24) - 1.1e-6, .length = 1e-3}};
+    const std::vector<double> angles = circleAngles(24, 0.0);
+    return {
+        .id = "F11",
+        .scene = {.meshA = prism(circlePoints(1e-6, circleAngles(6, 0.0)), -0.01, 0.01),
+                  .meshB = band(circlePoints(1e-3, angles), 0.0, circlePoints(2e-3, angles), 0.0),
+                  .motionA = {.X_W0 = poseOf({0, 0, 0.02}), .v_W = {0, 0, -0.04}}},
+        .answer = {.clearance = 1e-3 * std::cos(kPi / 24) - 1.1e-6, .length = 1e-3}};
 }
 
 RigidCase swingingBar()
@@ -210,32 +159,11 @@ RigidCase nearerButSlower()
                        .closingSpeed = 0.2 * std::hypot(0.9, 11.0)}};
 }
 
-RigidCase drivenAtEachOther()
-{
-    return {.id = "F15",
-            .scene = {.meshA = cube(0.5),
-                      .meshB = cube(0.5),
-                      .motionA = {.X_W0 = poseOf({-1, 0, 0}), .v_W = {1, 0, 0}},
-                      .motionB = {.X_W0 = poseOf({1, 0, 0}), .v_W = {-1, 0, 0}}},
-            .answer = {.time = 0.5, .closingSpeed = 2.0}};
-}
-
-/// All lengths near the edge of what single-precision volumes can hold.
-RigidCase extremeUnits(const std::string& id, double unit)
-{
-    return {.id = id,
-            .scene = {.meshA = cube(unit),
-                      .meshB = floorAt(0.0, 10.0 * unit),
-                      .motionA = {.X_W0 = poseOf({0, 0, 5.0 * unit}), .v_W = {0, 0, -8.0 * unit}}},
-            .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0 * unit, .length = unit}};
-}
-
 /// Past a sphere at a gap of 1e-6, then into a wall.
 RigidCase nearMissThenWall()
 {
-    const TriangleMesh obstacles =
-        merged({shifted(sphereWithPole(0.5, -Vector3d::UnitY()), {0, 1.0 + 1e-6, 0}),
-                quad({5, -5, -5}, {5, 5, -5}, {5, 5, 5}, {5, -5, 5})});
+    const TriangleMesh obstacles = merged(
+        {shifted(sphereWithPole(0.5, -Vector3d::UnitY()), {0, 1.0 + 1e-6, 0}), wallAtX(5.0, 5.0)});
     return {
         .id = "J01",
         .scene = {.meshA = sphereWithPole(0.5, Vector3d::UnitX()),
@@ -256,7 +184,11 @@ std::vector<RigidCase> grazingCases()
         grazingRod("D04", 1e-6),
         grazingRod("D05", 0.0),
         grazingRod("D06", -1e-6),
-        slideOverPlane(),
+        cubeOverFloor("D07",
+                      {.X_W0 = poseOf({0, 0, 1.001}), .v_W = {1000, 0, 0}},
+                      {.clearance = 1.001 - 1.0, .tolerances = {1e-4, 1e-6}},
+                      1.0,
+                      2000.0),
         nearMissThenWall(),
     };
 }
@@ -266,11 +198,16 @@ std::vector<RigidCase> degenerateCases()
     const TriangleMesh ground = floorAt(0.0, 10.0);
     const Vector3d point(0.3, 0.2, 1);
     return {
-        apexOfFan(),
+        falls(
+            "D10", triangle({0, 0, 1}, {0.3, 0, 2}, {-0.1, 0.2, 2}), fan({0, 0, 0}, 1.0, -0.3, 32)),
         falls("F01", triangle({0, 0, 1}, {1, 0, 1}, {2, 0, 1}), ground),
         falls("F02", triangle(point, point, point), ground),
         onSlivers(),
-        smallUnits(),
+        cubeOverFloor("F04",
+                      {.X_W0 = poseOf({0, 0, 5e-3}), .v_W = {0, 0, -8e-3}},
+                      {.time = (5e-3 - 5e-4) / 8e-3, .closingSpeed = 8e-3, .length = 1e-3},
+                      5e-4,
+                      5e-3),
         farFromOrigin(),
         polygonSoup(),
         throughWindow(),
@@ -281,9 +218,12 @@ std::vector<RigidCase> degenerateCases()
         needleInRing(),
         swingingBar(),
         nearerButSlower(),
-        drivenAtEachOther(),
-        extremeUnits("F17a", 1e-8),
-        extremeUnits("F17b", 1e+10),
+        {.id = "F15",
+         .scene = {.meshA = cube(0.5),
+                   .meshB = cube(0.5),
+                   .motionA = {.X_W0 = poseOf({-1, 0, 0}), .v_W = {1, 0, 0}},
+                   .motionB = {.X_W0 = poseOf({1, 0, 0}), .v_W = {-1, 0, 0}}},
+         .answer = {.time = 0.5, .closingSpeed = 2.0}},
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,13 +5,10 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
-{
-namespace
+namespace bullet_ccd::reference
 {
 using Eigen::Vector3d;
 
-/// A segment of that length turns about its end from along x towards the wall y = h.
 RigidCase rodToWall(const std::string& id, double length, double h, double w)
 {
     const double angle = std::asin(h / length);
@@ -23,8 +20,7 @@ RigidCase rodToWall(const std::string& id, double length, double h, double w)
                 .time = angle / w, .closingSpeed = length * w * std::cos(angle), .length = length}};
 }
 
-/// A bar of half thickness 0.05 turns into a round pin; contact on the bar's side.
-RigidCase rodToPin(const std::string& id, double w)
+RigidCase barToPin(const std::string& id, double w)
 {
     constexpr double kHalf = 0.05;
     constexpr double kPin = 0.1;
@@ -41,6 +37,40 @@ RigidCase rodToPin(const std::string& id, double w)
                   .motionB = {.X_W0 = poseOf({kRho * std::cos(kPhi), kRho * std::sin(kPhi), 0})}},
         .answer = {.time = angle / w, .closingSpeed = w * kRho * std::cos(lag)}};
 }
+
+RigidCase rollingSpike(const std::string& id, double excess)
+{
+    const double w = 2.0 * kPi;
+    const Vector3d tip(0, 0, 1.0 + excess);
+    RigidCase spike{
+        .id = id,
+        .scene = {.meshA = triangle(tip, tip, tip),
+                  .meshB = floorAt(0.0, 10.0),
+                  .motionA = {.X_W0 = poseOf({0, 0, 1}), .v_W = {w, 0, 0}, .w_W = {0, w, 0}}},
+        .answer = {.clearance = -excess}};
+    if (excess >= 0.0)
+    {
+        const double angle = std::acos(-1.0 / (1.0 + excess));
+        spike.answer = {.time = angle / w,
+                        .closingSpeed = excess > 0.0 ? (1.0 + excess) * w * std::sin(angle) : 0.0,
+                        .closingAcceleration = w * w};
+    }
+    return spike;
+}
+
+RigidCase shaftInBearing(const std::string& id, int sides, double radius, const CaseAnswer& answer)
+{
+    const std::vector<double> angles = circleAngles(sides, 0.0);
+    return {.id = id,
+            .scene = {.meshA = prism(circlePoints(radius, angles), -0.5, 0.5),
+                      .meshB = tube(circlePoints(1.0 / std::cos(kPi / sides), angles), -0.4, 0.4),
+                      .motionA = {.w_W = {0, 0, 2.0 * kPi}}},
+            .answer = answer,
+            .nested = true};
+}
+
+namespace
+{
 
 /// The reference point is the tip, which moves on a straight line.
 RigidCase tipOnALine()
@@ -90,59 +120,18 @@ RigidCase scissors()
         .answer = {.time = 1.0 - angle, .closingSpeed = std::sqrt(D * D - r * r)}};
 }
 
-/// The scene in units of which `factor` make up one.
-RigidCase inUnits(const std::string& id, RigidCase tested, double factor)
-{
-    tested.id = id;
-    tested.scene = scaled(tested.scene, factor);
-    tested.answer.length *= factor;
-    tested.answer.closingSpeed *= factor;
-    return tested;
-}
-
-/// Ring of walls over a polygon, open at both ends.
-TriangleMesh tube(const std::vector<Eigen::Vector2d>& ring, double half)
-{
-    TriangleMesh mesh;
-    for (std::size_t i = 0; i < ring.size(); ++i)
-    {
-        const Eigen::Vector2d& p = ring[i];
-        const Eigen::Vector2d& q = ring[(i + 1) % ring.size()];
-        mesh = merged({mesh,
-                       quad({p.x(), p.y(), -half},
-                            {q.x(), q.y(), -half},
-                            {q.x(), q.y(), half},
-                            {p.x(), p.y(), half})});
-    }
-    return mesh;
-}
-
 RigidCase squarePeg()
 {
     const double s = 1.0;
     const double S = 1.2;
     const double angle = std::asin(S / (s * std::sqrt(2.0)));
-    const double h = 0.5 * S;
     return {.id = "B11",
             .scene = {.meshA = box({-0.5 * s, -0.5 * s, -1}, {0.5 * s, 0.5 * s, 1}),
-                      .meshB = tube({{-h, -h}, {h, -h}, {h, h}, {-h, h}}, 0.5),
+                      .meshB = tube(square(0.5 * S), -0.5, 0.5),
                       .motionA = {.w_W = {0, 0, 1}}},
             .answer = {.time = angle - 0.25 * kPi,
                        .closingSpeed = s / std::sqrt(2.0) * std::cos(angle)},
             .nested = true};
-}
-
-RigidCase shaftInBearing()
-{
-    constexpr int kSides = 256;
-    const double outer = 1.0 / std::cos(kPi / kSides);
-    return {.id = "B12",
-            .scene = {.meshA = prism(circlePoints(0.999, circleAngles(kSides, 0.0)), -0.5, 0.5),
-                      .meshB = tube(circlePoints(outer, circleAngles(kSides, 0.0)), 0.4),
-                      .motionA = {.w_W = {0, 0, 2.0 * kPi}}},
-            .answer = {.clearance = 1.0 - 0.999, .tolerances = {1e-4}},
-            .nested = true,
-            .maxIterations = 50'000'000};
 }
 
 /// A wheel of many corners turns over a plane just out of its reach.
@@ -164,28 +153,6 @@ RigidCase cubeAroundSphere()
                       .motionA = {.w_W = {0, 1.2 * kPi, 1.6 * kPi}}},
             .answer = {.clearance = 0.0999},
             .nested = true};
-}
-
-RigidCase spinningCone()
-{
-    TriangleMesh cone{.vertices = {{0, 0, -1}, {0, 0, 0}}, .triangles = {}};
-    for (const Eigen::Vector2d& p : circlePoints(1.0, circleAngles(16, 0.0)))
-    {
-        cone.vertices.emplace_back(p.x(), p.y(), 0.0);
-    }
-    for (std::int32_t i = 0; i < 16; ++i)
-    {
-        const std::int32_t next = 2 + (i + 1) % 16;
-        cone.triangles.push_back({0, next, 2 + i});
-        cone.triangles.push_back({1, 2 + i, next});
-    }
-    return {.id = "B15",
-            .scene = {.meshA = cone,
-                      .meshB = floorAt(0.0, 10.0),
-                      .motionA = {.X_W0 = poseOf({0, 0, 5}),
-                                  .v_W = {0, 0, -8},
-                                  .w_W = {0, 0, 100.0 * kPi}}},
-            .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0}};
 }
 
 RigidCase flywheel()
@@ -236,31 +203,22 @@ RigidCase tumblingRod()
         .answer = {.time = 0.5, .closingSpeed = 1.0}};
 }
 
-/// A point at radius 1 + excess of a wheel that rolls on the plane comes down in a cusp.
-RigidCase rollingSpike(const std::string& id, double excess)
-{
-    const double w = 2.0 * kPi;
-    const double angle = std::acos(-1.0 / (1.0 + excess));
-    const Vector3d tip(0, 0, 1.0 + excess);
-    return {.id = id,
-            .scene = {.meshA = triangle(tip, tip, tip),
-                      .meshB = floorAt(0.0, 10.0),
-                      .motionA = {.X_W0 = poseOf({0, 0, 1}), .v_W = {w, 0, 0}, .w_W = {0, w, 0}}},
-            .answer = {.time = angle / w,
-                       .closingSpeed = excess > 0.0 ? (1.0 + excess) * w * std::sin(angle) : 0.0,
-                       .closingAcceleration = w * w}};
-}
 }  // namespace
 
 std::vector<RigidCase> rotationCases()
 {
     RigidCase micro = rodToWall("B05", 1.0, 5e-7, 1e-6);
     micro.answer.tolerances = {1e-10};
+    RigidCase bearing =
+        shaftInBearing("B12", 256, 0.999, {.clearance = 1.0 - 0.999, .tolerances = {1e-4}});
+    bearing.maxIterations = 50'000'000;
+    const TriangleMesh cone = merged({fan({0, 0, -1}, 1.0, 0.0, 16), fan({0, 0, 0}, 1.0, 0.0, 16)});
+    const RigidCase bar = barToPin("B02", 0.5 * kPi);
     return {
         rodToWall("B01", 2.0, 1.0, 0.5 * kPi),
-        rodToPin("B02", 0.5 * kPi),
-        rodToPin("B03", 6.0 * kPi),
-        rodToPin("B04", kPi),
+        bar,
+        barToPin("B03", 6.0 * kPi),
+        barToPin("B04", kPi),
         micro,
         boxTips(),
         rodToWall("B07", 100.0, 0.5, 0.01),
@@ -269,10 +227,16 @@ std::vector<RigidCase> rotationCases()
         closingDoors(),
         scissors(),
         squarePeg(),
-        shaftInBearing(),
+        bearing,
         polygonWheel(),
         cubeAroundSphere(),
-        spinningCone(),
+        {.id = "B15",
+         .scene = {.meshA = cone,
+                   .meshB = floorAt(0.0, 10.0),
+                   .motionA = {.X_W0 = poseOf({0, 0, 5}),
+                               .v_W = {0, 0, -8},
+                               .w_W = {0, 0, 100.0 * kPi}}},
+         .answer = {.time = (5.0 - 1.0) / 8.0, .closingSpeed = 8.0}},
         flywheel(),
         cogs(),
         screw("C01", 0.8, {.time = (1.0 - 0.8) / 0.5, .closingSpeed = 0.5}),
@@ -280,9 +244,9 @@ std::vector<RigidCase> rotationCases()
         tumblingRod(),
         rollingSpike("C05a", 0.0),
         rollingSpike("C05b", 1e-4),
-        rodToPin("J06", 4.0 * kPi),
-        inUnits("F06c", rodToPin("B02", 0.5 * kPi), 1e-6),
-        inUnits("F06d", rodToPin("B02", 0.5 * kPi), 1e6),
+        barToPin("J06", 4.0 * kPi),
+        inUnits("F06c", bar, 1e-6),
+        inUnits("F06d", bar, 1e6),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,21 +6,21 @@
 
 #include <cmath>
 
-namespace bullet_ccd::tests
-{
-namespace
+namespace bullet_ccd::reference
 {
 using Eigen::Vector3d;
 
-RigidCase cubeOntoFloor(const std::string& id, const Eigen::Isometry3d& X, double lowest)
+RigidCase throughSheet(const std::string& id, double half, double from)
 {
     return {.id = id,
-            .scene = {.meshA = cube(1.0),
-                      .meshB = floorAt(0.0, 10.0),
-                      .motionA = {.X_W0 = X, .v_W = {0, 0, -8}}},
-            .answer = {.time = (5.0 - lowest) / 8.0, .closingSpeed = 8.0}};
+            .scene = {.meshA = cube(half),
+                      .meshB = wallAtX(0.0, 2.0),
+                      .motionA = {.X_W0 = poseOf({from, 0, 0}), .v_W = {-1000, 0, 0}}},
+            .answer = {.time = (from - half) / 1000.0, .closingSpeed = 1000.0}};
 }
 
+namespace
+{
 /// Square bars of half diagonal r with ridges up and down, crossed at `angle`.
 RigidCase crossedRods(const std::string& id, double angle)
 {
@@ -58,16 +58,6 @@ RigidCase spheres(const std::string& id, const Vector3d& drift)
             .answer = {.time = time, .closingSpeed = -v.dot(towardsA)}};
 }
 
-/// The same in units of which `factor` make up one.
-RigidCase spheresInUnits(const std::string& id, double factor)
-{
-    RigidCase result = spheres(id, Vector3d::Zero());
-    result.scene = scaled(result.scene, factor);
-    result.answer.length *= factor;
-    result.answer.closingSpeed *= factor;
-    return result;
-}
-
 RigidCase parallelCylinders()
 {
     constexpr double kA = 0.7;
@@ -84,23 +74,11 @@ RigidCase parallelCylinders()
             .answer = {.time = time, .closingSpeed = -v.dot(towardsA)}};
 }
 
-/// Four walls around a square passage along z.
-TriangleMesh slot(double half, double low, double high)
-{
-    const auto wall = [&](double x0, double y0, double x1, double y1) {
-        return quad({x0, y0, low}, {x1, y1, low}, {x1, y1, high}, {x0, y0, high});
-    };
-    return merged({wall(-half, -half, half, -half),
-                   wall(half, -half, half, half),
-                   wall(half, half, -half, half),
-                   wall(-half, half, -half, -half)});
-}
-
 RigidCase throughSlot(const std::string& id, double drift)
 {
     RigidCase result{.id = id,
                      .scene = {.meshA = cube(1.0),
-                               .meshB = slot(1.001, -7.0, 7.0),
+                               .meshB = tube(square(1.001), -7.0, 7.0),
                                .motionA = {.X_W0 = poseOf({0, 0, -5}), .v_W = {0, drift, 10}}},
                      .answer = {.clearance = 1.001 - 1.0, .tolerances = {1e-4, 1e-6}}};
     if (drift > 0.0)
@@ -111,18 +89,9 @@ RigidCase throughSlot(const std::string& id, double drift)
     return result;
 }
 
-RigidCase bulletThroughPaper()
-{
-    return {.id = "A10",
-            .scene = {.meshA = cube(0.5),
-                      .meshB = quad({0, -2, -2}, {0, 2, -2}, {0, 2, 2}, {0, -2, 2}),
-                      .motionA = {.X_W0 = poseOf({5, 0, 0}), .v_W = {-1000, 0, 0}}},
-            .answer = {.time = (5.0 - 0.5) / 1000.0, .closingSpeed = 1000.0}};
-}
-
 RigidCase pegInBlindHole()
 {
-    const TriangleMesh hole = merged({slot(1.001, -1.0, 1.0), floorAt(-1.0, 1.001)});
+    const TriangleMesh hole = merged({tube(square(1.001), -1.0, 1.0), floorAt(-1.0, 1.001)});
     return {.id = "J04",
             .scene = {.meshA = box({-1, -1, 0}, {1, 1, 3}),
                       .meshB = hole,
@@ -148,7 +117,7 @@ RigidCase combs()
 
 RigidCase intoCavity()
 {
-    const TriangleMesh cavity = merged({slot(1.0, -1.0, 1.0), floorAt(-1.0, 1.0)});
+    const TriangleMesh cavity = merged({tube(square(1.0), -1.0, 1.0), floorAt(-1.0, 1.0)});
     return {.id = "J07",
             .scene = {.meshA = cube(0.4),
                       .meshB = cavity,
@@ -166,9 +135,7 @@ RigidCase ontoPlates()
         {
             const double x = -1.0 + 0.2 * i;
             const double y = -1.0 + 0.2 * j;
-            const double end = 0.2;
-            plates = merged(
-                {plates, quad({x, y, 0}, {x + end, y, 0}, {x + end, y + end, 0}, {x, y + end, 0})});
+            plates = merged({plates, shifted(floorAt(0.0, 0.1), {x + 0.1, y + 0.1, 0})});
         }
     }
     return {.id = "J03",
@@ -190,31 +157,30 @@ RigidCase jaw(const std::string& id, double offset, double time)
             .answer = {.time = time, .closingSpeed = kTravel, .length = 0.1}};
 }
 
-/// A fingertip 0.02 below the palm is over the same sphere.
-RigidCase fingertipBeforePalm()
+/// Down onto a ball of radius 0.03, which something `reach` below the palm meets first.
+RigidCase palmToBall(const std::string& id, const TriangleMesh& palm, double reach)
 {
-    return {.id = "I10",
-            .scene = {.meshA = merged({floorAt(0.0, 0.05), segment({0, 0, 0}, {0, 0, -0.02})}),
+    return {.id = id,
+            .scene = {.meshA = palm,
                       .meshB = sphereWithPole(0.03, Vector3d::UnitZ()),
                       .motionA = {.X_W0 = poseOf({0, 0, 0.25}), .v_W = {0, 0, -0.30}}},
-            .answer = {.time = (0.25 - 0.02 - 0.03) / 0.30, .closingSpeed = 0.30, .length = 0.1}};
-}
-
-RigidCase palmToSphere()
-{
-    return {.id = "I01",
-            .scene = {.meshA = floorAt(0.0, 0.05),
-                      .meshB = sphereWithPole(0.03, Vector3d::UnitZ()),
-                      .motionA = {.X_W0 = poseOf({0, 0, 0.25}), .v_W = {0, 0, -0.30}}},
-            .answer = {.time = (0.25 - 0.03) / 0.30, .closingSpeed = 0.30, .length = 0.1}};
+            .answer = {.time = (0.25 - reach - 0.03) / 0.30, .closingSpeed = 0.30, .length = 0.1}};
 }
 }  // namespace
 
 std::vector<RigidCase> translationCases()
 {
-    const Eigen::Isometry3d X = poseOf({0, 0, 5});
-    Eigen::Isometry3d onVertex = X;
-    onVertex.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ()).toRotationMatrix();
+    // From a height of 5 at speed 8, turned so that the lowest point is so far below the middle.
+    const auto dropped = [](const std::string& id, const Eigen::Isometry3d& turn, double lowest)
+    {
+        return cubeOverFloor(id,
+                             {.X_W0 = poseOf({0, 0, 5}) * turn, .v_W = {0, 0, -8}},
+                             {.time = (5.0 - lowest) / 8.0, .closingSpeed = 8.0});
+    };
+    const RigidCase faceOn = dropped("A01", Eigen::Isometry3d::Identity(), 1.0);
+    const Eigen::Isometry3d onVertex(rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ()));
+    const RigidCase balls = spheres("A08", Vector3d::Zero());
+    const TriangleMesh palm = floorAt(0.0, 0.05);
     const auto twoCubes = [](double offset, double vy) -> RigidScene
     {
         return {.meshA = cube(1.0),
@@ -222,9 +188,9 @@ std::vector<RigidCase> translationCases()
                 .motionA = {.X_W0 = poseOf({5, offset, 0}), .v_W = {-4, vy, 0}}};
     };
     return {
-        cubeOntoFloor("A01", X, 1.0),
-        cubeOntoFloor("A02", onVertex, std::sqrt(3.0)),
-        cubeOntoFloor("A03", poseOf({0, 0, 5}, 0.25 * kPi, Vector3d::UnitX()), std::sqrt(2.0)),
+        faceOn,
+        dropped("A02", onVertex, std::sqrt(3.0)),
+        dropped("A03", poseOf({0, 0, 0}, 0.25 * kPi, Vector3d::UnitX()), std::sqrt(2.0)),
         crossedRods("A04", 0.5 * kPi),
         crossedRods("A05", 1e-6),
         crossedRods("A06", 0.0),
@@ -233,11 +199,14 @@ std::vector<RigidCase> translationCases()
                    .meshB = octahedron(),
                    .motionA = {.X_W0 = poseOf({0, 0, 5}), .v_W = {0, 0, -4}}},
          .answer = {.time = (5.0 - 2.0) / 4.0, .closingSpeed = 4.0}},
-        spheres("A08", Vector3d::Zero()),
+        balls,
         spheres("A09", {1e3, -2e3, 5e2}),
-        spheresInUnits("F06a", 1e-6),
-        spheresInUnits("F06b", 1e6),
-        bulletThroughPaper(),
+        inUnits("F06a", balls, 1e-6),
+        inUnits("F06b", balls, 1e6),
+        // Near the edges of what single-precision volumes can hold.
+        inUnits("F17a", faceOn, 1e-8),
+        inUnits("F17b", faceOn, 1e+10),
+        throughSheet("A10", 0.5, 5.0),
         throughSlot("A11", 0.0),
         throughSlot("A12", 0.01),
         parallelCylinders(),
@@ -255,11 +224,11 @@ std::vector<RigidCase> translationCases()
         combs(),
         intoCavity(),
         ontoPlates(),
-        palmToSphere(),
-        fingertipBeforePalm(),
+        palmToBall("I01", palm, 0.0),
+        palmToBall("I10", merged({palm, segment({0, 0, 0}, {0, 0, -0.02})}), 0.02),
         jaw("I02", 0.0, (0.08 - 0.05) / 2.0 / 0.04),
         jaw("I03a", 0.005, (0.015 - 0.005) / 0.04),
         jaw("I03b", -0.005, (0.015 + 0.005) / 0.04),
     };
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -293,4 +293,4 @@ std::string_view groupTitle(std::string_view id)
     }
     return found->second;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

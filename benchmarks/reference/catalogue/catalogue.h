@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct CatalogueRow
 {
@@ -31,4 +31,4 @@ inline constexpr std::string_view kDeformable = "comes with deformable bodies";
 
 /// Title of the group that the id belongs to.
 [[nodiscard]] std::string_view groupTitle(std::string_view id);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -1,12 +1,13 @@
 #include "benchmarks/reference/catalogue/relations.h"
 
+#include "benchmarks/reference/catalogue/case_parts.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -100,15 +101,6 @@ ArticulatedCase withMeshes(ArticulatedCase tested, const Change& change)
     return tested;
 }
 
-CaseAnswer rescaledAnswer(CaseAnswer answer, double unit)
-{
-    answer.length *= unit;
-    answer.closingSpeed *= unit;
-    answer.closingAcceleration *= unit;
-    answer.clearance *= unit;
-    return answer;
-}
-
 template <typename Case>
 Variant<Case> whole(const std::string& name, Case tested)
 {
@@ -199,7 +191,7 @@ std::vector<Variant<Case>> makeVariants(const Case& tested, Relation relation)
                 if (!exactly)
                 {
                     Case other = rescaledCase(tested, unit);
-                    other.answer = rescaledAnswer(other.answer, unit);
+                    other.answer = scaled(other.answer, unit);
                     variants.push_back(whole(unit < 1.0 ? "x 0.001" : "x 1000", std::move(other)));
                     variants.back().unit = unit;
                 }
@@ -280,4 +272,4 @@ TriangleMesh subdivided(const TriangleMesh& mesh)
     }
     return result;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 enum class Relation : std::uint8_t
 {
@@ -75,4 +75,4 @@ struct Variant
 
 /// Every triangle as four.
 [[nodiscard]] TriangleMesh subdivided(const TriangleMesh& mesh);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

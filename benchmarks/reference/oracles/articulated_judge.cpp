@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -313,4 +313,4 @@ Judgement judgeArticulated(const ArticulatedScene& scene,
 {
     return ArticulatedJudge(scene, options, result).run();
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

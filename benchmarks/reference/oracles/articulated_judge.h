@@ -10,7 +10,7 @@
 #include "benchmarks/reference/scenes/articulated_scene.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// What rounding may do to a distance in that scene: 512 units in the last place of the sum of all
 /// that a link can reach and the farthest that an obstacle lies.
@@ -22,4 +22,4 @@ namespace bullet_ccd::tests
 [[nodiscard]] Judgement judgeArticulated(const ArticulatedScene& scene,
                                          const ToiOptions& options,
                                          const ArticulatedToiResult& result);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -298,4 +298,4 @@ Corners cornersOf(const TriangleMesh& mesh, std::size_t triangle)
     { return mesh.vertices[static_cast<std::size_t>(t[k])]; };
     return {vertex(0), vertex(1), vertex(2)};
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -13,7 +13,7 @@
 #include <array>
 #include <cstdint>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using Corners = std::array<Eigen::Vector3d, 3>;
 using WideCorners = std::array<Eigen::Matrix<long double, 3, 1>, 3>;
@@ -42,4 +42,4 @@ struct OracleDistance
 [[nodiscard]] double distanceToMesh(const Eigen::Vector3d& point, const TriangleMesh& mesh);
 
 [[nodiscard]] Corners cornersOf(const TriangleMesh& mesh, std::size_t triangle);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <queue>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -271,4 +271,4 @@ OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b, double until)
 {
     return March(a, b, until).run();
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -15,7 +15,7 @@
 #include <functional>
 #include <optional>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// A mesh on its way; no point of it moves faster than `speed` [m per step].
 struct OracleBody
@@ -54,4 +54,4 @@ struct OracleToi
 
 /// Looks at [0, until], until <= 1.
 [[nodiscard]] OracleToi bruteForceToi(const OracleBody& a, const OracleBody& b, double until = 1.0);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

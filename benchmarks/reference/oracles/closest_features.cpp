@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -101,4 +101,4 @@ InstantDistance closestFeatures(const std::array<Vector3d, 3>& a, const std::arr
     }
     return best;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,9 +6,9 @@
 
 #include <array>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// The closest of all edge-edge and corner-face pairs; crossing triangles have a positive result.
 [[nodiscard]] InstantDistance closestFeatures(const std::array<Eigen::Vector3d, 3>& a,
                                               const std::array<Eigen::Vector3d, 3>& b);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -515,4 +515,4 @@ Judgement judgeToi(const RigidScene& scene, const ToiOptions& options, const Toi
     judgement.evaluations = certifier.evaluations();
     return judgement;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

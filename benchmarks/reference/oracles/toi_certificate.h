@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <string>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 enum class Verdict : std::uint8_t
 {
@@ -62,4 +62,4 @@ struct InstantDistance
 [[nodiscard]] Judgement judgeToi(const RigidScene& scene,
                                  const ToiOptions& options,
                                  const ToiResult& result);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using Real = long double;
 using Wide = Eigen::Matrix<Real, 3, 1>;
@@ -162,4 +162,4 @@ private:
     std::vector<Eigen::Vector3d> m_centerRates;
 };
 
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

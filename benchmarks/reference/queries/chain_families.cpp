@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -263,4 +263,4 @@ ArticulatedScene chainScene(ChainFamily family, int joints, Random& random)
     }
     return scene;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <ostream>
 #include <sstream>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -127,4 +127,4 @@ ChainOutcome runChainQuery(const ChainQuery& query)
     outcome.judgement = judgeArticulated(query.scene, query.options.toi, outcome.result);
     return outcome;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

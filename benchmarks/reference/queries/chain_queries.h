@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 enum class ChainFamily : std::uint8_t
 {
@@ -60,4 +60,4 @@ struct ChainOutcome
 
 /// Answers the query by the library and judges the answer.
 [[nodiscard]] ChainOutcome runChainQuery(const ChainQuery& query);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -474,4 +474,4 @@ SoakScene soakScene(SoakFamily family, Random& random)
                                                                         clearanceScene};
     return kMakers[static_cast<std::size_t>(family)](random);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

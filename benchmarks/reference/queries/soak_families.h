@@ -4,7 +4,7 @@
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// A scene in units of about the size of its bodies; whoever asks for it scales and moves it.
 struct SoakScene
@@ -17,4 +17,4 @@ struct SoakScene
 };
 
 [[nodiscard]] SoakScene soakScene(SoakFamily family, Random& random);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -9,7 +9,7 @@
 #include <ostream>
 #include <sstream>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -119,4 +119,4 @@ SoakOutcome runSoakQuery(const SoakQuery& query)
     outcome.judgement = judgeToi(query.scene, query.options, outcome.result);
     return outcome;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

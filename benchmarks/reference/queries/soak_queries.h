@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 enum class SoakFamily : std::uint8_t
 {
@@ -60,4 +60,4 @@ struct SoakOutcome
 
 /// Answers the query by the library and judges the answer.
 [[nodiscard]] SoakOutcome runSoakQuery(const SoakQuery& query);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

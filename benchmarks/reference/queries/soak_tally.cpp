@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 const char* nameOf(ToiStatus status)
 {
@@ -75,4 +75,4 @@ std::string vacuity(std::span<const SoakTally> tallies,
     }
     return complaints.str();
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

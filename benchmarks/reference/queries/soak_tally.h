@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 [[nodiscard]] const char* nameOf(ToiStatus status);
 
@@ -47,4 +47,4 @@ struct SoakShares
 [[nodiscard]] std::string vacuity(std::span<const SoakTally> tallies,
                                   std::span<const std::string> names,
                                   const SoakShares& shares);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/scenes/articulated_scene.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 BuiltScene::BuiltScene(const ArticulatedScene& scene) : m_scene(scene)
 {
@@ -41,4 +41,4 @@ ArticulatedToiResult query(const ArticulatedScene& scene, double tolerance)
     ToiWorkspace work;
     return articulatedToi(built.body(), built.obstacles(), {.tolerance = tolerance}, work);
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct ArticulatedScene
 {
@@ -40,4 +40,4 @@ private:
 [[nodiscard]] ArticulatedToiResult query(const ArticulatedScene& scene,
                                          const ArticulatedToiOptions& options);
 [[nodiscard]] ArticulatedToiResult query(const ArticulatedScene& scene, double tolerance);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -2,7 +2,7 @@
 
 #include <ostream>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 void printMesh(std::ostream& out, const std::string& name, const TriangleMesh& mesh)
 {
@@ -25,4 +25,4 @@ void printMotion(std::ostream& out, const std::string& name, const RigidMotion& 
         << motion.v_W.transpose() << "  w " << motion.w_W.transpose() << "  reference "
         << motion.reference_B.transpose() << '\n';
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

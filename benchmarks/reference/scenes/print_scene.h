@@ -7,11 +7,11 @@
 #include <iosfwd>
 #include <string>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// As OBJ: vertices and faces counted from 1, after a line with their numbers.
 void printMesh(std::ostream& out, const std::string& name, const TriangleMesh& mesh);
 
 /// The pose with all digits, velocities with those of the stream.
 void printMotion(std::ostream& out, const std::string& name, const RigidMotion& motion);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -8,12 +8,14 @@
 #include <numbers>
 #include <random>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
-class Random
+/// What is drawn, from any engine of 64 random bits.
+template <typename Engine>
+class RandomFrom
 {
 public:
-    explicit Random(std::uint64_t seed) : m_engine(seed) {}
+    explicit RandomFrom(std::uint64_t begin) : m_engine(begin) {}
 
     /// Uniform in [low, high).
     double uniform(double low, double high)
@@ -64,6 +66,8 @@ public:
     }
 
 private:
-    std::mt19937_64 m_engine;
+    Engine m_engine;
 };
-}  // namespace bullet_ccd::tests
+
+using Random = RandomFrom<std::mt19937_64>;
+}  // namespace bullet_ccd::reference

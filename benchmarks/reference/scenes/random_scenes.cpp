@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using Eigen::Vector3d;
 
@@ -62,4 +62,4 @@ double roundingOf(const RigidScene& scene)
     return 64.0 * 1.2e-16 *
            (extent(scene.meshA, scene.motionA) + extent(scene.meshB, scene.motionB));
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

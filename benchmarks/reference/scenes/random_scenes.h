@@ -5,7 +5,7 @@
 #include "benchmarks/reference/scenes/rigid_scene.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// Soups, boxes and spheres of unit size that fly roughly at each other, turning up to a few times.
 [[nodiscard]] RigidScene randomRigidScene(Random& random);
@@ -18,4 +18,4 @@ namespace bullet_ccd::tests
 
 /// Rounding of a distance in that scene: 64 units in the last place of its largest coordinate.
 [[nodiscard]] double roundingOf(const RigidScene& scene);
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

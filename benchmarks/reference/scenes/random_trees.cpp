@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 KinematicTree randomTree(Random& random, int links, double branching)
 {
@@ -85,4 +85,4 @@ KinematicTree planarChain(const std::vector<double>& lengths, const Eigen::Vecto
     }
     return tree;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 /// Links at arbitrary places under random parents (a chain if `branching` is 0), half of the joints
 /// revolute, some prismatic, some fixed.
@@ -26,4 +26,4 @@ namespace bullet_ccd::tests
 /// 0 is the base. `at` is the place of the base.
 [[nodiscard]] KinematicTree planarChain(const std::vector<double>& lengths,
                                         const Eigen::Vector3d& at = Eigen::Vector3d::Zero());
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -4,7 +4,7 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 struct RigidScene
 {
@@ -61,4 +61,4 @@ struct RigidScene
     scene.motionB = scaled(scene.motionB, factor);
     return scene;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
@@ -29,6 +29,11 @@ TriangleMesh quad(const Vector3d& a, const Vector3d& b, const Vector3d& c, const
 TriangleMesh floorAt(double z, double half)
 {
     return quad({-half, -half, z}, {half, -half, z}, {half, half, z}, {-half, half, z});
+}
+
+TriangleMesh wallAtX(double x, double half)
+{
+    return quad({x, -half, -half}, {x, half, -half}, {x, half, half}, {x, -half, half});
 }
 
 TriangleMesh wallAtY(double y, double half)
@@ -248,4 +253,4 @@ Isometry3d poseOf(const Vector3d& translation, double angle, const Vector3d& axi
     X.translation() = translation;
     return X;
 }
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -10,7 +10,7 @@
 #include <initializer_list>
 #include <vector>
 
-namespace bullet_ccd::tests
+namespace bullet_ccd::reference
 {
 [[nodiscard]] TriangleMesh triangle(const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b,
@@ -28,7 +28,8 @@ namespace bullet_ccd::tests
 /// The plane z = `z` as a square of that half edge.
 [[nodiscard]] TriangleMesh floorAt(double z, double half);
 
-/// The plane y = `y` as a square of that half edge.
+/// The planes x = `x` and y = `y` as squares of that half edge.
+[[nodiscard]] TriangleMesh wallAtX(double x, double half);
 [[nodiscard]] TriangleMesh wallAtY(double y, double half);
 
 [[nodiscard]] TriangleMesh box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
@@ -76,4 +77,4 @@ namespace bullet_ccd::tests
 [[nodiscard]] Eigen::Isometry3d poseOf(const Eigen::Vector3d& translation,
                                        double angle = 0.0,
                                        const Eigen::Vector3d& axis = Eigen::Vector3d::UnitZ());
-}  // namespace bullet_ccd::tests
+}  // namespace bullet_ccd::reference

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kExact = kDouble ? 1e-12 : 1e-5;

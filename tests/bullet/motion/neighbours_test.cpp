@@ -8,6 +8,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kTimeStep = 1.0 / 240.0;

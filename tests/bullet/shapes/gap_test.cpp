@@ -18,6 +18,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// The bound is lower by the rounding of poses some metres away.

@@ -15,6 +15,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Points = std::vector<Eigen::Vector3d>;

@@ -30,6 +30,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kExact = kDouble ? 1e-12 : 1e-6;

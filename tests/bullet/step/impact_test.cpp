@@ -11,6 +11,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kExact = kDouble ? 1e-12 : 2e-6;

@@ -21,6 +21,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Eigen::Vector3d;

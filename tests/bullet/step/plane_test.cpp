@@ -7,6 +7,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// Lowest height above the plane of the corners of a small box mesh that is shot at it at 100 m/s,

@@ -20,6 +20,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kShellWidth = 1.0 / 16.0;

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kStepOfBudget = 1.0 / 60.0;

@@ -13,6 +13,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kStepOfRecovery = 1.0 / 60.0;

@@ -16,6 +16,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 constexpr double kGravity = 9.81;

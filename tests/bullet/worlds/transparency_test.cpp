@@ -10,6 +10,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// Height at which a box of 2 cm comes to rest.

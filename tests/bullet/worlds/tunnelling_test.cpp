@@ -6,6 +6,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// Phases of a row that run here, of 50 in the whole table (benchmarks/run bullet-table).

@@ -18,6 +18,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 double restsAt(const btRigidBody& body)

@@ -11,6 +11,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 int countOf(const std::string& text, const std::string& word)

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 double heightOf(const btRigidBody& body)

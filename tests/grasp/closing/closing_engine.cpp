@@ -7,6 +7,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 using Eigen::Vector3d;
 using grasp::GraspObject;
 using grasp::HandModel;

@@ -6,6 +6,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 HandBuilder::HandBuilder()
 {
     m_hand.robot.name = "test hand";

@@ -12,6 +12,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Eigen::AlignedBox3d;

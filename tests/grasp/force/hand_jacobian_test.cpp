@@ -10,7 +10,7 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-Link randomLink(tests::Random& random, std::int32_t parent, JointType type)
+Link randomLink(reference::Random& random, std::int32_t parent, JointType type)
 {
     Link link;
     link.parent = parent;
@@ -22,7 +22,7 @@ Link randomLink(tests::Random& random, std::int32_t parent, JointType type)
 
 /// Two chains with revolute, prismatic and fixed joints and mimics, one that follows an ancestor,
 /// one that follows a joint of the other chain.
-KinematicTree branchedTree(tests::Random& random)
+KinematicTree branchedTree(reference::Random& random)
 {
     KinematicTree tree;
     tree.links.push_back({});
@@ -44,7 +44,7 @@ KinematicTree branchedTree(tests::Random& random)
 
 TEST(HandJacobian, ColumnsAreTheJointsThatFollowNone)
 {
-    tests::Random random(1);
+    reference::Random random(1);
     const KinematicTree tree = branchedTree(random);
     EXPECT_EQ(independentJoints(tree), (std::vector<std::int32_t>{1, 2, 5}));
     const std::vector<double> limits = effortLimits(tree);
@@ -56,7 +56,7 @@ TEST(HandJacobian, ColumnsAreTheJointsThatFollowNone)
 TEST(HandJacobian, AgreesWithFiniteDifferencesOfTheForwardKinematics)
 {
     constexpr double kStep = 1e-6;
-    tests::Random random(2);
+    reference::Random random(2);
     for (int trial = 0; trial < 20; ++trial)
     {
         const KinematicTree tree = branchedTree(random);
@@ -105,7 +105,7 @@ TEST(HandJacobian, AgreesWithFiniteDifferencesOfTheForwardKinematics)
 
 TEST(HandJacobian, LinksAndJointsThatDoNotFitAreRefused)
 {
-    tests::Random random(3);
+    reference::Random random(3);
     KinematicTree tree = branchedTree(random);
     const std::vector<double> positions(tree.size(), 0.0);
     const std::vector<GraspContact> stray = {{.link = 7, .normal = {0, 0, 1}}};

@@ -20,7 +20,7 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-using tests::poseOf;
+using reference::poseOf;
 
 /// Part of a flat ring about z, from one angle to another [deg], of radius about 3/4.
 TriangleMesh ringPart(double from, double to)
@@ -36,7 +36,8 @@ TriangleMesh ringPart(double from, double to)
     {
         const double a = from + (to - from) * i / parts;
         const double b = from + (to - from) * (i + 1) / parts;
-        mesh = tests::merged({mesh, tests::quad(at(a, 0.7), at(b, 0.7), at(b, 0.8), at(a, 0.8))});
+        mesh = reference::merged(
+            {mesh, reference::quad(at(a, 0.7), at(b, 0.7), at(b, 0.8), at(a, 0.8))});
     }
     return mesh;
 }
@@ -47,25 +48,25 @@ struct Dial
 {
     Dial()
     {
-        add("base", kNone, tests::shifted(tests::cube(0.1), {0, 0, 0.5}));
-        add("pointer", 0, tests::segment({0.5, 0, 0}, {1, 0, 0}));
+        add("base", kNone, reference::shifted(reference::cube(0.1), {0, 0, 0.5}));
+        add("pointer", 0, reference::segment({0.5, 0, 0}, {1, 0, 0}));
         tree.links[1].joint.type = JointType::Revolute;
         tree.links[1].joint.axis = Eigen::Vector3d::UnitZ();
         add("sixth", 0, ringPart(30, 90));
         add("at rest", 0, ringPart(-10, 10));
         add("nearly all", 0, ringPart(5, 355));
         add("not quite", 0, ringPart(15, 345));
-        add("above", 0, tests::shifted(ringPart(0, 360), {0, 0, 1e-2}));
+        add("above", 0, reference::shifted(ringPart(0, 360), {0, 0, 1e-2}));
         // Turns along with the pointer, half a turn ahead.
-        add("follower", 0, tests::segment({-0.5, 0, 0}, {-1, 0, 0}));
+        add("follower", 0, reference::segment({-0.5, 0, 0}, {-1, 0, 0}));
         tree.links[7].joint = tree.links[1].joint;
         tree.links[7].joint.mimicOf = 1;
         // Hangs on the pointer.
         add("mount", 1, {});
-        add("flag", 8, tests::segment({0.9, 0, 0}, {0.9, 0, 0.1}));
+        add("flag", 8, reference::segment({0.9, 0, 0}, {0.9, 0, 0.1}));
         for (const TriangleMesh& mesh : meshes)
         {
-            trees.push_back(buildSsvTree(mesh.triangles.empty() ? tests::cube(1.0) : mesh));
+            trees.push_back(buildSsvTree(mesh.triangles.empty() ? reference::cube(1.0) : mesh));
         }
         for (std::size_t i = 0; i < meshes.size(); ++i)
         {
@@ -227,7 +228,7 @@ TEST(SampledPairs, OnKnownHandsRestAndJointsAreSeenAsBruteForceSeesThem)
             joined += isChild ? 1 : 0;
             EXPECT_TRUE(!isChild || pair.finding == PairFinding::Adjacent);
             const double distance =
-                tests::bruteForceMeshDistance(
+                reference::bruteForceMeshDistance(
                     hand.linkTrees[a]->mesh(), hand.linkTrees[b]->mesh(), X_R[b].inverse() * X_R[a])
                     .distance;
             const bool isDefault = pair.finding == PairFinding::Default;
