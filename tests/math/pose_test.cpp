@@ -9,6 +9,8 @@
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 using Eigen::Vector3d;

@@ -24,7 +24,7 @@ echo '#include <BulletCollision/btBulletCollisionCommon.h>' >"$copy/benchmarks/r
 echo '#include "bullet_ccd/toi/toi.h"' >"$copy/benchmarks/unknown/room.cpp"
 touch "$copy"/tests/toi/full_{01..26}.cpp
 echo '#include "bullet_ccd/mesh/triangle_mesh.h"' >"$copy/bullet_ccd/toi/right.h"
-echo '#include "benchmarks/reference/scenes/random.h"' >"$copy/bullet_ccd/examples/right.cpp"
+echo '#include "bullet_ccd/bullet/btCcdAction.h"' >"$copy/bullet_ccd/examples/right.cpp"
 echo '#include "benchmarks/reference/scenes/random.h"' >"$copy/tools/grasp_cli/right.cpp"
 echo '#include "benchmarks/rigid/rigid_run.h"' >"$copy/tests/toi/right.cpp"
 if output=$("$root/tools/check_layers.py" "$copy"); then

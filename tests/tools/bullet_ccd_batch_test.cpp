@@ -336,17 +336,19 @@ TEST_F(BulletCcdBatch, CtrlCKeepsWhatWasAnswered)
         text += twistsRow(std::to_string(k), fallingCube(4.0), {});
     }
     const fs::path queries = m_temp.write("queries.csv", text);
-    // Job control, so that the program may be interrupted; until it catches SIGINT (bit 2).
+    // A shell without job control lets its background programs ignore SIGINT: `env` undoes that.
+    // Until it catches SIGINT (bit 2).
     const std::string wait =
-        "until grep -q 'SigCgt:.*[2367abef]$' /proc/$!/status; do sleep 0.01; done";
-    const Outcome stopped = runProgram(
-        fmt::format("set -m; {{ {} batch {} '{}' -o '{}' --repeat 1000 & {}; kill -INT $!; "
-                    "wait $!; }}",
-                    BULLET_CCD_PROGRAM,
-                    cubeAndPlate(),
-                    queries.string(),
-                    m_results.string(),
-                    wait));
+        "until [ ! -e /proc/$! ] || grep -q 'SigCgt:.*[2367abef]$' /proc/$!/status; do "
+        "sleep 0.01; done";
+    const Outcome stopped = runProgram(fmt::format(
+        "{{ env --default-signal=INT {} batch {} '{}' -o '{}' --repeat 1000 & {}; kill -INT $!; "
+        "wait $!; }}",
+        BULLET_CCD_PROGRAM,
+        cubeAndPlate(),
+        queries.string(),
+        m_results.string(),
+        wait));
     EXPECT_EQ(stopped.exitCode, 130);
     EXPECT_THAT(stopped.err, HasSubstr("bullet-ccd batch: stopped after "));
     EXPECT_THAT(stopped.err, HasSubstr(" of 1000000 queries\n"));

@@ -110,8 +110,8 @@ TEST_F(GraspResume, AnInterruptedRunWritesWhatItFoundAndCanBeGoneOnWith)
     const std::string options = "-n 100 -q --volumes 1";
     const std::string wait = "while [ \"$(cat '" + m_journal.string() +
                              "' 2>/dev/null | wc -l)\" -lt 5 ]; do sleep 0.01; done";
-    const Outcome stopped = runProgram("set -m; { " + command(m_out, options) + " & " + wait +
-                                       "; kill -INT $!; wait $!; }");
+    const Outcome stopped = runProgram("{ env --default-signal=INT " + command(m_out, options) +
+                                       " & " + wait + "; kill -INT $!; wait $!; }");
     EXPECT_EQ(stopped.exitCode, 130) << stopped.err;
     const std::ptrdiff_t recorded = lines(m_journal);
     ASSERT_GE(recorded, 5);
