@@ -179,16 +179,6 @@ btCcdVelocities::btCcdVelocities(const btCcdBody& body)
     }
 }
 
-void btCcdVelocities::add(const btCcdVelocities& other)
-{
-    m_linear += other.m_linear;
-    m_angular += other.m_angular;
-    for (std::size_t i = 0; i < m_joints.size(); ++i)
-    {
-        m_joints[i] += other.m_joints[i];
-    }
-}
-
 void btCcdVelocities::restore() const
 {
     if (btRigidBody* rigidBody = m_body.m_rigidBody)

@@ -64,8 +64,6 @@ public:
     [[nodiscard]] const btCcdBody& body() const { return m_body; }
     /// Gives them back, but for what the user moves.
     void restore() const;
-    /// With what has come to be since the body was stopped.
-    void add(const btCcdVelocities& other);
 
 private:
     btCcdBody m_body;

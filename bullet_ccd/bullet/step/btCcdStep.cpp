@@ -586,7 +586,7 @@ void btCcdStep::tell(const btCollisionObject* object, btCcdYield how, const btCc
     }
 }
 
-/// An answer to others does not move what has been stopped; that has its part of it later.
+/// An answer to others does not move what has been stopped, and what is held gathers no speed.
 void btCcdStep::keepStopped(const btCcdBody& body)
 {
     const auto known = m_fates.find(body);
@@ -600,7 +600,6 @@ void btCcdStep::keepStopped(const btCcdBody& body)
         fate.m_own->restore();
         return;
     }
-    fate.m_own->add(btCcdVelocities(body));
     btCcdStop(body);
 }
 
