@@ -6,18 +6,13 @@
 /// docs/glossary.md defines them.
 #pragma once
 
-#include "bullet_ccd/contact/find_contacts.h"
-#include "bullet_ccd/contact/rigid_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/hierarchy/ssv_tree_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
-#include "bullet_ccd/toi/articulated_contacts.h"
 #include "bullet_ccd/toi/articulated_toi.h"
-#include "bullet_ccd/toi/first_contact.h"
-#include "bullet_ccd/toi/pair_mask.h"
 #include "bullet_ccd/toi/rigid_toi.h"

@@ -2,7 +2,7 @@
 
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
-#include "bullet_ccd/hierarchy/ssv_tree_file.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <cmath>
 #include <filesystem>

@@ -6,7 +6,7 @@
 /// leaves the hull as it is; so the choice stays while a body rocks.
 #pragma once
 
-#include "bullet_ccd/contact/find_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 
 #include <Eigen/Core>
 

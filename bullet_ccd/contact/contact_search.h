@@ -7,7 +7,7 @@
 #pragma once
 
 #include "bullet_ccd/contact/contact_surface.h"
-#include "bullet_ccd/contact/find_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "bullet_ccd/contact/near_slots.h"
 #include "bullet_ccd/export.h"
 

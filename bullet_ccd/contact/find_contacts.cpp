@@ -1,6 +1,5 @@
-#include "bullet_ccd/contact/find_contacts.h"
-
 #include "bullet_ccd/contact/contact_patches.h"
+#include "bullet_ccd/contact/contacts.h"
 
 #include <limits>
 #include <utility>

@@ -1,6 +1,5 @@
-#include "bullet_ccd/contact/rigid_contacts.h"
-
 #include "bullet_ccd/contact/contact_search.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "bullet_ccd/math/check.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "bullet_ccd/hierarchy/ssv_tree_file.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <algorithm>
 #include <array>

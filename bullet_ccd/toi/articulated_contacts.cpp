@@ -1,6 +1,5 @@
-#include "bullet_ccd/toi/articulated_contacts.h"
-
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 
 #include <algorithm>
 

@@ -1,8 +1,7 @@
-#include "bullet_ccd/toi/articulated_environment.h"
-
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/articulated/body_boxes.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 
 #include <algorithm>
 #include <cmath>

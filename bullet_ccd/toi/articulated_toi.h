@@ -1,11 +1,13 @@
-/// First contact of a moving articulated body with its surroundings and with itself.
+/// First contact of a moving articulated body with its surroundings and with itself, and all
+/// contacts of a motion in which joints stop one after the other.
 #pragma once
 
 #include "bullet_ccd/export.h"
-#include "bullet_ccd/toi/articulated_environment.h"
-#include "bullet_ccd/toi/pair_mask.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
+#include <Eigen/Geometry>
+
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -41,6 +43,57 @@ struct ArticulatedBody
     const KinematicTree& tree,
     std::span<const SsvTree* const> linkTrees,
     std::span<const std::pair<std::int32_t, std::int32_t>> disabled = {});
+
+/// The surroundings of an articulated body: a tree of boxes over objects, built once for any number
+/// of queries. The objects rest or move as RigidBody says, over t in [0, 1]. Hierarchies and
+/// motions supplied by the user are referred to and not copied. They must outlive the environment
+/// and must not change while it is in use.
+class BULLET_CCD_API Environment
+{
+public:
+    /// One box of the tree. It has two children, of which the left one follows the node in the
+    /// array, or up to kLeaf objects.
+    struct Node
+    {
+        Eigen::AlignedBox3d box{};
+        std::int32_t right = kNone;  ///< right child; kNone for a leaf
+        std::int32_t first = 0;      ///< first object of a leaf, in order()
+        std::int32_t count = 0;
+    };
+    static constexpr std::size_t kLeaf = 2;
+
+    Environment() = default;
+    explicit Environment(std::span<const RigidBody> bodies) { reset(bodies); }
+
+    /// Replaces the objects, in O(n log n). Allocates nothing once it has held as many.
+    /// Throws std::invalid_argument if a motion is not finite.
+    void reset(std::span<const RigidBody> bodies);
+
+    [[nodiscard]] std::span<const RigidBody> bodies() const { return m_bodies; }
+    [[nodiscard]] bool moves(std::int32_t index) const
+    {
+        return m_moves[static_cast<std::size_t>(index)] != 0;
+    }
+    [[nodiscard]] std::size_t movingCount() const { return m_movingCount; }
+    /// Bounds of an object over the whole step, in W [m].
+    [[nodiscard]] const Eigen::AlignedBox3d& box(std::int32_t index) const
+    {
+        return m_boxes[static_cast<std::size_t>(index)];
+    }
+    /// Empty without objects; otherwise node 0 is the root.
+    [[nodiscard]] std::span<const Node> nodes() const { return m_nodes; }
+    [[nodiscard]] std::span<const std::int32_t> order() const { return m_order; }
+
+private:
+    void build(std::size_t begin, std::size_t end);
+
+    std::vector<RigidBody> m_bodies;
+    std::vector<std::uint8_t> m_moves;
+    std::vector<Eigen::AlignedBox3d> m_boxes;
+    std::vector<std::int32_t> m_order;
+    std::vector<Node> m_nodes;
+    std::size_t m_movingCount = 0;
+};
 
 /// A contact of a link with an obstacle or with another link.
 struct LinkContact
@@ -129,4 +182,58 @@ articulatedToi(const ArticulatedBody& body,
                std::span<const RigidBody> obstacles,
                const ToiOptions& options,
                ToiWorkspace& work);
+
+/// Which joints stop at a contact.
+enum class StopRule : std::uint8_t
+{
+    /// All joints from the link to the root stop, or, at a contact of two links, to their deepest
+    /// common ancestor. So the link comes to rest. A finger whose second phalanx touches goes on
+    /// with its last joint only.
+    Chain,
+    /// LinkContact::stopJoint alone stops. Joints nearer to the root go on, and the link with them.
+    /// They stop at the next contact unless they carry the link away from this one or along it.
+    NearestJoint,
+};
+
+struct ContactSequenceOptions
+{
+    ArticulatedToiOptions query{};
+    StopRule rule = StopRule::Chain;
+};
+
+struct ContactSequence
+{
+    /// Hit if contacts were found, Separated if there were none. Overlapping and IterationLimit end
+    /// the sequence where they occur.
+    ToiStatus status = ToiStatus::Separated;
+    /// In the order of time. Each contact is listed once, with its time and the joint that had to
+    /// stop.
+    std::vector<LinkContact> contacts;
+    /// When each joint stopped, in [0, 1], one entry per link; 1 if it went all the way.
+    std::vector<double> stopTimes;
+    JointMotion end;    ///< where the body ends: positions, balls and root; rates are zero
+    double time = 1.0;  ///< up to which the motion is certified; 1 unless the sequence ended early
+    ArticulatedCounters counters;  ///< of all queries
+    int queries = 0;
+};
+
+/// Follows the motion of the body over [0, 1] through all its contacts.
+///
+/// At a contact the joints that the rule names stop where they are, together with the joints that
+/// they drive or that drive them (mimic). A moving root stops with a chain. Pairs that are in
+/// contact then are exempt as long as they separate, slide or rest on each other: pairs without
+/// relative motion are not looked at, and the others must close in to three quarters of their
+/// distance to count again. ToiOptions::aim is taken to be 1/2 to leave room for that, so every
+/// query stops half a tolerance short. The sequence ends where an obstacle presses on and nothing
+/// that can stop is left moving.
+///
+/// Guarantee: no contact at any time of the resulting motion, query by query as articulatedToi()
+/// promises.
+/// Throws std::invalid_argument as articulatedToi() does, and for obstacles with user motions,
+/// which cannot be cut.
+[[nodiscard]] BULLET_CCD_API ContactSequence
+articulatedContacts(const ArticulatedBody& body,
+                    std::span<const RigidBody> obstacles,
+                    const ContactSequenceOptions& options,
+                    ToiWorkspace& work);
 }  // namespace bullet_ccd

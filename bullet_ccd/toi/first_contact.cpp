@@ -1,8 +1,7 @@
-#include "bullet_ccd/toi/first_contact.h"
-
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/articulated/toi_scratch.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 #include "bullet_ccd/toi/search/search.h"
 
 #include <algorithm>

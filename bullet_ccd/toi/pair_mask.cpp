@@ -1,6 +1,5 @@
-#include "bullet_ccd/toi/pair_mask.h"
-
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
 

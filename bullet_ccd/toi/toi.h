@@ -1,5 +1,5 @@
-/// Options, statuses and results that all time-of-impact queries share. docs/glossary.md defines
-/// tolerance, gap and minimum separation.
+/// Options, statuses, results and scratch memory that all time-of-impact queries share.
+/// docs/glossary.md defines tolerance, gap and minimum separation.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace bullet_ccd
@@ -85,5 +86,21 @@ struct ToiResult
     Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, from A to B, in W
     ToiCounters counters;
+};
+
+/// Scratch memory of queries. It is reusable; use one per thread.
+class BULLET_CCD_API ToiWorkspace
+{
+public:
+    ToiWorkspace();
+    ~ToiWorkspace();
+    ToiWorkspace(ToiWorkspace&&) noexcept;
+    ToiWorkspace& operator=(ToiWorkspace&&) noexcept;
+
+    struct Scratch;
+    [[nodiscard]] Scratch& scratch() { return *m_scratch; }
+
+private:
+    std::unique_ptr<Scratch> m_scratch;
 };
 }  // namespace bullet_ccd

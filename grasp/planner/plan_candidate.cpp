@@ -1,6 +1,6 @@
 #include "grasp/planner/plan_candidate.h"
 
-#include "bullet_ccd/contact/find_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "grasp/approach/approach_motion.h"
 
 #include <algorithm>

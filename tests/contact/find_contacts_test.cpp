@@ -1,8 +1,7 @@
-#include "bullet_ccd/contact/find_contacts.h"
-
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "bullet_ccd/math/pose.h"
 
 #include <gtest/gtest.h>

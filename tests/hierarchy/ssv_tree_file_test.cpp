@@ -1,6 +1,5 @@
-#include "bullet_ccd/hierarchy/ssv_tree_file.h"
-
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,10 +1,9 @@
 /// Closing motions followed through all their contacts.
-#include "bullet_ccd/toi/articulated_contacts.h"
-
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/scenes/articulated_scene.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "benchmarks/reference/scenes/articulated_scene.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
-#include "bullet_ccd/toi/pair_mask.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 
 #include <gtest/gtest.h>
 

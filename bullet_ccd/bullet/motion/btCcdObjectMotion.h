@@ -4,7 +4,7 @@
 
 #include "bullet_ccd/bullet/motion/btCcdMultiBodyMotion.h"
 #include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
-#include "bullet_ccd/toi/first_contact.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 

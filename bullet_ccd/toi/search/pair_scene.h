@@ -3,9 +3,8 @@
 #pragma once
 
 #include "bullet_ccd/motion/moving_frames.h"
-#include "bullet_ccd/toi/first_contact.h"
 #include "bullet_ccd/toi/kernels/node_batch.h"
-#include "bullet_ccd/toi/pair_mask.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 #include "bullet_ccd/toi/search/pair_step.h"
 #include "bullet_ccd/toi/search/rigid_pair.h"
 

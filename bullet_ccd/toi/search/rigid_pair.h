@@ -1,9 +1,9 @@
 /// Relative motion of two rigid bodies whose reference points move on straight lines.
 #pragma once
 
-#include "bullet_ccd/toi/first_contact.h"
 #include "bullet_ccd/toi/kernels/node_batch.h"
 #include "bullet_ccd/toi/kernels/triangle_approach.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 
 #include <array>
 

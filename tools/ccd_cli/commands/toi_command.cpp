@@ -1,4 +1,4 @@
-#include "bullet_ccd/contact/rigid_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/ccd_cli/files/mesh_pair.h"
 #include "tools/ccd_cli/run/query_run.h"

@@ -1,7 +1,7 @@
 /// Answers and times queries of a robot among obstacles.
 #pragma once
 
-#include "bullet_ccd/toi/articulated_contacts.h"
+#include "bullet_ccd/toi/articulated_toi.h"
 #include "tools/ccd_cli/files/robot_links.h"
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 /// All numbers have the shortest digits that give the same double back.
 #pragma once
 
-#include "bullet_ccd/contact/rigid_contacts.h"
+#include "bullet_ccd/contact/contacts.h"
 #include "tools/ccd_cli/run/query_run.h"
 
 #include <cstddef>

@@ -1,10 +1,11 @@
-/// All features of two rigid bodies that are in contact at one time, usually that of an impact.
+/// Contacts of two bodies: contactsAt() gives all pairs of features that touch at one time, usually
+/// that of an impact, findContacts() a few points with normals that hold the bodies apart.
 ///
-/// A contact is a pair of features, a vertex, edge or face of A and one of B. Their closest points
-/// lie inside both features and are at most the threshold apart. Each of the two points is the
-/// nearest to the other on its own surface around it, within 0.1 rad: bodies that lie on each other
-/// nearly flat touch at all corners. So a cube over a plate touches with its lower corners, not
-/// with its walls nor with the upper corners of a plate that is thinner than the threshold.
+/// A contact of features is a pair of them, a vertex, edge or face of A and one of B. Their closest
+/// points lie inside both features and are at most the threshold apart. Each of the two points is
+/// the nearest to the other on its own surface around it, within 0.1 rad: bodies that lie on each
+/// other nearly flat touch at all corners. So a cube over a plate touches with its lower corners,
+/// not with its walls nor with the upper corners of a plate that is thinner than the threshold.
 ///
 /// Where surfaces are parallel the contacts are those that bound the common patch: corners of one
 /// over the other, and boundary edges that cross. Edges and vertices inside a flat part, such as
@@ -15,9 +16,11 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <compare>
@@ -26,8 +29,6 @@
 
 namespace bullet_ccd
 {
-/// The kind of a feature.
-/// The kind of a feature.
 /// The kind of a feature.
 enum class FeatureKind : std::uint8_t
 {
@@ -48,8 +49,6 @@ struct Feature
     friend auto operator<=>(const Feature&, const Feature&) = default;
 };
 
-/// A contact of two features.
-/// A contact of two features.
 /// A contact of two features.
 struct FeatureContact
 {
@@ -79,4 +78,30 @@ struct FeatureContact
                                                                     const RigidBody& bodyB,
                                                                     double time,
                                                                     double threshold);
+
+/// A point contact; witnesses on both surfaces, in the frame of the query.
+struct Contact
+{
+    Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
+    Eigen::Vector3d pointB = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
+    double gap = 0.0;                                  ///< |pointB - pointA| [m]
+    std::int32_t triangleA = kNone;
+    std::int32_t triangleB = kNone;
+};
+
+/// Contacts of two meshes: all pairs of features within the threshold, each of which is the nearest
+/// to the other on its own surface around it to within half a right angle, so that round things
+/// touch with a patch of points; clustered into patches of like normals, each patch reduced to four
+/// points that span it, and the deepest if that is not one of them (see reducePatches()). The
+/// nearest contact of all comes first. Deterministic order. Empty if the meshes are farther apart;
+/// where surfaces intersect, the edges that pierce a face are contacts with gap 0 and the normal of
+/// the face.
+/// @param X_WA, X_WB poses; the result is in W
+/// @param threshold features at most so far apart are in contact [m], > 0
+[[nodiscard]] BULLET_CCD_API std::vector<Contact> findContacts(const SsvTree& treeA,
+                                                               const Eigen::Isometry3d& X_WA,
+                                                               const SsvTree& treeB,
+                                                               const Eigen::Isometry3d& X_WB,
+                                                               double threshold);
 }  // namespace bullet_ccd
