@@ -337,10 +337,10 @@ TEST_F(BulletCcdBatch, CtrlCKeepsWhatWasAnswered)
     }
     const fs::path queries = m_temp.write("queries.csv", text);
     // A shell without job control lets its background programs ignore SIGINT: `env` undoes that.
-    // Until it catches SIGINT (bit 2).
+    // Until it is the program and not the shell before it, and catches SIGINT (bit 2).
     const std::string wait =
-        "until [ ! -e /proc/$! ] || grep -q 'SigCgt:.*[2367abef]$' /proc/$!/status; do "
-        "sleep 0.01; done";
+        "until [ ! -e /proc/$! ] || { grep -q bullet-ccd /proc/$!/comm && "
+        "grep -q 'SigCgt:.*[2367abef]$' /proc/$!/status; }; do sleep 0.01; done";
     const Outcome stopped = runProgram(fmt::format(
         "{{ env --default-signal=INT {} batch {} '{}' -o '{}' --repeat 1000 & {}; kill -INT $!; "
         "wait $!; }}",
