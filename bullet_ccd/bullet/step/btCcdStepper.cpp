@@ -225,7 +225,8 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
             pair.m_mayLose = btCcdMayLose(m_context, a, b);
         }
         if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
-            !btCcdAreFartherApart(m_context, a, b, a.m_motion + b.m_motion))
+            !btCcdAreFartherApart(
+                m_context, a, b, std::min(a.m_motion + b.m_motion, wayApart(a, b))))
         {
             m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
         }

@@ -18,9 +18,14 @@ namespace
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// What a shape may use up of the margin of the mesh that it meets.
 constexpr double kPartnersShare = btCcdShareOfMargin;
-/// A list of neighbours is good for about so many steps, and for this part of an object's reach.
-constexpr double kSteps = 24.0;
+/// A list of neighbours is good for this part of an object's reach at least. It is good for fewer
+/// steps if it had more pairs than so many of an object, and some.
 constexpr double kPartOfReach = 0.35;
+constexpr std::size_t kPairsOfObject = 16;
+constexpr std::size_t kMorePairs = 1024;
+constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
+/// So many objects, at most, say what most objects do.
+constexpr std::size_t kSample = 33;
 /// See isJump().
 constexpr double kJump = 4.0;
 
@@ -47,6 +52,28 @@ inline bool isNotZero(btScalar value)
 {
     using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
     return std::bit_cast<Bits>(value) != 0;
+}
+
+/// Of each coordinate.
+btVector3 medianOf(std::vector<btVector3>& vectors)
+{
+    btVector3 median(0, 0, 0);
+    const std::size_t half = vectors.size() / 2;
+    for (int k = 0; k < 3 && !vectors.empty(); ++k)
+    {
+        std::nth_element(vectors.begin(),
+                         vectors.begin() + std::ptrdiff_t(half),
+                         vectors.end(),
+                         [k](const btVector3& a, const btVector3& b) { return a[k] < b[k]; });
+        median[k] = vectors[half][k];
+    }
+    return median;
+}
+
+double farthestAlongAxes(const btVector3& v)
+{
+    const btVector3 way = v.absolute();
+    return double(way[way.maxAxis()]);
 }
 
 /// Null if neither is the other's parent.
@@ -157,10 +184,13 @@ void btCcdTracker::lookAtAll()
 {
     const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
     m_isStale = false;
-    m_neighbours.clear();
+    m_restList.m_boxes.clear();
+    m_moverList.m_boxes.clear();
     m_movers.clear();
     m_others.clear();
-    m_compares = false;
+    m_isAlongListed = false;
+    m_group.clear();
+    m_moverCount = 0;
     m_shapes.clear();
     m_unsupported = 0;
     if (m_proxies.size() > 2 * std::size_t(objects.size()))
@@ -175,8 +205,11 @@ void btCcdTracker::lookAtAll()
         ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
     }
     m_moversMayLose = kUnbounded;
+    bool hasLinks = false;
     for (btCcdTracked& tracked : m_objects)
     {
+        const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
+        hasLinks = hasLinks || (collider != nullptr && collider->m_link >= 0);
         const btCcdShapeOutline& outline = tracked.outline();
         const bool isStock = !outline.m_hasMesh && outline.m_ownMargin == kUnbounded;
         m_moversMayLose =
@@ -187,6 +220,8 @@ void btCcdTracker::lookAtAll()
         const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kUnbounded;
         tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
     }
+    // Links move relative to each other more than it seems from their speeds.
+    m_compares = !hasLinks && m_objects.size() > kSample;
 }
 
 inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const
@@ -321,7 +356,7 @@ void btCcdTracker::compareMotions()
     double second = 0.0;
     for (const btCcdTracked& tracked : m_objects)
     {
-        if (!tracked.m_moves)
+        if (!tracked.m_moves && !tracked.m_isMover)
         {
             continue;
         }
@@ -347,6 +382,11 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
     }
     const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
     tracked.m_tracked = proxy != nullptr;
+    if (tracked.m_isMover)
+    {
+        tracked.m_origin = originOf(*tracked.m_object);
+        return isInside(tracked);
+    }
     return proxy == nullptr || (tracked.m_listedBox != nullptr &&
                                 tracked.m_listedBox->contains(proxy->m_aabbMin, proxy->m_aabbMax));
 }
@@ -389,14 +429,18 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
     }
     tracked.m_around = reach + m_context.m_tolerance + tracked.m_motion;
     tracked.m_tracked = true;
-    const btVector3 moved = (tracked.m_origin - tracked.m_listed).absolute();
-    const double farthest = double(std::max(std::max(moved.x(), moved.y()), moved.z()));
-    if (farthest + tracked.m_motion <= tracked.m_room)
+    if (isInside(tracked))
     {
         return true;
     }
     tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
-    return false;
+    return !tracked.m_tracked;
+}
+
+inline bool btCcdTracker::isInside(const btCcdTracked& tracked)
+{
+    return farthestAlongAxes(tracked.m_origin - tracked.m_listed.m_origin) + tracked.m_motion <=
+           tracked.m_listed.m_room;
 }
 
 /// A kinematic object has jumped if it came farther than several times its reach, and more than
@@ -596,50 +640,186 @@ bool btCcdTracker::isBoxApart(const btCcdTracked& mover, const btCcdTracked& oth
                btScalar(mover.m_around);
 }
 
-void btCcdTracker::listNeighbours()
+/// What moves now is listed as a mover, even if it falls asleep meanwhile.
+void btCcdTracker::group()
 {
-    std::vector<btCcdBox>& boxes = m_neighbours.boxes();
-    boxes.clear();
-    boxes.reserve(m_objects.size());
-    m_listedTolerance = m_context.m_tolerance;
+    m_group.clear();
+    for (const bool moves : {true, false})
+    {
+        for (std::size_t i = 0; i < m_objects.size(); ++i)
+        {
+            if (m_objects[i].m_moves == moves)
+            {
+                m_group.push_back(int(i));
+            }
+        }
+        m_moverCount = moves ? m_group.size() : m_moverCount;
+    }
     for (btCcdTracked& tracked : m_objects)
     {
-        tracked.m_room = -1.0;
-        btCcdBox box = tracked.m_tracked ? placeOf(tracked) : btCcdBox{};
-        if (tracked.m_tracked && tracked.m_moves)
-        {
-            const auto room = btScalar(
-                std::max(kSteps * tracked.m_motion, kPartOfReach * tracked.outline().m_reach));
-            box.m_low -= btVector3(room, room, room);
-            box.m_high += btVector3(room, room, room);
-            tracked.m_room = tracked.m_motion + double(room);
-            tracked.m_listed = tracked.m_origin;
-        }
-        boxes.push_back(box);  // there is room: the others stay where they are
-        tracked.m_listedBox = tracked.m_moves ? nullptr : &boxes.back();
+        m_isAlongListed = m_isAlongListed && tracked.m_isMover == tracked.m_moves;
+        tracked.m_isMover = tracked.m_moves;
     }
-    m_neighbours.list();
-    m_movers.clear();
-    m_others.clear();
-    m_movers.reserve(m_neighbours.pairs().size());
-    m_others.reserve(m_neighbours.pairs().size());
-    bool hasLinks = false;
-    for (const auto& [first, second] : m_neighbours.pairs())
+}
+
+/// @param make makes the list, good for so many steps; false if that has more pairs than it may
+template <typename Make>
+void btCcdTracker::makeList(List& list, const Make& make) const
+{
+    const std::size_t most = kPairsOfObject * m_objects.size() + kMorePairs;
+    list.m_steps = std::clamp(2.0 * list.m_steps, 1.0, kSteps);
+    while (!make(list.m_steps, list.m_steps > 0.0 ? most : kAnyNumber))
     {
-        btCcdTracked& a = m_objects[std::size_t(first)];
-        btCcdTracked& b = m_objects[std::size_t(second)];
-        const btCcdNeighbourPair pair{&a, &b, -1.0, childOf(*a.m_object, *b.m_object)};
-        (a.m_moves && b.m_moves ? m_movers : m_others).push_back(pair);
-        hasLinks = hasLinks || pair.m_child != nullptr;
+        list.m_steps = list.m_steps > 1.0 ? 0.5 * list.m_steps : 0.0;
     }
-    // Links move relative to each other more than it seems from their speeds.
-    m_compares = !hasLinks && m_movers.size() > m_objects.size();
+}
+
+void btCcdTracker::takePairs(const List& list, std::vector<btCcdNeighbourPair>& pairs)
+{
+    pairs.clear();
+    pairs.reserve(list.m_boxes.pairs().size());
+    for (const auto& [first, second] : list.m_boxes.pairs())
+    {
+        const std::pair<int, int> pair =
+            std::minmax(m_group[std::size_t(first)], m_group[std::size_t(second)]);
+        btCcdTracked& a = m_objects[std::size_t(pair.first)];
+        btCcdTracked& b = m_objects[std::size_t(pair.second)];
+        pairs.push_back({&a, &b, -1.0, childOf(*a.m_object, *b.m_object)});
+    }
+    const auto isBefore = [](const btCcdNeighbourPair& x, const btCcdNeighbourPair& y)
+    { return std::pair(x.m_a, x.m_b) < std::pair(y.m_a, y.m_b); };
+    if (!std::is_sorted(pairs.begin(), pairs.end(), isBefore))
+    {
+        std::sort(pairs.begin(), pairs.end(), isBefore);
+    }
+}
+
+void btCcdTracker::listWithRest()
+{
+    m_listedTolerance = m_context.m_tolerance;
+    const auto make = [this](double steps, std::size_t most)
+    {
+        std::vector<btCcdBox>& boxes = m_restList.m_boxes.boxes();
+        boxes.clear();
+        boxes.reserve(m_objects.size());
+        for (const int index : m_group)
+        {
+            btCcdTracked& tracked = m_objects[std::size_t(index)];
+            tracked.m_listed = {};
+            btCcdBox box = tracked.m_tracked ? placeOf(tracked) : btCcdBox{};
+            if (tracked.m_tracked && tracked.m_moves)
+            {
+                const auto room = btScalar(
+                    std::max(steps * tracked.m_motion, kPartOfReach * tracked.outline().m_reach));
+                box.m_low -= btVector3(room, room, room);
+                box.m_high += btVector3(room, room, room);
+                tracked.m_listed = {tracked.m_origin, tracked.m_motion + double(room)};
+            }
+            boxes.push_back(box);  // there is room: the others stay where they are
+            tracked.m_listedBox = tracked.m_moves ? nullptr : &boxes.back();
+        }
+        return m_restList.m_boxes.listBetween(m_moverCount, most);
+    };
+    makeList(m_restList, make);
+    takePairs(m_restList, m_others);
+}
+
+/// Of most movers: of the middle ones of a sample, coordinate by coordinate.
+btVector3 btCcdTracker::commonVelocity() const
+{
+    std::vector<btVector3> velocities;
+    const std::size_t stride = m_moverCount / kSample + 1;
+    for (std::size_t i = 0; i < m_moverCount; i += stride)
+    {
+        const btCcdTracked& tracked = m_objects[std::size_t(m_group[i])];
+        if (tracked.m_tracked)
+        {
+            velocities.push_back(tracked.m_course.m_velocity);
+        }
+    }
+    return medianOf(velocities);
+}
+
+/// Bound of what any point of the object moves in the step, as seen from what moves along.
+inline double btCcdTracker::motionAlong(const btCcdTracked& tracked, const btVector3& common) const
+{
+    return m_timeStep *
+           (lengthOf(tracked.m_course.m_velocity - common) + tracked.m_course.m_turning);
+}
+
+/// True if all movers are in their boxes of the list, wherever that has moved as a whole.
+bool btCcdTracker::isAlongGood(const btVector3& common) const
+{
+    if (!m_isAlongListed)
+    {
+        return false;
+    }
+    std::vector<btVector3> moved;
+    const std::size_t stride = m_moverCount / kSample + 1;
+    for (std::size_t i = 0; i < m_moverCount; i += stride)
+    {
+        const btCcdTracked& tracked = m_objects[std::size_t(m_group[i])];
+        if (tracked.m_tracked)
+        {
+            moved.push_back(tracked.m_origin - tracked.m_along.m_origin);
+        }
+    }
+    const btVector3 way = medianOf(moved);
+    return std::all_of(
+        m_group.begin(),
+        m_group.begin() + std::ptrdiff_t(m_moverCount),
+        [&](int index)
+        {
+            const btCcdTracked& tracked = m_objects[std::size_t(index)];
+            return !tracked.m_tracked ||
+                   farthestAlongAxes(tracked.m_origin - tracked.m_along.m_origin - way) +
+                           motionAlong(tracked, common) <=
+                       tracked.m_along.m_room;
+        });
+}
+
+void btCcdTracker::listMovers(const btVector3& common)
+{
+    m_isAlongListed = true;
+    const auto make = [&](double steps, std::size_t most)
+    {
+        std::vector<btCcdBox>& boxes = m_moverList.m_boxes.boxes();
+        boxes.assign(m_moverCount, {});
+        for (std::size_t i = 0; i < m_moverCount; ++i)
+        {
+            btCcdTracked& tracked = m_objects[std::size_t(m_group[i])];
+            tracked.m_along = {};
+            if (!tracked.m_tracked)
+            {
+                continue;
+            }
+            const double reach = tracked.outline().m_reach;
+            const double motion = motionAlong(tracked, common);
+            const double room = motion + std::max(steps * motion, kPartOfReach * reach);
+            const auto around = btScalar(reach + m_context.m_tolerance + room);
+            const btVector3 half(around, around, around);
+            boxes[i] = {tracked.m_origin - half, tracked.m_origin + half};
+            tracked.m_along = {tracked.m_origin, room};
+        }
+        return m_moverList.m_boxes.listAmongAll(most);
+    };
+    makeList(m_moverList, make);
+    takePairs(m_moverList, m_movers);
 }
 
 void btCcdTracker::findNeighbours()
 {
     if (!m_isListed)
     {
-        listNeighbours();
+        group();
+        listWithRest();
+    }
+    if (!moversCanCross())
+    {
+        return;
+    }
+    if (const btVector3 common = commonVelocity(); !isAlongGood(common))
+    {
+        listMovers(common);
     }
 }

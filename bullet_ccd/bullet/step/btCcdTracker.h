@@ -33,6 +33,13 @@ struct btCcdCourse
     double m_turning = 0.0;
 };
 
+/// Where a list of neighbours has an object that moves.
+struct btCcdListed
+{
+    btVector3 m_origin = btVector3(0, 0, 0);
+    double m_room = -1.0;  // how far from there it may pass through; negative: not listed [m]
+};
+
 /// A collision object in a step.
 struct btCcdTracked
 {
@@ -59,10 +66,11 @@ struct btCcdTracked
     double m_since = 0.0;
     btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
     double m_turned = 0.0;
-    btVector3 m_listed = btVector3(0, 0, 0);  // origin when the neighbours were listed
-    const btCcdBox* m_listedBox = nullptr;    // of what was at rest then
-    double m_room = -1.0;  // how far from there it may pass through; negative: not listed [m]
-    btCcdBox m_sweep;      // what it passes through from its last impact on, if it is fast
+    bool m_isMover = false;                 // when the neighbours were listed
+    btCcdListed m_listed;                   // among what was at rest then,
+    btCcdListed m_along;                    // and among the movers, which may move along together
+    const btCcdBox* m_listedBox = nullptr;  // of what was at rest then
+    btCcdBox m_sweep;  // what it passes through from its last impact on, if it is fast
 
     [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
     /// Reads the velocity anew, at this time of the step.
@@ -181,7 +189,17 @@ private:
     std::size_t m_bodyCount = 0;
     const Speeds* m_lastBody = nullptr;
     std::vector<std::pair<int, int>> m_pressedPairs;
-    btCcdNeighbours m_neighbours;
+    static constexpr double kSteps = 24.0;
+    /// A list of neighbours, good for about kSteps, for fewer if it had too many pairs.
+    struct List
+    {
+        btCcdNeighbours m_boxes;
+        double m_steps = kSteps;
+    };
+    List m_restList;           // of movers and what is at rest
+    List m_moverList;          // of movers, as seen from what most of them move along with
+    std::vector<int> m_group;  // the movers of the lists, then everything else
+    std::size_t m_moverCount = 0;
     std::vector<btCcdNeighbourPair> m_movers;
     std::vector<btCcdNeighbourPair> m_others;
     std::int64_t m_unsupported = 0;
@@ -195,8 +213,9 @@ private:
     double m_moversMayLose = 0.0;  // at least, of any two
     double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
     bool m_compares = false;  // worth the while
+    bool m_isAlongListed = false;
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
-    bool m_isListed = false;   // everything is in its box of the list
+    bool m_isListed = false;   // everything is in its box of the list with what is at rest
 
     [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
     [[nodiscard]] bool isAlone() const;
@@ -209,6 +228,7 @@ private:
     [[nodiscard]] bool read(btCcdTracked& tracked);
     [[nodiscard]] bool isJump(const btCcdTracked& tracked);
     [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
+    [[nodiscard]] static bool isInside(const btCcdTracked& tracked);
     void compareMotions();
     void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);
     [[nodiscard]] const Speeds& speedsOf(const btMultiBody& body)
@@ -222,7 +242,15 @@ private:
     [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
                                  const btCcdTracked*& a,
                                  const btCcdTracked*& b) const;
-    void listNeighbours();
+    void group();
+    void listWithRest();
+    [[nodiscard]] btVector3 commonVelocity() const;
+    [[nodiscard]] double motionAlong(const btCcdTracked& tracked, const btVector3& common) const;
+    [[nodiscard]] bool isAlongGood(const btVector3& common) const;
+    void listMovers(const btVector3& common);
+    template <typename Make>
+    void makeList(List& list, const Make& make) const;
+    void takePairs(const List& list, std::vector<btCcdNeighbourPair>& pairs);
 };
 
 #endif  // BT_CCD_TRACKER_H

@@ -67,6 +67,10 @@ TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
                                      btScalar(18.0 / count);
     }
     boxes[5] = {};
+    // Much larger than the others, in two directions, or in all.
+    boxes[9] = {vec(-90, 0.4, -90), vec(90, 0.5, 90)};
+    boxes[11] = {vec(-BT_LARGE_FLOAT, -BT_LARGE_FLOAT, -BT_LARGE_FLOAT),
+                 vec(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
     std::vector<std::pair<int, int>> expected;
     for (int a = 0; a < count; ++a)
     {
@@ -80,16 +84,24 @@ TEST_P(NeighbourList, HoldsAllPairsOfBoxesThatMeetAndNoOthers)
     }
     btCcdNeighbours neighbours;
     neighbours.boxes() = boxes;
-    neighbours.list();
+    EXPECT_FALSE(neighbours.listAmongAll(expected.size() - 1));
+    EXPECT_TRUE(neighbours.listAmongAll(expected.size()));
     EXPECT_EQ(neighbours.pairs(), expected);
     EXPECT_GT(expected.size(), std::size_t(count) / 3);
     EXPECT_LT(expected.size(), std::size_t(count * count) / 3);
+    // With a split, those of the first third with the others.
+    const int split = count / 3;
+    std::erase_if(expected,
+                  [split](const auto& pair) { return pair.first >= split || pair.second < split; });
+    EXPECT_TRUE(neighbours.listBetween(std::size_t(split), expected.size()));
+    EXPECT_EQ(neighbours.pairs(), expected);
+    EXPECT_GT(expected.size(), std::size_t(count) / 12);
     EXPECT_TRUE(neighbours.boxes()[3].contains(boxes[3].m_low, boxes[3].m_high));
     EXPECT_FALSE(neighbours.boxes()[5].contains(boxes[3].m_low, boxes[3].m_high));
 }
 
-// Few boxes are compared each with each, many in order.
-INSTANTIATE_TEST_SUITE_P(FewAndMany, NeighbourList, testing::Values(20, 60));
+// Few boxes are compared each with each, many by cells.
+INSTANTIATE_TEST_SUITE_P(FewAndMany, NeighbourList, testing::Values(20, 60, 300));
 
 TEST(Neighbours, WhatIsPutElsewhereBetweenTwoStepsIsMetThere)
 {
@@ -105,6 +117,52 @@ TEST(Neighbours, WhatIsPutElsewhereBetweenTwoStepsIsMetThere)
         EXPECT_EQ(wall.impacts(1), 0);
         wall.m_wall->setWorldTransform(poseAt(vec(wall.x() + 0.1, 0, 0)));
         EXPECT_GT(wall.impacts(10), 0);
+    }
+}
+
+/// A crowd that moves along together has no neighbours to list until one of it does not: then both
+/// those that go on and those that have fallen asleep on the way are in its list.
+TEST(Neighbours, WhatLeavesACrowdMeetsTheOthers)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        Scene scene(kind);
+        btCollisionShape* sphere = scene.keep(std::make_unique<btSphereShape>(btScalar(0.02)));
+        std::vector<btRigidBody*> crowd;
+        for (int i = 0; i < 64; ++i)
+        {
+            crowd.push_back(scene.body(sphere, 1.0, poseAt(vec(0, 0.5 * (i % 8), 0.5 * (i / 8)))));
+            crowd.back()->setLinearVelocity(vec(60, 0, 0));
+        }
+        const auto run = [&](int steps)
+        {
+            for (int i = 0; i < steps; ++i)
+            {
+                scene.step(kTimeStep);
+            }
+        };
+        const auto isBefore = [](const btRigidBody& a, const btRigidBody& b)
+        { return a.getWorldTransform().getOrigin().y() < b.getWorldTransform().getOrigin().y(); };
+        run(30);
+        EXPECT_EQ(scene.counters().m_impacts, 0);
+        // It crosses the row of eight in less than a step.
+        crowd[0]->setLinearVelocity(vec(60, 1000, 0));
+        run(2);
+        EXPECT_GT(scene.counters().m_impacts, 0);
+        EXPECT_TRUE(isBefore(*crowd[0], *crowd[1]));
+
+        const std::int64_t before = scene.counters().m_impacts;
+        for (int i = 56; i < 64; ++i)
+        {
+            crowd[std::size_t(i)]->setLinearVelocity(vec(0, 0, 0));
+            crowd[std::size_t(i)]->setActivationState(ISLAND_SLEEPING);
+        }
+        const btVector3& last = crowd[63]->getWorldTransform().getOrigin();
+        crowd[20]->setWorldTransform(poseAt(vec(double(last.x()), -1.0, double(last.z()))));
+        crowd[20]->setLinearVelocity(vec(0, 1000, 0));
+        run(2);
+        EXPECT_GT(scene.counters().m_impacts, before);
+        EXPECT_TRUE(isBefore(*crowd[20], *crowd[56]));
     }
 }
 

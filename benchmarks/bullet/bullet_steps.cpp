@@ -1,0 +1,292 @@
+/// What single steps of worlds with many bodies cost and hold in memory: stock Bullet, the action,
+/// our world.
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/table.h"
+#include "benchmarks/support/timing.h"
+#include "bullet_ccd/mesh/make_mesh.h"
+
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+#include <limits>
+#include <malloc.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace
+{
+using namespace bullet_ccd::reference;
+using bullet_ccd::benchmarks::medianOf;
+using bullet_ccd::benchmarks::microsecondsOf;
+using bullet_ccd::benchmarks::Table;
+
+constexpr double kTimeStep = 1.0 / 60.0;
+/// What a step may cost: without impacts relative to stock, with impacts relative to stock or to
+/// the median of the same world, whichever is larger.
+constexpr double kMostQuiet = 1.15;
+constexpr double kMostBusy = 5.0;
+constexpr double kMostMedians = 3.0;
+constexpr std::array kKinds{Kind::Stock, Kind::Action, Kind::World};
+
+struct StepScene
+{
+    std::string name;
+    int steps;
+    std::function<void(Scene&)> fill;
+};
+
+struct Cost
+{
+    std::vector<double> times;  ///< of the steps, the least of all runs [us]
+    std::vector<std::int64_t> impacts;
+    double memory = 0.0;  ///< most that was held after a step [MB]
+};
+
+btRigidBody* addCube(Scene& scene, btCollisionShape* cube, double x, double y, double z)
+{
+    return scene.body(cube, 1.0, poseAt(vec(x, y, z)));
+}
+
+void addGround(Scene& scene)
+{
+    scene.body(scene.box(vec(200, 1, 200)), 0.0, poseAt(vec(0, -1, 0)));
+}
+
+void addGravity(Scene& scene)
+{
+    scene.world().setGravity(vec(0, -10, 0));
+}
+
+/// Cubes on a cubic grid.
+template <typename Visit>
+void addGrid(Scene& scene, int count, double spacing, double height, const Visit& visit)
+{
+    btCollisionShape* cube = scene.box(vec(0.5, 0.5, 0.5));
+    const int side = int(std::ceil(std::cbrt(count)));
+    for (int i = 0; i < count; ++i)
+    {
+        visit(i,
+              *addCube(scene,
+                       cube,
+                       spacing * (i % side),
+                       height + spacing * (i / side % side),
+                       spacing * (i / side / side)));
+    }
+}
+
+void addFall(Scene& scene, int count)
+{
+    addGravity(scene);
+    addGrid(scene, count, 1.5, 0.0, [](int, btRigidBody&) {});
+}
+
+/// In all directions, at up to 50 m/s, without gravity.
+void addFlock(Scene& scene, int count)
+{
+    addGround(scene);
+    addGrid(scene,
+            count,
+            4.0,
+            2.0,
+            [](int i, btRigidBody& body) {
+                body.setLinearVelocity(
+                    vec(3 * (i * 37 % 19 - 9), 2 * (i * 53 % 17), 3 * (i * 71 % 23 - 11)));
+            });
+}
+
+void addPileOf(Scene& scene, int count)
+{
+    addGravity(scene);
+    addGround(scene);
+    addGrid(scene,
+            count,
+            1.15,
+            1.0,
+            [](int, btRigidBody& body) { body.setLinearVelocity(vec(0, -5, 0)); });
+}
+
+/// Cubes that stand on the ground side by side, awake.
+void addStanding(Scene& scene, int count)
+{
+    addGravity(scene);
+    addGround(scene);
+    btCollisionShape* cube = scene.box(vec(0.5, 0.5, 0.5));
+    for (int i = 0; i < count; ++i)
+    {
+        addCube(scene, cube, 1.5 * (i % 100) - 75.0, 0.5, 1.5 * (i / 100) - 75.0)
+            ->setActivationState(DISABLE_DEACTIVATION);
+    }
+}
+
+/// A heavy ball at 300 m/s into a wall of cubes.
+void addWall(Scene& scene, int count)
+{
+    addGravity(scene);
+    addGround(scene);
+    btCollisionShape* cube = scene.box(vec(0.5, 0.5, 0.5));
+    const int width = int(std::sqrt(count));
+    for (int i = 0; i < count; ++i)
+    {
+        addCube(scene, cube, 1.01 * (i % width) - 0.5 * width, 0.5 + i / width, 0.0);
+    }
+    btRigidBody* ball = scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(1))),
+                                   50.0,
+                                   poseAt(vec(0, width / 3.0, 60)));
+    ball->setLinearVelocity(vec(0, 0, -300));
+}
+
+std::vector<StepScene> stepScenes()
+{
+    const auto scene = [](const char* name, int count, int steps, void (*fill)(Scene&, int)) {
+        return StepScene{
+            fmt::format("{} {}", name, count), steps, [=](Scene& s) { fill(s, count); }};
+    };
+    return {scene("free fall", 3000, 90, addFall),
+            scene("free fall", 10000, 60, addFall),
+            scene("flying", 1000, 60, addFlock),
+            scene("flying", 3000, 30, addFlock),
+            scene("pile", 1000, 120, addPileOf),
+            scene("standing", 3000, 30, addStanding),
+            scene("wall hit", 400, 60, addWall),
+            scene("wall hit", 1000, 60, addWall)};
+}
+
+double heldMegabytes()
+{
+    const struct mallinfo2 held = mallinfo2();
+    return 1e-6 * double(held.uordblks + held.hblkhd);
+}
+
+void runOnce(const StepScene& scene, Kind kind, Cost& cost)
+{
+    const double before = heldMegabytes();
+    Scene world(kind, WorldClass::Rigid);
+    scene.fill(world);
+    world.addHooks();
+    std::int64_t impacts = 0;
+    for (int i = 0; i < scene.steps; ++i)
+    {
+        const double time = microsecondsOf([&] { world.step(kTimeStep); });
+        const auto step = std::size_t(i);
+        if (cost.times.size() <= step)
+        {
+            cost.times.push_back(std::numeric_limits<double>::infinity());
+            cost.impacts.push_back(0);
+        }
+        cost.times[step] = std::min(cost.times[step], time);
+        cost.impacts[step] = world.counters().m_impacts - impacts;
+        impacts = world.counters().m_impacts;
+        cost.memory = std::max(cost.memory, heldMegabytes() - before);
+    }
+}
+
+/// Of ours beside stock, without the first step, in which shapes are converted.
+nlohmann::json rowOf(const std::string& name, Kind kind, const Cost& stock, const Cost& ours)
+{
+    double quiet = 0.0;
+    double busy = 0.0;
+    double allowed = 0.0;
+    const double median = medianOf(ours.times);
+    for (std::size_t i = 1; i < ours.times.size(); ++i)
+    {
+        if (ours.impacts[i] == 0)
+        {
+            quiet = std::max(quiet, ours.times[i] / stock.times[i]);
+            continue;
+        }
+        busy = std::max(busy, ours.times[i] / stock.times[i]);
+        allowed = std::max(
+            allowed, ours.times[i] / std::max(kMostBusy * stock.times[i], kMostMedians * median));
+    }
+    const auto total = [](const Cost& cost) {
+        return bullet_ccd::benchmarks::sumOf({cost.times.data() + 1, cost.times.size() - 1});
+    };
+    nlohmann::json row{{"name", name},
+                       {"world", nameOf(kind)},
+                       {"median", median / 1e3},
+                       {"worst", *std::ranges::max_element(ours.times) / 1e3},
+                       {"first", ours.times.front() / 1e3},
+                       {"memory", ours.memory}};
+    if (kind != Kind::Stock)
+    {
+        row["all"] = total(ours) / total(stock);
+        row["quiet"] = quiet;
+        row["busy"] = busy;
+        row["allowed"] = allowed;
+    }
+    return row;
+}
+
+bool isWithin(const nlohmann::json& row)
+{
+    return !row.contains("quiet") ||
+           (row["quiet"].get<double>() <= kMostQuiet && row["allowed"].get<double>() <= 1.0);
+}
+
+struct Options
+{
+    int runs = 5;
+    std::string only;
+};
+
+bool run(const Options& options)
+{
+    const Table table(
+        "scene=name:<16|world:<24|median ms=median:>9.2f|worst ms=worst:>9.2f|"
+        "first ms=first:>9.2f|MB=memory:>7.1f|all=all:>6.2f|"
+        "without impacts=quiet:>15.2f|with=busy:>7.2f|of allowed=allowed:>10.2f");
+    bool good = true;
+    for (const StepScene& scene : stepScenes())
+    {
+        if (scene.name.find(options.only) == std::string::npos)
+        {
+            continue;
+        }
+        std::array<Cost, kKinds.size()> costs;
+        for (int i = 0; i < options.runs; ++i)
+        {
+            for (std::size_t k = 0; k < kKinds.size(); ++k)
+            {
+                runOnce(scene, kKinds[k], costs[k]);
+            }
+        }
+        for (std::size_t k = 0; k < kKinds.size(); ++k)
+        {
+            const nlohmann::json row = rowOf(scene.name, kKinds[k], costs[0], costs[k]);
+            table.print(row);
+            good = good && isWithin(row);
+        }
+    }
+    return good;
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Options options;
+    return bullet_ccd::benchmarks::runProgram(
+        argc,
+        argv,
+        {.name = "bullet_steps",
+         .about =
+             "What single steps cost in worlds with many bodies: milliseconds of processor time, "
+             "the least of several runs of the same step, and megabytes held. The last columns "
+             "are relative to stock Bullet: all steps but the first, the worst step without "
+             "impacts, the worst with impacts, and the latter as a part of what is allowed (5 "
+             "times the step of stock Bullet or 3 times the median, whichever is larger). The "
+             "exit code is not 0 if a step without impacts costs more than 1.15 times that of "
+             "stock Bullet, or one with impacts more than is allowed.",
+         .options = {{"--runs", &options.runs, "runs of every scene and world"},
+                     {"--only", &options.only, "scenes whose name contains this", 0}},
+         .run = [&] { return run(options); }});
+}
