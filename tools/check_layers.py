@@ -48,6 +48,7 @@ ORDER = [
     "grasp/report",
     "grasp/sim",
     "grasp/examples",
+    "python/src",
     "robots/shapes",
     "tools/support",
     "tools/support/obstacles",

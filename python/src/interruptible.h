@@ -1,0 +1,46 @@
+/// Long work that Ctrl-C ends.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <future>
+#include <pybind11/pybind11.h>
+
+namespace bullet_ccd::python
+{
+/// Runs work(stop) on a thread of its own, without Python's lock. Every 20 ms Python's signal
+/// handlers get their turn; if one of them raises (KeyboardInterrupt), `stop` becomes true.
+///
+/// Returns false if that happened; Python's error is set then, for the caller to raise when it has
+/// kept what was done. What work throws is thrown here.
+template <class Work>
+[[nodiscard]] bool interruptible(const Work& work)
+{
+    std::atomic<bool> stop = false;
+    std::future<void> done = std::async(std::launch::async, [&] { work(stop); });
+    while (true)
+    {
+        {
+            const pybind11::gil_scoped_release release;
+            if (done.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready)
+            {
+                break;
+            }
+        }
+        if (PyErr_CheckSignals() != 0)
+        {
+            stop = true;
+            const pybind11::gil_scoped_release release;
+            done.wait();
+            break;
+        }
+    }
+    if (PyErr_Occurred() != nullptr)
+    {
+        return false;
+    }
+    done.get();
+    return true;
+}
+}  // namespace bullet_ccd::python

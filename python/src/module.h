@@ -1,0 +1,12 @@
+/// The parts of the module bullet_ccd._core, in the order in which they are added.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace bullet_ccd::python
+{
+void addMeshes(pybind11::module_& module);
+void addQueries(pybind11::module_& module);
+void addRobots(pybind11::module_& module);
+void addGrasps(pybind11::module_& module);
+}  // namespace bullet_ccd::python
