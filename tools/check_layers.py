@@ -25,6 +25,8 @@ ORDER = [
     "bullet_ccd/toi/articulated",
     "bullet_ccd/toi",
     "bullet_ccd/contact",
+    "bullet_ccd/deformable/kernels",
+    "bullet_ccd/deformable",
     "bullet_ccd/bullet_ccd.h",  # umbrellas, each above the rooms that it includes
     "bullet_ccd/io",
     "bullet_ccd/io.h",

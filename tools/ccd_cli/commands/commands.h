@@ -13,10 +13,14 @@ namespace bullet_ccd::tools
 void addToiCommand(CLI::App& app);
 void addBatchCommand(CLI::App& app, int& exitCode);
 void addArticulatedCommand(CLI::App& app, int& exitCode);
+void addElementaryCommand(CLI::App& app, int& exitCode);
 
 /// The meshes A and B.
 void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);
 
-/// Options that the verbs share: tolerance, minimum separation, strategy, iteration limit.
+/// Options that all verbs share: tolerance and minimum separation.
+void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSeparation);
+
+/// Options that the verbs for rigid bodies and robots share: tolerance, minimum separation, strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);
 }  // namespace bullet_ccd::tools

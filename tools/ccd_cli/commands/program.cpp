@@ -40,6 +40,7 @@ int runBulletCcd(int argc, char** argv)
             addToiCommand(app);
             addBatchCommand(app, exitCode);
             addArticulatedCommand(app, exitCode);
+            addElementaryCommand(app, exitCode);
         });
 }
 }  // namespace bullet_ccd::tools

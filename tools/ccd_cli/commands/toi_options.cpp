@@ -32,11 +32,11 @@ void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB)
     command.add_option("B", fileB, "The mesh of body B.")->type_name("MESH")->required();
 }
 
-void addToiOptions(CLI::App& command, ToiOptions& options)
+void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSeparation)
 {
     command
         .add_option("--tolerance",
-                    options.tolerance,
+                    tolerance,
                     "How large the gap of a reported contact may be, an absolute distance "
                     "[unit of the meshes].")
         ->type_name("D")
@@ -44,11 +44,16 @@ void addToiOptions(CLI::App& command, ToiOptions& options)
         ->capture_default_str();
     command
         .add_option("--minimum-separation",
-                    options.minimumSeparation,
+                    minimumSeparation,
                     "The distance that the surfaces must keep [unit of the meshes].")
         ->type_name("D")
         ->check(distance(true))
         ->capture_default_str();
+}
+
+void addToiOptions(CLI::App& command, ToiOptions& options)
+{
+    addDistanceOptions(command, options.tolerance, options.minimumSeparation);
     command
         .add_option("--strategy",
                     options.strategy,

@@ -1,0 +1,65 @@
+/// Whole numbers of any size and polynomials over them: the few operations that exact decisions
+/// need. Internal to the room.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace bullet_ccd
+{
+/// A whole number of any size.
+class BigInteger
+{
+public:
+    BigInteger() = default;
+    explicit BigInteger(std::int64_t value);
+
+    /// -1, 0 or 1.
+    [[nodiscard]] int sign() const { return m_limbs.empty() ? 0 : m_isNegative ? -1 : 1; }
+    [[nodiscard]] BigInteger operator-() const;
+    /// Times 2^bits.
+    [[nodiscard]] BigInteger shifted(std::int32_t bits) const;
+    /// Nearly the value times 2^-exponent: at most 1e-9 off relatively; may overflow to infinity.
+    [[nodiscard]] double toDouble(std::int64_t exponent) const;
+    /// Bits of the absolute value, 0 for 0.
+    [[nodiscard]] std::int64_t bits() const;
+
+    friend BigInteger operator+(const BigInteger& a, const BigInteger& b);
+    friend BigInteger operator-(const BigInteger& a, const BigInteger& b);
+    friend BigInteger operator*(const BigInteger& a, const BigInteger& b);
+    /// Sign of |a| - |b|.
+    friend int compareSizes(const BigInteger& a, const BigInteger& b);
+
+private:
+    void trim();
+
+    std::vector<std::uint32_t> m_limbs;  ///< the lowest first, the last one is not 0
+    bool m_isNegative = false;
+};
+
+/// Coefficients, the constant one first; the last one is not 0. Empty for the zero polynomial.
+using Polynomial = std::vector<BigInteger>;
+
+[[nodiscard]] Polynomial operator+(const Polynomial& a, const Polynomial& b);
+[[nodiscard]] Polynomial operator-(const Polynomial& a, const Polynomial& b);
+[[nodiscard]] Polynomial operator*(const Polynomial& a, const Polynomial& b);
+[[nodiscard]] Polynomial derivative(const Polynomial& a);
+
+/// numerator / 2^shift.
+struct Dyadic
+{
+    BigInteger numerator;
+    std::int32_t shift = 0;
+};
+
+/// The value at x times 2^(x.shift * degree), which has its sign.
+[[nodiscard]] BigInteger scaledValue(const Polynomial& p, const Dyadic& x);
+
+/// Number of distinct roots x of p in (low, high) with q(x) > 0, minus the number of those with
+/// q(x) < 0 (Tarski's query by Sturm's sequence). With q = 1 it counts the roots.
+/// @pre low < high, p is not zero, and neither bound is a root of p
+[[nodiscard]] int tarskiQuery(const Polynomial& p,
+                              const Polynomial& q,
+                              const Dyadic& low,
+                              const Dyadic& high);
+}  // namespace bullet_ccd

@@ -1,0 +1,366 @@
+#include "bullet_ccd/deformable/exact_contact.h"
+
+#include "bullet_ccd/deformable/big_integer.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace bullet_ccd
+{
+namespace
+{
+/// A point whose coordinates are polynomials of time.
+using MovingPoint = std::array<Polynomial, 3>;
+
+MovingPoint operator-(const MovingPoint& a, const MovingPoint& b)
+{
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+MovingPoint operator+(const MovingPoint& a, const MovingPoint& b)
+{
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+Polynomial dot(const MovingPoint& a, const MovingPoint& b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+MovingPoint cross(const MovingPoint& a, const MovingPoint& b)
+{
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// x = mantissa 2^exponent, mantissa odd or 0.
+struct Number
+{
+    std::int64_t mantissa = 0;
+    std::int32_t exponent = 0;
+};
+
+Number numberOf(double x)
+{
+    if (x == 0.0)
+    {
+        return {};
+    }
+    int exponent = 0;
+    auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+    const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));
+    return {mantissa / (std::int64_t{1} << zeros), exponent - 53 + zeros};
+}
+
+/// The four vertices as polynomials, over a common power of two.
+std::array<MovingPoint, 4> exactVertices(const ElementaryPair& pair)
+{
+    std::int32_t least = std::numeric_limits<std::int32_t>::max();
+    const auto look = [&least](const FourPoints& points)
+    {
+        for (const Eigen::Vector3d& x : points)
+        {
+            for (const double c : x)
+            {
+                least = c == 0.0 ? least : std::min(least, numberOf(c).exponent);
+            }
+        }
+    };
+    look(pair.start);
+    look(pair.end);
+    const auto whole = [least](double x)
+    {
+        const Number number = numberOf(x);
+        return number.mantissa == 0 ? BigInteger()
+                                    : BigInteger(number.mantissa).shifted(number.exponent - least);
+    };
+    std::array<MovingPoint, 4> vertices;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        for (int c = 0; c < 3; ++c)
+        {
+            const BigInteger start = whole(pair.start[k][c]);
+            const BigInteger end = whole(pair.end[k][c]);
+            // The sum drops what is zero at the end.
+            vertices[k][static_cast<std::size_t>(c)] =
+                Polynomial{start, end - start} + Polynomial{};
+        }
+    }
+    return vertices;
+}
+
+/// A time at which signs of polynomials are known: a dyadic number, or the one root of `equation`
+/// between `low` and `high`.
+struct Moment
+{
+    const Polynomial* equation = nullptr;  ///< null: the time is `low`
+    Dyadic low{};
+    Dyadic high{};
+
+    [[nodiscard]] int sign(const Polynomial& p) const
+    {
+        if (equation == nullptr || p.size() <= 1)
+        {
+            return scaledValue(p, low).sign();
+        }
+        const BigInteger atLow = scaledValue(p, low);
+        return exceedsItsChange(p, atLow) ? atLow.sign() : tarskiQuery(*equation, p, low, high);
+    }
+
+private:
+    /// |p(low)| > (high - low) max |p'|: p keeps its sign up to `high`. Bounds have one shift.
+    [[nodiscard]] bool exceedsItsChange(const Polynomial& p, const BigInteger& atLow) const
+    {
+        BigInteger slope;
+        for (const BigInteger& c : derivative(p))
+        {
+            slope = c.sign() < 0 ? slope - c : slope + c;
+        }
+        const BigInteger change =
+            (slope * (high.numerator - low.numerator))
+                .shifted(low.shift * (static_cast<std::int32_t>(p.size()) - 2));
+        return compareSizes(atLow, change) > 0;
+    }
+};
+
+/// low + (high - low) part / 16, of bounds with one shift.
+Dyadic between(const Dyadic& low, const Dyadic& high, std::int64_t part)
+{
+    return {low.numerator.shifted(4) + (high.numerator - low.numerator) * BigInteger(part),
+            low.shift + 4};
+}
+
+Moment momentAt(std::int64_t time)
+{
+    return {.low = {BigInteger(time), 0}};
+}
+
+bool isBefore(const Dyadic& a, const Dyadic& b)
+{
+    return (a.numerator.shifted(b.shift) - b.numerator.shifted(a.shift)).sign() < 0;
+}
+
+/// Shrinks the interval around a root at which the polynomial changes its sign: to 2^-40 by a guess
+/// in double precision, if that can be confirmed. Otherwise it stays.
+void narrow(Moment& moment)
+{
+    constexpr std::int32_t kShift = 50;
+    constexpr std::int64_t kHalfWidth = std::int64_t{1} << 10;
+    const Polynomial& p = *moment.equation;
+    std::int64_t bits = 0;
+    for (const BigInteger& c : p)
+    {
+        bits = std::max(bits, c.bits());
+    }
+    const auto value = [&](double t)
+    {
+        double sum = 0.0;
+        for (std::size_t i = p.size(); i-- > 0;)
+        {
+            sum = sum * t + p[i].toDouble(bits);
+        }
+        return sum;
+    };
+    double low = moment.low.numerator.toDouble(moment.low.shift);
+    double high = moment.high.numerator.toDouble(moment.high.shift);
+    const bool rises = value(low) < 0.0;
+    for (int i = 0; i < 54; ++i)
+    {
+        const double middle = 0.5 * (low + high);
+        ((value(middle) < 0.0) == rises ? low : high) = middle;
+    }
+    const auto guess = static_cast<std::int64_t>(std::ldexp(low, kShift));
+    const Dyadic below{BigInteger(guess - kHalfWidth), kShift};
+    const Dyadic above{BigInteger(guess + kHalfWidth), kShift};
+    if (!isBefore(below, moment.low) && !isBefore(moment.high, above) &&
+        scaledValue(p, below).sign() * scaledValue(p, above).sign() < 0)
+    {
+        moment.low = below;
+        moment.high = above;
+    }
+}
+
+/// Appends a moment for every root of `p`, which is not zero, in the open interval (low, high).
+/// @pre neither bound is a root
+void appendRoots(const Polynomial& p,
+                 const Dyadic& low,
+                 const Dyadic& high,
+                 std::vector<Moment>& moments)
+{
+    const int count = tarskiQuery(p, {BigInteger(1)}, low, high);
+    if (count == 0)
+    {
+        return;
+    }
+    if (count == 1)
+    {
+        moments.push_back({.equation = &p, .low = low, .high = high});
+        narrow(moments.back());
+        return;
+    }
+    // Of nine places one is no root, because the degree is at most four.
+    std::int64_t part = 4;
+    while (scaledValue(p, between(low, high, part)).sign() == 0)
+    {
+        ++part;
+    }
+    const Dyadic middle = between(low, high, part);
+    appendRoots(p, {low.numerator.shifted(4), low.shift + 4}, middle, moments);
+    appendRoots(p, middle, {high.numerator.shifted(4), high.shift + 4}, moments);
+}
+
+/// `p` without the roots 0 and 1.
+Polynomial withoutEnds(Polynomial p)
+{
+    while (p.front().sign() == 0)
+    {
+        p.erase(p.begin());
+    }
+    const Dyadic one{BigInteger(1), 0};
+    while (scaledValue(p, one).sign() == 0)
+    {
+        // p = (t - 1) r: from the highest coefficient down, r[i - 1] = p[i] + r[i].
+        Polynomial r(p.begin() + 1, p.end());
+        for (std::size_t i = r.size() - 1; i-- > 0;)
+        {
+            r[i] = r[i] + r[i + 1];
+        }
+        p = std::move(r);
+    }
+    return p;
+}
+
+class ExactTriangle
+{
+public:
+    explicit ExactTriangle(const std::array<MovingPoint, 3>& corners) : m_corners(corners)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            m_crosses[k] = cross(m_corners[k], m_corners[(k + 1) % 3]);
+        }
+    }
+
+    [[nodiscard]] bool meetsOrigin()
+    {
+        const Polynomial determinant = dot(m_corners[2], m_crosses[0]);
+        if (!determinant.empty())
+        {
+            return holdsAtEnd(determinant, 0) || holdsAtEnd(determinant, 1) ||
+                   holdsAtRoots(determinant);
+        }
+        // The origin is in the plane of the triangle all the time. The first contact is at the
+        // start, or an edge comes to the origin (the cross product of its corners becomes zero), or
+        // it is on the line of an edge all the time, and a corner comes to it.
+        if (contains(momentAt(0)) || contains(momentAt(1)))
+        {
+            return true;
+        }
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            for (const Polynomial& squared :
+                 {dot(m_crosses[k], m_crosses[k]), dot(m_corners[k], m_corners[k])})
+            {
+                if (!squared.empty() && holdsAtRoots(squared))
+                {
+                    return true;
+                }
+            }
+        }
+        return false;
+    }
+
+private:
+    [[nodiscard]] bool holdsAtEnd(const Polynomial& determinant, std::int64_t time)
+    {
+        const Moment moment = momentAt(time);
+        return moment.sign(determinant) == 0 && contains(moment);
+    }
+    [[nodiscard]] bool holdsAtRoots(const Polynomial& p)
+    {
+        const Polynomial inner = withoutEnds(p);
+        std::vector<Moment> moments;
+        appendRoots(inner, {BigInteger(0), 0}, {BigInteger(1), 0}, moments);
+        return std::ranges::any_of(moments,
+                                   [this](const Moment& moment) { return contains(moment); });
+    }
+
+    /// Whether the triangle contains the origin at a moment when it lies in one plane with it.
+    [[nodiscard]] bool contains(const Moment& moment)
+    {
+        if (moment.sign(normalSquared()) > 0)
+        {
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                if (moment.sign(side(k)) < 0)
+                {
+                    return false;
+                }
+            }
+            return true;
+        }
+        // All corners on a line: on one of the edges?
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto isZero = [&](const Polynomial& p) { return moment.sign(p) == 0; };
+            if (std::ranges::all_of(m_crosses[k], isZero) &&
+                moment.sign(dot(m_corners[k], m_corners[(k + 1) % 3])) <= 0)
+            {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    [[nodiscard]] const MovingPoint& normal()
+    {
+        if (!m_normal)
+        {
+            m_normal = m_crosses[0] + m_crosses[1] + m_crosses[2];
+        }
+        return *m_normal;
+    }
+    [[nodiscard]] const Polynomial& normalSquared()
+    {
+        if (!m_normalSquared)
+        {
+            m_normalSquared = dot(normal(), normal());
+        }
+        return *m_normalSquared;
+    }
+    /// Positive where the origin is on the inner side of the edge from corner k on.
+    [[nodiscard]] const Polynomial& side(std::size_t k)
+    {
+        if (!m_sides[k])
+        {
+            m_sides[k] = dot(m_crosses[k], normal());
+        }
+        return *m_sides[k];
+    }
+
+    std::array<MovingPoint, 3> m_corners;
+    std::array<MovingPoint, 3> m_crosses;  ///< of corners k and k + 1
+    std::optional<MovingPoint> m_normal;
+    std::optional<Polynomial> m_normalSquared;
+    std::array<std::optional<Polynomial>, 3> m_sides;
+};
+}  // namespace
+
+bool featuresTouch(const ElementaryPair& pair)
+{
+    const std::array<MovingPoint, 4> x = exactVertices(pair);
+    if (pair.kind == ElementaryKind::VertexFace)
+    {
+        return ExactTriangle({x[1] - x[0], x[2] - x[0], x[3] - x[0]}).meetsOrigin();
+    }
+    const MovingPoint diagonal = x[2] - x[0];
+    const MovingPoint opposite = x[3] - x[1];
+    const std::array<MovingPoint, 3> first{diagonal, x[3] - x[0], opposite};
+    const std::array<MovingPoint, 3> second{diagonal, opposite, x[2] - x[1]};
+    return ExactTriangle(first).meetsOrigin() || ExactTriangle(second).meetsOrigin();
+}
+}  // namespace bullet_ccd
