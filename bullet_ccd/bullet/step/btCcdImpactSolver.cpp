@@ -15,11 +15,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 
 namespace
 {
 constexpr int kIterations = 4;           // times those of the world
 constexpr int kThoroughIterations = 10;  // for contacts that come again
+/// So many objects of an island take part, and what is joined to them.
+constexpr std::size_t kMostObjects = 32;
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
 
@@ -44,6 +47,80 @@ void forColliders(const btMultiBody& body, const Visit& visit)
         }
     }
 }
+
+const btCollisionObject* anyColliderOf(const btMultiBody* body)
+{
+    const btCollisionObject* any = nullptr;
+    if (body != nullptr)
+    {
+        forColliders(*body, [&](const btMultiBodyLinkCollider& collider) { any = &collider; });
+    }
+    return any;
+}
+
+/// Which objects act on each other, by index in the world.
+class Connections
+{
+public:
+    void add(const btCollisionObject& a, const btCollisionObject& b, bool joined)
+    {
+        if (a.getIslandTag() >= 0 && b.getIslandTag() >= 0)
+        {
+            m_all.push_back({a.getWorldArrayIndex(), b.getWorldArrayIndex(), joined});
+            m_all.push_back({b.getWorldArrayIndex(), a.getWorldArrayIndex(), joined});
+        }
+    }
+    void add(const btMultiBody& body)
+    {
+        const btCollisionObject* any = anyColliderOf(&body);
+        forColliders(body,
+                     [&](const btMultiBodyLinkCollider& collider) { add(*any, collider, true); });
+    }
+    /// One for those that are reached first, breadth first, until there are `most`; and for all
+    /// that is joined to them.
+    std::vector<char> around(std::vector<int> reached, std::size_t most, int objects)
+    {
+        std::vector<std::size_t> ends(std::size_t(objects) + 1, 0);
+        for (const Connection& connection : m_all)
+        {
+            ++ends[std::size_t(connection.m_from) + 1];
+        }
+        std::partial_sum(ends.begin(), ends.end(), ends.begin());
+        std::vector<Connection> sorted(m_all.size());
+        for (const Connection& connection : m_all)
+        {
+            sorted[ends[std::size_t(connection.m_from)]++] = connection;
+        }
+        std::vector<char> isReached(std::size_t(objects), 0);
+        for (const int first : reached)
+        {
+            isReached[std::size_t(first)] = 1;
+        }
+        for (std::size_t i = 0; i < reached.size(); ++i)
+        {
+            const auto from = std::size_t(reached[i]);
+            for (std::size_t k = from > 0 ? ends[from - 1] : 0; k < ends[from]; ++k)
+            {
+                const auto to = std::size_t(sorted[k].m_to);
+                if (isReached[to] == 0 && (sorted[k].m_isJoined || reached.size() < most))
+                {
+                    isReached[to] = 1;
+                    reached.push_back(int(to));
+                }
+            }
+        }
+        return isReached;
+    }
+
+private:
+    struct Connection
+    {
+        int m_from;
+        int m_to;
+        bool m_isJoined;
+    };
+    std::vector<Connection> m_all;
+};
 
 /// Takes from rigid bodies what acts on them over time, and gives it back.
 class WithoutForces
@@ -321,6 +398,7 @@ int btCcdImpactSolver::island(int tag) const
 bool btCcdImpactSolver::isIn(const btCollisionObject& object) const
 {
     return object.getIslandTag() >= 0 &&
+           (m_isNear.empty() || m_isNear[std::size_t(object.getWorldArrayIndex())] != 0) &&
            std::find(m_islands.begin(), m_islands.end(), island(object.getIslandTag())) !=
                m_islands.end();
 }
@@ -385,6 +463,23 @@ void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
 /// The island of the impacts: objects, multibodies and manifolds.
 void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
 {
+    m_isNear.clear();
+    findIslands(impacts);
+    findObjects();
+    findManifolds();
+    if (m_objects.size() > kMostObjects)
+    {
+        keepNearest(impacts);
+        findObjects();
+    }
+    for (btCollisionObject* object : m_objects)
+    {
+        object->activate();
+    }
+}
+
+void btCcdImpactSolver::findIslands(const std::vector<btCcdImpact>& impacts)
+{
     for (const btCcdImpact& impact : impacts)
     {
         join(*impact.m_objectA, *impact.m_objectB);
@@ -407,9 +502,12 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
             }
         }
     }
+}
+
+void btCcdImpactSolver::findObjects()
+{
     m_objects.clear();
     m_multiBodies.clear();
-    m_manifolds.clear();
     btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
     for (int i = 0; i < objects.size(); ++i)
     {
@@ -418,7 +516,6 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
             continue;
         }
         m_objects.push_back(objects[i]);
-        objects[i]->activate();
         btMultiBody* body = multiBodyOf(objects[i]);
         if (body != nullptr &&
             std::find(m_multiBodies.begin(), m_multiBodies.end(), body) == m_multiBodies.end())
@@ -426,6 +523,11 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
             m_multiBodies.push_back(body);
         }
     }
+}
+
+void btCcdImpactSolver::findManifolds()
+{
+    m_manifolds.clear();
     btDispatcher& dispatcher = *m_world.getDispatcher();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
@@ -438,6 +540,54 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
             m_manifolds.push_back(manifold);
         }
     }
+}
+
+/// Leaves in the island what can be reached by few contacts. Joints are never cut.
+void btCcdImpactSolver::keepNearest(const std::vector<btCcdImpact>& impacts)
+{
+    Connections connections;
+    for (const btPersistentManifold* manifold : m_manifolds)
+    {
+        connections.add(*manifold->getBody0(), *manifold->getBody1(), false);
+    }
+    for (int i = 0; i < m_world.getNumConstraints(); ++i)
+    {
+        const btTypedConstraint& joint = *m_world.getConstraint(i);
+        connections.add(joint.getRigidBodyA(), joint.getRigidBodyB(), true);
+    }
+    for (const btMultiBody* body : m_multiBodies)
+    {
+        connections.add(*body);
+    }
+    const int joints =
+        m_multiBodyWorld != nullptr ? m_multiBodyWorld->getNumMultiBodyConstraints() : 0;
+    for (int i = 0; i < joints; ++i)
+    {
+        btMultiBodyConstraint& joint = *m_multiBodyWorld->getMultiBodyConstraint(i);
+        const btCollisionObject* a = anyColliderOf(joint.getMultiBodyA());
+        const btCollisionObject* b = anyColliderOf(joint.getMultiBodyB());
+        if (a != nullptr && b != nullptr)
+        {
+            connections.add(*a, *b, true);
+        }
+    }
+    std::vector<int> nearest;
+    for (const btCcdImpact& impact : impacts)
+    {
+        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        {
+            if (object->getIslandTag() >= 0)
+            {
+                nearest.push_back(object->getWorldArrayIndex());
+            }
+        }
+    }
+    m_isNear = connections.around(nearest, kMostObjects, m_world.getCollisionObjectArray().size());
+    const auto isBeyond = [this](const btCollisionObject& object)
+    { return object.getIslandTag() >= 0 && !isIn(object); };
+    std::erase_if(m_manifolds,
+                  [&](const btPersistentManifold* manifold)
+                  { return isBeyond(*manifold->getBody0()) || isBeyond(*manifold->getBody1()); });
 }
 
 /// True if Bullet knows a contact of the two where the time of impact found them to meet.

@@ -14,7 +14,9 @@ class btMultiBodyDynamicsWorld;
 class btRigidBody;
 
 /// Solves the velocities of what takes part in an impact, and of all that is connected to it by
-/// contacts and constraints, with the solver of the world.
+/// contacts and constraints, with the solver of the world. Of a large island only what is nearest
+/// takes part, by the number of contacts on the way; the rest follows in impacts of its own, or
+/// when the solver sees its contacts in the next step.
 ///
 /// An impact takes no time: forces, gravity, gyroscopic terms and motors contribute nothing to it
 /// (the step's solution has their whole share already), and positions are not corrected, so it adds
@@ -38,6 +40,7 @@ private:
     std::map<int, int> m_merged;                 // islands that impacts of this step have joined
     std::vector<int> m_islands;                  // that take part
     std::vector<btCollisionObject*> m_objects;   // in them
+    std::vector<char> m_isNear;                  // by index in the world; empty: all of them
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<btPersistentManifold*> m_manifolds;
     std::vector<btPersistentManifold*> m_ownManifolds;   // for one impact
@@ -49,6 +52,10 @@ private:
     void joinMultiBody(const btMultiBody& body);
     void findContacts(const std::vector<btCcdImpact>& impacts);
     void collect(const std::vector<btCcdImpact>& impacts);
+    void findIslands(const std::vector<btCcdImpact>& impacts);
+    void findObjects();
+    void findManifolds();
+    void keepNearest(const std::vector<btCcdImpact>& impacts);
     [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
     void addMissingContacts(const std::vector<btCcdImpact>& impacts);
     void addContactsOfOverlap(const btCcdImpact& impact);

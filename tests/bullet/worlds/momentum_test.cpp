@@ -4,6 +4,7 @@
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -206,6 +207,50 @@ TEST_P(MomentumOf, RigidBodiesThatCollideIsConserved)
     }
     std::printf("%d of %d collided, largest relative change %.1e\n", collided, runs, worst);
     EXPECT_GT(collided, 7 * runs / 10);
+}
+
+/// More bodies in touch than take part in an impact at once, some of them joined.
+TEST_P(MomentumOf, WallThatIsHitIsConserved)
+{
+    constexpr int kWidth = 12;
+    for (const WorldClass worldClass : {WorldClass::Rigid, WorldClass::MultiBody})
+    {
+        Scene scene(GetParam(), worldClass);
+        btCollisionShape* cube = scene.box(vec(0.5, 0.5, 0.5));
+        std::vector<btRigidBody*> cubes;
+        for (int i = 0; i < kWidth * kWidth; ++i)
+        {
+            cubes.push_back(scene.body(cube, 1.0, poseAt(vec(i % kWidth, i / kWidth, 0))));
+        }
+        for (std::size_t i = 1; i < kWidth; ++i)
+        {
+            scene.addConstraint(std::make_unique<btPoint2PointConstraint>(
+                *cubes[i - 1], *cubes[i], vec(0.5, 0, 0), vec(-0.5, 0, 0)));
+        }
+        scene.step(1.0 / 60.0);
+        btRigidBody* ball = scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(1))),
+                                       50.0,
+                                       poseAt(vec(0.5 * kWidth, 0.4 * kWidth, 4)));
+        ball->setLinearVelocity(vec(0, 0, -300));
+        const Momentum before = momentumOf(scene);
+        const double energy = 0.5 * 50.0 * 300.0 * 300.0;
+        for (int i = 0; i < 6; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        const Momentum after = momentumOf(scene);
+        EXPECT_LT((after.linear - before.linear).norm() / before.linearScale,
+                  kDouble ? 1e-9 : 1e-4);
+        double left = 0.0;
+        for (const btRigidBody* body : cubes)
+        {
+            left += 0.5 * double(body->getLinearVelocity().length2());
+        }
+        left += 25.0 * double(ball->getLinearVelocity().length2());
+        EXPECT_LT(left, energy);
+        EXPECT_LT(double(ball->getLinearVelocity().length()), 299.0);
+        EXPECT_GT(scene.counters().m_impacts, 3);
+    }
 }
 
 TEST_P(MomentumOf, RotationIsKeptNoWorseThanInTheStockWorld)
