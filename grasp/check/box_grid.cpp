@@ -79,7 +79,8 @@ void BoxGrid::forCells(const Eigen::AlignedBox3d& box, const Visit& visit) const
         {
             for (std::int32_t x = low[0]; x <= high[0]; ++x)
             {
-                visit(static_cast<std::size_t>((z * m_size[1] + y) * m_size[0] + x));
+                const std::int64_t row = std::int64_t{z} * m_size[1] + y;
+                visit(static_cast<std::size_t>(row * m_size[0] + x));
             }
         }
     }

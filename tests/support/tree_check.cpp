@@ -162,7 +162,7 @@ void expectSoundTree(const SsvTree& tree, const std::string& what)
     EXPECT_DOUBLE_EQ(tree.radius(), radius) << what;
 }
 
-void expectSameAnswers(const SsvTree& a, const SsvTree& b, Random& random, int queries)
+void expectSameAnswers(const SsvTree& a, const SsvTree& b, reference::Random& random, int queries)
 {
     constexpr double kTolerance = 1e-6;
     int hits = 0;

@@ -31,5 +31,5 @@ void expectSoundTree(const SsvTree& tree, const std::string& what);
 /// Expects the same distances and contacts of a mesh with itself in random passes. Distances are
 /// exact whatever the volumes, times certified: they differ by what the tolerance allows along the
 /// motion.
-void expectSameAnswers(const SsvTree& a, const SsvTree& b, Random& random, int queries);
+void expectSameAnswers(const SsvTree& a, const SsvTree& b, reference::Random& random, int queries);
 }  // namespace bullet_ccd::tests
