@@ -164,6 +164,12 @@ public:
         }
         btCcdReadMotion(*collider->m_multiBody, timeStep, m_links);
         m_made = btCcdLinkMotion(*collider, m_links);
+        std::vector<double> speeds;
+        btCcdReadSpeeds(*collider->m_multiBody, double(timeStep), speeds);
+        const double* link = &speeds[2 * std::size_t(collider->m_link + 1)];
+        m_made.m_way =
+            double(timeStep) *
+            (link[0] + link[1] * double(object.getCollisionShape()->getAngularMotionDisc()));
     }
     Motion(const Motion&) = delete;
     Motion& operator=(const Motion&) = delete;

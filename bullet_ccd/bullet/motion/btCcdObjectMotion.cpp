@@ -37,6 +37,35 @@ bool btCcdObjectMotion::isFinite() const
            std::all_of(joints.rates.begin(), joints.rates.end(), finite);
 }
 
+Eigen::AlignedBox3d btCcdObjectMotion::boxOf(const Eigen::Vector3d& center_S, double radius) const
+{
+    const Eigen::Vector3d from = btCcdShapePoseAt(*this, 0.0) * center_S;
+    Eigen::AlignedBox3d box(from);
+    double around = radius;
+    if (const auto* rigid = std::get_if<RigidMotion>(&m_motion))
+    {
+        box.extend(from + rigid->v_W);
+        around += std::min(rigid->w_W.norm(), 2.0) * (X_BS * center_S).norm();
+    }
+    else
+    {
+        around += m_way;
+    }
+    const Eigen::Vector3d room = Eigen::Vector3d::Constant(around);
+    return {box.min() - room, box.max() + room};
+}
+
+double btCcdObjectMotion::wayAt(double distance) const
+{
+    const auto* rigid = std::get_if<RigidMotion>(&m_motion);
+    if (rigid == nullptr)
+    {
+        return m_way > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
+    }
+    const double way = rigid->v_W.norm();
+    return way + rigid->w_W.norm() * (distance + way + X_BS.translation().norm());
+}
+
 Eigen::Isometry3d btCcdShapePoseAt(const btCcdObjectMotion& motion, double t)
 {
     if (const auto* rigid = std::get_if<RigidMotion>(&motion.m_motion))

@@ -14,11 +14,18 @@ struct btCcdObjectMotion
 {
     std::variant<bullet_ccd::RigidMotion, bullet_ccd::LinkMotion> m_motion;
     Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();  ///< frame of the shape in the body's
+    /// Bound of what any point of a link moves [m].
+    double m_way = std::numeric_limits<double>::infinity();
 
     /// A mesh of the shape, as it moves.
     [[nodiscard]] bullet_ccd::MovingBody body(const bullet_ccd::SsvTree& tree,
                                               const Eigen::Isometry3d& X_SG) const;
     [[nodiscard]] bool isFinite() const;
+    /// A box in the world that a ball about a point of the shape's frame stays in.
+    [[nodiscard]] Eigen::AlignedBox3d boxOf(const Eigen::Vector3d& center_S, double radius) const;
+    /// Bound of what a point of the world moves as seen from the shape, if it is within this
+    /// distance of the shape's origin.
+    [[nodiscard]] double wayAt(double distance) const;
 };
 
 /// Who knows how objects move while a world is in the middle of its step.

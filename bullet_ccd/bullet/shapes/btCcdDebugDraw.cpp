@@ -1,6 +1,7 @@
 #include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 
 #include <algorithm>
 
@@ -67,18 +68,29 @@ void drawBelow(const SsvTree& tree,
     }
 }
 
+/// All hierarchies that there are by now.
+template <typename Visit>
+void forTrees(const btCcdShapeModel& model, const Visit& visit)
+{
+    for (const btCcdShapePart& part : model.m_parts)
+    {
+        if (part.m_tiles == nullptr)
+        {
+            visit(*part.m_tree, part);
+            continue;
+        }
+        part.m_tiles->forPieces([&](const btCcdTiles::Piece& piece)
+                                { visit(*piece.m_tree, part); });
+    }
+}
+
 void drawRoots(const btCcdPosedModel& posed, const btVector3& color, btIDebugDraw& draw)
 {
     const Eigen::Isometry3d X_WS = btCcdToEigen(posed.m_pose);
-    for (const btCcdShapePart& part : posed.m_model.m_parts)
-    {
-        drawVolume(*part.m_tree,
-                   part.m_tree->nodes().front(),
-                   X_WS * part.X_SG,
-                   part.m_radius,
-                   color,
-                   draw);
-    }
+    forTrees(
+        posed.m_model,
+        [&](const SsvTree& tree, const btCcdShapePart& part)
+        { drawVolume(tree, tree.nodes().front(), X_WS * part.X_SG, part.m_radius, color, draw); });
 }
 
 void drawCross(const btVector3& point, btScalar size, btIDebugDraw& draw)
@@ -95,10 +107,9 @@ void drawCross(const btVector3& point, btScalar size, btIDebugDraw& draw)
 void btCcdDrawHierarchy(const btCcdPosedModel& posed, int level, btIDebugDraw& draw)
 {
     const Eigen::Isometry3d X_WS = btCcdToEigen(posed.m_pose);
-    for (const btCcdShapePart& part : posed.m_model.m_parts)
-    {
-        drawBelow(*part.m_tree, 0, level, X_WS * part.X_SG, part.m_radius, draw);
-    }
+    forTrees(posed.m_model,
+             [&](const SsvTree& tree, const btCcdShapePart& part)
+             { drawBelow(tree, 0, level, X_WS * part.X_SG, part.m_radius, draw); });
 }
 
 void btCcdDrawSweptBox(const btVector3& low, const btVector3& high, btIDebugDraw& draw)

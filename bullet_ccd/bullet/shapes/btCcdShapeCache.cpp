@@ -241,7 +241,16 @@ void Fingerprint::add(const btCollisionShape& shape)
     }
 }
 
-void sumUp(btCcdShapeModel& model)
+/// How far the farthest corner of the shape's box is from its origin.
+double farthestCorner(const btCollisionShape& shape)
+{
+    btVector3 low;
+    btVector3 high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    return btCcdToEigen(low).cwiseAbs().cwiseMax(btCcdToEigen(high).cwiseAbs()).norm();
+}
+
+void sumUp(btCcdShapeModel& model, const btCollisionShape& shape)
 {
     model.m_depth = model.m_parts.front().m_depth;
     model.m_reach = 0.0;
@@ -260,6 +269,11 @@ void sumUp(btCcdShapeModel& model)
         if (part.m_isPlane)
         {
             model.m_reach = btCcdPlaneReach;
+        }
+        if (part.m_tree == nullptr)
+        {
+            model.m_reach = std::max(model.m_reach, farthestCorner(shape));
+            continue;
         }
         for (const Eigen::Vector3d& vertex : part.m_tree->mesh().vertices)
         {
@@ -321,7 +335,7 @@ const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
         entry.m_covered = !entry.m_model.m_parts.empty();
         if (entry.m_covered)
         {
-            sumUp(entry.m_model);
+            sumUp(entry.m_model, *shape);
         }
     }
     entry.m_round = m_round;

@@ -39,11 +39,13 @@ struct btCcdTriangleId
     friend bool operator==(const btCcdTriangleId&, const btCcdTriangleId&) = default;
 };
 
+class btCcdTiles;
+
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
 /// radius, a capsule a segment and a radius: no tessellation.
 struct btCcdShapePart
 {
-    std::shared_ptr<const bullet_ccd::SsvTree> m_tree;
+    std::shared_ptr<const bullet_ccd::SsvTree> m_tree;       ///< null if it comes in pieces
     Eigen::Isometry3d X_SG = Eigen::Isometry3d::Identity();  ///< mesh frame in the shape's
     double m_radius = 0.0;                                   ///< [m]
     /// What stock Bullet adds around the triangles in discrete contacts [m]: two meshes rest at the
@@ -56,6 +58,9 @@ struct btCcdShapePart
 
     /// Discrete contacts with it are this library's: a btCcdMeshShape or GImpact mesh.
     bool m_ownContacts = false;
+
+    /// Of a large mesh; null for others.
+    std::shared_ptr<btCcdTiles> m_tiles;
 
     /// By triangle of the hierarchy's mesh; null: part 0, and the index of the triangle.
     std::shared_ptr<const std::vector<btCcdTriangleId>> m_triangleIds;
@@ -103,6 +108,8 @@ private:
 /// triangles, triangle meshes (static, scaled, GImpact), height fields. As inscribed polyhedra
 /// (chord error 0.1 % of the radius): cylinders and cones. Static planes are squares of 200 km
 /// about the plane's origin. Compounds of all these, nested.
+///
+/// Large height fields and stock meshes are converted piece by piece (btCcdTiles).
 ///
 /// A model is kept while its shape is asked for now and then, and made again when what defines the
 /// shape changes: type, scaling, margin, bounds, children, mesh interface, number of points, and a

@@ -68,14 +68,7 @@ private:
 /// The fields of a height field are open to derived classes only.
 struct HeightField : btHeightfieldTerrainShape
 {
-    struct Grid
-    {
-        int m_width;
-        int m_length;
-        const void* m_heights;
-        PHY_ScalarType m_type;
-    };
-    static Grid gridOf(const btHeightfieldTerrainShape& shape)
+    static btCcdHeightGrid gridOf(const btHeightfieldTerrainShape& shape)
     {
         return {shape.*(&HeightField::m_heightStickWidth),
                 shape.*(&HeightField::m_heightStickLength),
@@ -105,7 +98,7 @@ std::size_t sizeOf(PHY_ScalarType type)
 
 void addHeights(ContentHash& hash, const btHeightfieldTerrainShape& shape)
 {
-    const HeightField::Grid grid = HeightField::gridOf(shape);
+    const btCcdHeightGrid grid = btCcdHeightGridOf(shape);
     hash.add(grid.m_width);
     hash.add(grid.m_length);
     const std::size_t size = sizeOf(grid.m_type);
@@ -203,6 +196,11 @@ void addContent(ContentHash& hash, const btCollisionShape& shape)
 }
 }  // namespace
 
+btCcdHeightGrid btCcdHeightGridOf(const btHeightfieldTerrainShape& shape)
+{
+    return HeightField::gridOf(shape);
+}
+
 std::uint64_t btCcdContentOf(const btCollisionShape& shape)
 {
     ContentHash hash;
@@ -231,7 +229,7 @@ std::uint64_t btCcdRevisionOf(const btCollisionShape& shape)
     {
         constexpr int kSamples = 4;  // a side
         const auto& terrain = static_cast<const btHeightfieldTerrainShape&>(shape);
-        const HeightField::Grid grid = HeightField::gridOf(terrain);
+        const btCcdHeightGrid grid = btCcdHeightGridOf(terrain);
         hash.add(grid.m_width);
         hash.add(grid.m_length);
         hash.add(grid.m_heights);

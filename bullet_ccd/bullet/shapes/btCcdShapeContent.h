@@ -2,9 +2,22 @@
 #ifndef BT_CCD_SHAPE_CONTENT_H
 #define BT_CCD_SHAPE_CONTENT_H
 
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+
 #include <cstdint>
 
 class btCollisionShape;
+class btHeightfieldTerrainShape;
+
+/// What a height field keeps to itself.
+struct btCcdHeightGrid
+{
+    int m_width;
+    int m_length;
+    const void* m_heights;
+    PHY_ScalarType m_type;
+};
+[[nodiscard]] btCcdHeightGrid btCcdHeightGridOf(const btHeightfieldTerrainShape& shape);
 
 /// Hash of all points, triangles and heights of the shape and of its children. Zero for shapes that
 /// have none, or that share an immutable hierarchy.

@@ -3,6 +3,8 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/shapes/btCcdHullMesh.h"
+#include "bullet_ccd/bullet/shapes/btCcdTiles.h"
+#include "bullet_ccd/bullet/shapes/btCcdTriangles.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/mesh/make_mesh.h"
@@ -39,29 +41,6 @@ constexpr int kRoundSegments = 72;  // chord error r (1 - cos(pi / 72)) = 0.1 % 
 constexpr double kRoundDown = 1.0 - 1e-9;  // more than rounding can add to a depth
 
 using Points = std::vector<Eigen::Vector3d>;
-
-class TriangleCollector : public btTriangleCallback, public btInternalTriangleIndexCallback
-{
-public:
-    btVector3 m_scaling = btVector3(1, 1, 1);
-    TriangleMesh m_mesh;  // every triangle has vertices of its own
-    std::vector<btCcdTriangleId> m_ids;
-
-    void processTriangle(btVector3* corners, int part, int index) override
-    {
-        m_ids.push_back({part, index});
-        const auto first = std::int32_t(m_mesh.vertices.size());
-        for (int k = 0; k < 3; ++k)
-        {
-            m_mesh.vertices.push_back(btCcdToEigen(corners[k] * m_scaling));
-        }
-        m_mesh.triangles.push_back({first, first + 1, first + 2});
-    }
-    void internalProcessTriangleIndex(btVector3* corners, int part, int index) override
-    {
-        processTriangle(corners, part, index);
-    }
-};
 
 const btVector3& everywhere()
 {
@@ -226,10 +205,10 @@ btCcdShapePart polyhedronPart(const btPolyhedralConvexShape& polyhedron, btCcdTr
 }
 
 /// In the order of the interface, so that shapes over the same one get the same mesh.
-TriangleCollector collectTriangles(const btStridingMeshInterface& mesh,
-                                   const btVector3& scaling = btVector3(1, 1, 1))
+btCcdTriangleCollector collectTriangles(const btStridingMeshInterface& mesh,
+                                        const btVector3& scaling = btVector3(1, 1, 1))
 {
-    TriangleCollector collector;
+    btCcdTriangleCollector collector;
     collector.m_scaling = scaling;
     mesh.InternalProcessAllTriangles(&collector, -everywhere(), everywhere());
     return collector;
@@ -267,40 +246,14 @@ btCcdShapePart planePart(const btStaticPlaneShape& plane, btCcdTreeStore& trees)
     return part;
 }
 
-/// Ids of the triangles that a repair has left, in their order; null if they are what they would be
-/// without.
-std::shared_ptr<const std::vector<btCcdTriangleId>> idsOf(const TriangleMesh& repaired,
-                                                          const TriangleCollector& collected)
-{
-    auto ids = std::make_shared<std::vector<btCcdTriangleId>>();
-    bool isPlain = true;
-    for (std::size_t i = 0; i < collected.m_ids.size() && ids->size() < repaired.triangles.size();
-         ++i)
-    {
-        bool isLeft = true;
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto vertex = std::size_t(repaired.triangles[ids->size()][k]);
-            isLeft = isLeft && repaired.vertices[vertex] == collected.m_mesh.vertices[3 * i + k];
-        }
-        if (isLeft)
-        {
-            isPlain = isPlain && collected.m_ids[i] == btCcdTriangleId{0, int(ids->size())};
-            ids->push_back(collected.m_ids[i]);
-        }
-    }
-    BULLET_CCD_ASSERT(ids->size() == repaired.triangles.size());
-    return isPlain ? nullptr : ids;
-}
-
-btCcdShapePart meshPart(const TriangleCollector& collected,
+btCcdShapePart meshPart(const btCcdTriangleCollector& collected,
                         const btCollisionShape& shape,
                         btCcdTreeStore& trees)
 {
     TriangleMesh mesh = collected.m_mesh;
     bullet_ccd::repairMesh(mesh);
     btCcdShapePart part;
-    part.m_triangleIds = idsOf(mesh, collected);
+    part.m_triangleIds = btCcdIdsOf(mesh, collected);
     part.m_tree = trees.tree(std::move(mesh));
     part.m_margin = double(shape.getMargin());
     return part;
@@ -310,7 +263,7 @@ btCcdShapePart meshPart(const TriangleCollector& collected,
 std::optional<btCcdShapePart> gimpactPart(const btGImpactShapeInterface& shape,
                                           btCcdTreeStore& trees)
 {
-    TriangleCollector collector;
+    btCcdTriangleCollector collector;
     const auto collect = [&](const btGImpactShapeInterface& part, int index)
     {
         part.lockChildShapes();
@@ -344,7 +297,7 @@ std::optional<btCcdShapePart> gimpactPart(const btGImpactShapeInterface& shape,
 
 btCcdShapePart terrainPart(const btHeightfieldTerrainShape& terrain, btCcdTreeStore& trees)
 {
-    TriangleCollector collector;
+    btCcdTriangleCollector collector;
     terrain.processAllTriangles(&collector, -everywhere(), everywhere());
     return meshPart(collector, terrain, trees);
 }
@@ -424,6 +377,13 @@ std::optional<btCcdShapePart> btCcdConvertShape(const btCollisionShape& shape,
     }
     try
     {
+        if (std::shared_ptr<btCcdTiles> tiles = btCcdTiles::of(shape))
+        {
+            btCcdShapePart part;
+            part.m_tiles = std::move(tiles);
+            part.m_margin = double(shape.getMargin());
+            return part;
+        }
         std::optional<btCcdShapePart> part = convert(shape, trees);
         if (part)
         {

@@ -1,6 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/contact/contact_patches.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -295,6 +297,40 @@ private:
     double m_reach = 0.0;
 };
 
+/// Of a large mesh, what is near the other part, which is all that contacts are looked for in.
+class Near
+{
+public:
+    Near(const btCollisionObjectWrapper& own,
+         const btCcdShapePart& part,
+         const btCollisionObjectWrapper& other,
+         const btCcdShapePart& otherPart,
+         double asked)
+        : m_whole(&part)
+    {
+        if (part.m_tiles == nullptr)
+        {
+            return;
+        }
+        const btCcdBall ball = btCcdBallOf(otherPart);
+        // With room for the neighbours of the triangles that are met.
+        const double around = 1.25 * ball.m_radius + 4.0 * shellOf(part, otherPart) +
+                              2.0 * btCcdManifolds::kLeastReach + asked;
+        const Eigen::Isometry3d X_GS =
+            (btCcdToEigen(own.getWorldTransform()) * part.X_SG).inverse() *
+            btCcdToEigen(other.getWorldTransform());
+        const Eigen::Vector3d center = X_GS * ball.m_center;
+        const Eigen::Vector3d room = Eigen::Vector3d::Constant(around);
+        m_piece = btCcdPieceOf(part, part.m_tiles->around({center - room, center + room}));
+    }
+    /// Without a hierarchy if there is nothing.
+    [[nodiscard]] const btCcdShapePart& part() const { return m_piece ? *m_piece : *m_whole; }
+
+private:
+    const btCcdShapePart* m_whole;
+    std::optional<btCcdShapePart> m_piece;
+};
+
 /// The manifold's own order of the bodies, which is not always that of the question.
 bool isSwapped(const btPersistentManifold& manifold, const btCollisionObjectWrapper& a)
 {
@@ -495,13 +531,18 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
                             btManifoldResult& result)
 {
     BULLET_CCD_ASSERT(modelA.m_parts.size() == 1 && modelB.m_parts.size() == 1);
-    const Sides sides{a, modelA.m_parts.front(), b, modelB.m_parts.front()};
+    const double asked = double(result.m_closestPointDistanceThreshold);
+    const Near nearA(a, modelA.m_parts.front(), b, modelB.m_parts.front(), asked);
+    const Near nearB(b, modelB.m_parts.front(), a, modelA.m_parts.front(), asked);
+    const Sides sides{a, nearA.part(), b, nearB.part()};
     Scratch& mine = scratch();
     recall(a, b, mine.m_work);
     const double side = m_first == a.getCollisionObject() ? 1.0 : -1.0;
-    Collector collector(
-        a, b, double(result.m_closestPointDistanceThreshold), side * m_normal, mine);
-    collector.add(sides.m_partA, sides.m_partB);
+    Collector collector(a, b, asked, side * m_normal, mine);
+    if (sides.m_partA.m_tree != nullptr && sides.m_partB.m_tree != nullptr)
+    {
+        collector.add(sides.m_partA, sides.m_partB);
+    }
     m_first = a.getCollisionObject();
     m_normal = collector.normal();
     bullet_ccd::reducePatches({.threshold = collector.reach(), .maxPatches = kMaxManifolds},

@@ -1,10 +1,12 @@
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
+#include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 using bullet_ccd::BodyPair;
@@ -165,6 +167,97 @@ void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& res
     result.m_pointB = first.pointB - parts.m_b.m_radius * first.normal;
 }
 
+/// Pairs of parts of two shapes, the earliest so far.
+struct Pairs
+{
+    const btCcdObjectMotion& m_motionA;
+    const btCcdObjectMotion& m_motionB;
+    double m_tolerance;
+    bullet_ccd::ToiWorkspace& m_work;
+    btCcdPairToi m_result;
+
+    void ask(const btCcdShapePart& a, const btCcdShapePart& b)
+    {
+        const Eigen::Isometry3d X_AB =
+            btCcdShapePoseAt(m_motionA, 0.0).inverse() * btCcdShapePoseAt(m_motionB, 0.0);
+        const auto middle = [](const btCcdShapePart& part) -> Eigen::Vector3d
+        { return part.X_SG * part.m_tree->origin(); };
+        const Parts parts{a,
+                          m_motionA,
+                          b,
+                          m_motionB,
+                          btCcdMeshPose(a, X_AB * middle(b)),
+                          btCcdMeshPose(b, X_AB.inverse() * middle(a)),
+                          m_work};
+        take(btCcdHasOwnContacts(a, b) ? askShell(parts) : askStock(parts, m_tolerance),
+             parts,
+             m_result);
+    }
+
+    /// Of large meshes the pieces that the other comes near to.
+    void askPieces(const btCcdShapePart& a, const btCcdShapePart& b)
+    {
+        const double near = a.m_radius + b.m_radius +
+                            2.0 * std::max(marginsOf(a, b), btCcdManifolds::kLeastShell) +
+                            4.0 * m_tolerance;
+        const auto pieces = [near](const btCcdShapePart& part,
+                                   const btCcdObjectMotion& motion,
+                                   const btCcdShapePart& other,
+                                   const btCcdObjectMotion& otherMotion)
+        {
+            std::vector<btCcdShapePart> found;
+            const bool isAll = other.m_isPlane || other.m_tiles != nullptr;
+            for (const btCcdTiles::Piece* piece : part.m_tiles->near(
+                     isAll ? part.m_tiles->box() : pathIn(part, motion, other, otherMotion, near)))
+            {
+                found.push_back(btCcdPieceOf(part, *piece));
+            }
+            return found;
+        };
+        if (a.m_tiles == nullptr && b.m_tiles == nullptr)
+        {
+            ask(a, b);
+        }
+        else if (a.m_tiles != nullptr)
+        {
+            for (const btCcdShapePart& piece : pieces(a, m_motionA, b, m_motionB))
+            {
+                askPieces(piece, b);
+            }
+        }
+        else
+        {
+            for (const btCcdShapePart& piece : pieces(b, m_motionB, a, m_motionA))
+            {
+                ask(a, piece);
+            }
+        }
+    }
+
+    /// A box in the mesh frame of a part that holds all points within `near` of another part, on
+    /// its way.
+    static Eigen::AlignedBox3d pathIn(const btCcdShapePart& part,
+                                      const btCcdObjectMotion& motion,
+                                      const btCcdShapePart& other,
+                                      const btCcdObjectMotion& otherMotion,
+                                      double near)
+    {
+        const btCcdBall ball = btCcdBallOf(other);
+        const Eigen::AlignedBox3d path = otherMotion.boxOf(ball.m_center, ball.m_radius + near);
+        const Eigen::Isometry3d X_WS = btCcdShapePoseAt(motion, 0.0);
+        const double farthest =
+            (path.center() - X_WS.translation()).norm() + 0.5 * path.diagonal().norm();
+        const double way = motion.wayAt(farthest);
+        if (!std::isfinite(way) || !path.sizes().allFinite())
+        {
+            return part.m_tiles->box();
+        }
+        const Eigen::AlignedBox3d box = btCcdBoxIn((X_WS * part.X_SG).inverse(), path);
+        const Eigen::Vector3d room = Eigen::Vector3d::Constant(way);
+        return {box.min() - room, box.max() + room};
+    }
+};
+
 /// As askShell() and askStock() need it, see btCcdReserve().
 double reserve(const btCcdShapePart& a, const btCcdShapePart& b)
 {
@@ -196,26 +289,13 @@ btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                double tolerance,
                                bullet_ccd::ToiWorkspace& work)
 {
-    btCcdPairToi result;
-    const Eigen::Isometry3d X_AB =
-        btCcdShapePoseAt(a.m_motion, 0.0).inverse() * btCcdShapePoseAt(b.m_motion, 0.0);
-    const auto middle = [](const btCcdShapePart& part) -> Eigen::Vector3d
-    { return part.X_SG * part.m_tree->origin(); };
+    Pairs pairs{a.m_motion, b.m_motion, tolerance, work, {}};
     for (const btCcdShapePart& partA : a.m_model.m_parts)
     {
         for (const btCcdShapePart& partB : b.m_model.m_parts)
         {
-            const Parts parts{partA,
-                              a.m_motion,
-                              partB,
-                              b.m_motion,
-                              btCcdMeshPose(partA, X_AB * middle(partB)),
-                              btCcdMeshPose(partB, X_AB.inverse() * middle(partA)),
-                              work};
-            take(btCcdHasOwnContacts(partA, partB) ? askShell(parts) : askStock(parts, tolerance),
-                 parts,
-                 result);
+            pairs.askPieces(partA, partB);
         }
     }
-    return result;
+    return pairs.m_result;
 }

@@ -391,6 +391,7 @@ void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose
                         {.m_part = part, .m_done = start != 0.0, .m_inPieces = start == 0.0});
     }
     pose = btCcdLinkMotion(*collider, owner.m_motion);
+    pose.m_way = tracked.m_motion;
 }
 
 const btCcdMultiBodyMotion* btCcdStepper::multiBodyMotionOf(const btCollisionObject& object)

@@ -10,7 +10,9 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
@@ -317,4 +319,180 @@ TEST(TimeOfImpact, OfLinksIsThatOfBulletsOwnIntegration)
     EXPECT_GT(misses, 20);
 }
 
+namespace
+{
+/// All triangles of a shape, as they come.
+struct AllTriangles : btTriangleCallback
+{
+    TriangleMesh m_mesh;
+    void processTriangle(btVector3* corners, int /*part*/, int /*index*/) override
+    {
+        const auto first = std::int32_t(m_mesh.vertices.size());
+        m_mesh.triangles.push_back({first, first + 1, first + 2});
+        for (int k = 0; k < 3; ++k)
+        {
+            m_mesh.vertices.push_back(btCcdToEigen(corners[k]));
+        }
+    }
+};
+
+/// A hilly height field with so many triangles that it is converted in pieces, the same as one mesh
+/// of Bullet's, and as meshes that are small enough to be converted as wholes.
+struct Hills
+{
+    static constexpr int kSide = 103;
+    Scene m_scene{Kind::Stock};
+    std::vector<btScalar> m_heights;
+    btHeightfieldTerrainShape* m_terrain;
+    btCollisionShape* m_mesh;
+    btCompoundShape* m_parts;
+
+    Hills() : m_heights(std::size_t(kSide * kSide))
+    {
+        for (int i = 0; i < kSide * kSide; ++i)
+        {
+            m_heights[std::size_t(i)] =
+                btScalar(2.0 * std::sin(0.31 * (i % kSide)) * std::cos(0.23 * (i / kSide)));
+        }
+        m_terrain = m_scene.keep(
+            std::make_unique<btHeightfieldTerrainShape>(kSide,
+                                                        kSide,
+                                                        m_heights.data(),
+                                                        btScalar(1),
+                                                        btScalar(-2),
+                                                        btScalar(2),
+                                                        1,
+                                                        kDouble ? PHY_DOUBLE : PHY_FLOAT,
+                                                        false));
+        m_terrain->setMargin(btScalar(0));
+        AllTriangles all;
+        const btVector3 far = vec(1e3, 1e3, 1e3);
+        m_terrain->processAllTriangles(&all, -far, far);
+        m_mesh = m_scene.staticMesh(all.m_mesh);
+        m_mesh->setMargin(btScalar(0));
+        m_parts = m_scene.keep(std::make_unique<btCompoundShape>());
+        constexpr std::size_t kParts = 4;
+        const std::size_t size = all.m_mesh.triangles.size() / kParts;
+        for (std::size_t part = 0; part < kParts; ++part)
+        {
+            TriangleMesh mesh = all.m_mesh;
+            const auto begin = mesh.triangles.begin() + std::ptrdiff_t(part * size);
+            mesh.triangles = {begin, begin + std::ptrdiff_t(size)};
+            btCollisionShape* child = m_scene.staticMesh(mesh);
+            child->setMargin(btScalar(0));
+            m_parts->addChildShape(btTransform::getIdentity(), child);
+        }
+    }
+};
+
+std::size_t trianglesIn(const btCcdShapeModel& model)
+{
+    std::size_t count = 0;
+    for (const btCcdShapePart& part : model.m_parts)
+    {
+        count += part.m_tree != nullptr ? part.m_tree->mesh().triangles.size() : 0;
+    }
+    return count;
+}
+}  // namespace
+
+/// Whatever flies over, into or through the hills, or is hit by them as they move themselves.
+TEST(LargeMeshes, InPiecesAnswerAsWholeOnes)
+{
+    Hills hills;
+    btCcdShapeCache cache;
+    ASSERT_EQ(trianglesIn(*cache.find(hills.m_terrain)), 0U);
+    ASSERT_EQ(trianglesIn(*cache.find(hills.m_mesh)), 0U);
+    ASSERT_EQ(trianglesIn(*cache.find(hills.m_parts)),
+              std::size_t(2 * (Hills::kSide - 1) * (Hills::kSide - 1)));
+
+    Asker asker;
+    Random random(3);
+    const std::vector<Subject> all = subjects();
+    int hits = 0;
+    int runs = 0;
+    for (int i = 0; i < (120); ++i)
+    {
+        const Subject& subject = all[std::size_t(i) % all.size()];
+        btCollisionObject flier;
+        flier.setCollisionShape(subject.m_shape.get());
+        const double side = 0.5 * Hills::kSide;
+        const Eigen::Vector3d place(random.uniform(-side, side), 4.0, random.uniform(-side, side));
+        const double length = random.logUniform(1.0, 60.0);
+        btTransform from = randomPose(random, 0.1);
+        from.setOrigin(btCcdToBullet(place));
+        btTransform to = randomPose(random, 0.1);
+        to.setOrigin(btCcdToBullet(Eigen::Vector3d(place + length * random.direction())));
+        const btTransform moved = randomPose(random, 0.2);
+        const bool hillsMove = i % 3 == 0;
+        std::vector<double> fractions;
+        for (btCollisionShape* shape : {static_cast<btCollisionShape*>(hills.m_parts),
+                                        hills.m_mesh,
+                                        static_cast<btCollisionShape*>(hills.m_terrain)})
+        {
+            btCollisionObject ground;
+            ground.setCollisionShape(shape);
+            ground.setWorldTransform(hillsMove ? moved : btTransform::getIdentity());
+            ground.setInterpolationWorldTransform(ground.getWorldTransform());
+            flier.setWorldTransform(from);
+            flier.setInterpolationWorldTransform(to);
+            if (hillsMove)
+            {
+                ground.setInterpolationWorldTransform(btTransform(
+                    btQuaternion(vec(1, 2, 1).normalized(), btScalar(0.05)), vec(0, 1, 0)));
+            }
+            fractions.push_back(i % 2 == 0 ? asker.ask(flier, ground) : asker.ask(ground, flier));
+        }
+        // Both stop within the same distances of touching.
+        const double room =
+            2.0 * btCcdContext::kDefaultTolerance / length + (kDouble ? 1e-9 : 1e-5);
+        for (std::size_t k = 1; k < fractions.size(); ++k)
+        {
+            const bool bothHit = fractions[0] < 1.0 && fractions[k] < 1.0;
+            EXPECT_EQ(fractions[0] < 1.0, fractions[k] < 1.0) << i;
+            EXPECT_NEAR(fractions[0], fractions[k], bothHit ? 4.0 * room : 0.0) << i;
+        }
+        hits += fractions[0] < 1.0 ? 1 : 0;
+        ++runs;
+    }
+    EXPECT_GT(hits, runs / 5);
+    EXPECT_LT(hits, 4 * runs / 5);
+}
+/// Contacts of meshes look at the piece next to them: across the edge of two pieces, too.
+TEST(LargeMeshes, InPiecesCarryMeshes)
+{
+    for (const Kind kind : kOurKinds)
+    {
+        constexpr int kSide = Hills::kSide;
+        Scene scene(kind);
+        scene.world().setGravity(vec(0, -10, 0));
+        std::vector<btScalar> heights(std::size_t(kSide * kSide), btScalar(0));
+        auto* terrain =
+            scene.keep(std::make_unique<btHeightfieldTerrainShape>(kSide,
+                                                                   kSide,
+                                                                   heights.data(),
+                                                                   btScalar(1),
+                                                                   btScalar(-1),
+                                                                   btScalar(1),
+                                                                   1,
+                                                                   kDouble ? PHY_DOUBLE : PHY_FLOAT,
+                                                                   false));
+        terrain->setMargin(btScalar(5e-4));
+        scene.body(terrain, 0.0, poseAt(vec(0, 0, 0)));
+        btCollisionShape* cube = scene.boxMesh(vec(0.1, 0.1, 0.1));
+        std::vector<btRigidBody*> cubes;
+        for (int i = 0; i < 8; ++i)
+        {
+            cubes.push_back(scene.body(cube, 1.0, poseAt(vec(1.9 * i - 7.0, 0.12, 0.45 * i))));
+        }
+        for (int i = 0; i < 60; ++i)
+        {
+            scene.step(1.0 / 120.0);
+        }
+        for (const btRigidBody* body : cubes)
+        {
+            EXPECT_NEAR(double(body->getWorldTransform().getOrigin().y()), 0.101, 5e-4);
+        }
+    }
+}
 }  // namespace bullet_ccd::tests
