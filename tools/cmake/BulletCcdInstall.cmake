@@ -23,6 +23,39 @@ set(_export_name_grasp grasp)
 set(_namespace_grasp_sim grasp::)
 set(_export_name_grasp_sim sim)
 
+# For builds without CMake: `pkg-config --cflags --libs bullet_ccd-core`, one file per component.
+set(_pc_requires_core "eigen3")
+set(_pc_private_core "tbb")
+set(_pc_requires_io "bullet_ccd-core")
+set(_pc_private_io "urdfdom")
+set(_pc_requires_bullet "bullet_ccd-core bullet")
+set(_pc_requires_bullet_float64 "bullet_ccd-core bullet-float64")
+set(_pc_requires_grasp "bullet_ccd-io")
+set(_pc_private_grasp "qhull_r clp libpng tinyxml2 yaml-cpp tbb")
+set(_pc_requires_grasp_sim "bullet_ccd-grasp bullet_ccd-bullet_float64")
+function(bullet_ccd_pkg_config component target file_variable)
+    set(_file "bullet_ccd-${component}.pc")
+    # Relative to the file, so that the tree can be moved.
+    set(_prefix "\${pcfiledir}")
+    string(REGEX MATCHALL "[^/]+" _parts "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+    foreach(_part IN LISTS _parts)
+        string(APPEND _prefix "/..")
+    endforeach()
+    file(GENERATE OUTPUT "${PROJECT_BINARY_DIR}/${_file}" CONTENT "prefix=${_prefix}
+
+Name: bullet_ccd-${component}
+Description: ${PROJECT_DESCRIPTION} (${component})
+Version: ${PROJECT_VERSION}
+Requires: ${_pc_requires_${component}}
+Requires.private: ${_pc_private_${component}}
+Cflags: -std=c++20 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd
+Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -l$<TARGET_FILE_BASE_NAME:${target}>
+")
+    set(_folder "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+    install(FILES "${PROJECT_BINARY_DIR}/${_file}" DESTINATION "${_folder}" COMPONENT dev)
+    set(${file_variable} "${_folder}/${_file}" PARENT_SCOPE)
+endfunction()
+
 add_custom_target(libraries COMMENT "All libraries that can be installed")
 foreach(_component IN LISTS _components)
     set(_target ${_target_${_component}})
@@ -32,21 +65,24 @@ foreach(_component IN LISTS _components)
     add_dependencies(libraries ${_target})
     set_target_properties(${_target} PROPERTIES EXPORT_NAME ${_export_name_${_component}})
     install(TARGETS ${_target} EXPORT bullet_ccd_${_component}
-            ARCHIVE OPTIONAL LIBRARY OPTIONAL
-            FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd")
+            ARCHIVE COMPONENT dev OPTIONAL
+            LIBRARY COMPONENT libraries NAMELINK_COMPONENT dev OPTIONAL
+            FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd" COMPONENT dev)
     set(_targets_file "bullet_ccd_${_component}Targets.cmake")
     install(EXPORT bullet_ccd_${_component} NAMESPACE ${_namespace_${_component}}
-            FILE ${_targets_file} DESTINATION "${_config_dir}")
+            FILE ${_targets_file} DESTINATION "${_config_dir}" COMPONENT dev)
+    bullet_ccd_pkg_config(${_component} ${_target} _pc_file)
     install(CODE "
         if(NOT EXISTS \"$<TARGET_FILE:${_target}>\")
             message(STATUS \"Not built, so not installed: component ${_component}\")
-            file(REMOVE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${_config_dir}/${_targets_file}\")
-        endif()")
+            file(REMOVE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${_config_dir}/${_targets_file}\"
+                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${_pc_file}\")
+        endif()" COMPONENT dev)
 endforeach()
 
 if(TARGET bullet_ccd_mesh_reader)
     install(TARGETS bullet_ccd_mesh_reader
-            RUNTIME DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/bullet_ccd" OPTIONAL)
+            RUNTIME DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/bullet_ccd" COMPONENT libraries OPTIONAL)
 endif()
 
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.in"
@@ -55,11 +91,11 @@ configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/bullet_ccdConfig.cmake.
                               PATH_VARS CMAKE_INSTALL_LIBEXECDIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_SOURCE_DIR}/docs/glossary.md" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES "${PROJECT_SOURCE_DIR}/docs/glossary.md" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT dev)
 install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
               "${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
               "${CMAKE_CURRENT_LIST_DIR}/FindBulletPrecision.cmake"
-        DESTINATION "${_config_dir}")
+        DESTINATION "${_config_dir}" COMPONENT dev)
 
 # A program that links both precisions is refused when it is configured: CMake says that the
 # property of one does not agree with the other's.
