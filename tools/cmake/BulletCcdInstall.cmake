@@ -108,3 +108,11 @@ foreach(_component bullet bullet_float64)
             COMPATIBLE_INTERFACE_STRING BULLET_CCD_PRECISION)
     endif()
 endforeach()
+
+# Completion by bash, which looks for a file with the name of the program.
+if(BULLET_CCD_TOOLS)
+    foreach(_program grasp bullet-ccd)
+        install(FILES "${PROJECT_SOURCE_DIR}/tools/bullet_ccd_completion" RENAME ${_program}
+                DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT tools)
+    endforeach()
+endif()
