@@ -4,6 +4,7 @@
 #include "benchmarks/grasp/summaries.h"
 #include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
+#include "grasp/hand/hand_file.h"
 #include "tools/grasp_cli/options/config_option.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
@@ -13,6 +14,7 @@
 #include <atomic>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -30,11 +32,14 @@ using nlohmann::json;
 constexpr const char* kBenchCriteria =
     "Of closings, exit code 1 if one of ours ends inside something or leaves a gap above 0.1 mm,\n"
     "goes on through a contact, differs without a reason, or if fewer than 95 % of a hand's\n"
-    "closings are alike; of plans, if no object is held.";
+    "closings are alike; of plans, if no object is held; of hands without their SRDF, if one has\n"
+    "less than 0.9 of the force closures that it has with it, or less than 0.97 the other way\n"
+    "round.";
 
 struct BenchArguments : TableOptions
 {
     bool resume = false;
+    bool inferred = false;  ///< every hand also without its SRDF
     ClosingReference against = ClosingReference::Sweep;
 };
 
@@ -61,6 +66,23 @@ std::vector<json> knownRows(const BenchArguments& arguments, const json& setting
     return kept ? kept->get<std::vector<json>>() : std::vector<json>{};
 }
 
+std::map<std::string, tools::LoadedHand> handsOf(const BenchArguments& arguments)
+{
+    std::map<std::string, tools::LoadedHand> hands;
+    for (const std::string& name : arguments.hands)
+    {
+        tools::LoadedHand hand = tools::loadNamedHand(name);
+        const fs::path file = hand.file;
+        hands.try_emplace(file.stem().string(), std::move(hand));
+        if (arguments.inferred)
+        {
+            hands.try_emplace(file.stem().string() + kWithoutSrdf,
+                              tools::LoadedHand{.hand = grasp::inferHand(file), .file = file});
+        }
+    }
+    return hands;
+}
+
 /// Takes objects one by one, with all hands, and keeps the rows in a checkpoint.
 class PairRunner
 {
@@ -69,13 +91,10 @@ public:
         : m_arguments(arguments),
           m_judge(judge),
           m_settings(std::move(settings)),
+          m_hands(handsOf(arguments)),
           m_rows(knownRows(arguments, m_settings)),
-          m_progress(arguments.hands.size() * arguments.objects.size(), "pairs", m_rows.size())
+          m_progress(m_hands.size() * arguments.objects.size(), "pairs", m_rows.size())
     {
-        for (const std::string& hand : arguments.hands)
-        {
-            m_hands.push_back(tools::loadNamedHand(hand));
-        }
         // A misspelt name must not cost an hour.
         for (const std::string& object : arguments.objects)
         {
@@ -106,9 +125,9 @@ private:
     const BenchArguments& m_arguments;
     const JudgePair& m_judge;
     json m_settings;
+    std::map<std::string, tools::LoadedHand> m_hands;  // by what rows call them
     std::vector<json> m_rows;
     std::mutex m_mutex;  // of the rows
-    std::vector<tools::LoadedHand> m_hands;
     tools::ProgressLine m_progress;
     std::atomic<std::size_t> m_next = 0;
     std::atomic<bool> m_failed = false;
@@ -152,9 +171,8 @@ private:
     void take(const std::string& name)
     {
         std::optional<tools::LoadedObject> object;
-        for (const tools::LoadedHand& hand : m_hands)
+        for (const auto& [handKey, hand] : m_hands)
         {
-            const std::string handKey = hand.file.stem().string();
             const std::string objectKey = keyOf(tools::resolveObject(name));
             if (m_failed || isKnown(handKey, objectKey))
             {
@@ -219,6 +237,15 @@ bool runPlans(const BenchArguments& arguments)
     return run("planning", arguments, judge, &summarizePlans);
 }
 
+bool runInference(const BenchArguments& arguments)
+{
+    BenchArguments both = arguments;
+    both.inferred = true;
+    const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
+    { return judgePlans(hand, object, alone(arguments.planner)); };
+    return run("inference", both, judge, &summarizeInference);
+}
+
 using Verb = bool (*)(const BenchArguments& arguments);
 
 Program verbOf(const std::string& name, const std::string& about, Verb verb)
@@ -279,6 +306,9 @@ int main(int argc, char** argv)
          .verbs = {
              verbOf("closing", "closings against a fine sweep or the simulation", &runClosings),
              verbOf("planning", "force closures of many hands and objects", &runPlans),
+             verbOf("inference",
+                    "force closures of hands with their SRDF and without it",
+                    &runInference),
              verbOf("table",
                     "plan every hand with every object and compare",
                     [](const BenchArguments& arguments) { return tableGrasps(arguments); })}});

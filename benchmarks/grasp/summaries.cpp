@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <utility>
 
 namespace bullet_ccd::benchmarks
 {
@@ -134,6 +136,63 @@ std::ptrdiff_t heldOf(const Rows& rows)
 {
     return std::ranges::count_if(rows, [](const json& row) { return row["force_closures"] > 0; });
 }
+
+/// Force closures over the same number of candidates of one object.
+struct Closures
+{
+    double with = 0.0;     ///< its SRDF
+    double without = 0.0;  ///< it
+};
+
+/// Of one hand; objects that were seen once only are left out.
+std::vector<Closures> byObject(const Rows& with, const Rows& without)
+{
+    std::vector<Closures> closures;
+    for (const json& row : with)
+    {
+        for (const json& other : without)
+        {
+            if (other["object"] == row["object"])
+            {
+                closures.push_back(
+                    {row["force_closures"].get<double>(), other["force_closures"].get<double>()});
+            }
+        }
+    }
+    return closures;
+}
+
+/// Of the sums, without over with.
+double ratioOf(const std::vector<Closures>& closures)
+{
+    double with = 0.0;
+    double without = 0.0;
+    for (const Closures& object : closures)
+    {
+        with += object.with;
+        without += object.without;
+    }
+    return without == with ? 1.0 : without / with;
+}
+
+/// What the middle 95 % of the ratios are between when the objects are drawn anew.
+std::pair<double, double> intervalOf(const std::vector<Closures>& closures)
+{
+    constexpr std::size_t kDraws = 2'000;
+    std::mt19937_64 random(1);
+    std::vector<double> ratios;
+    for (std::size_t k = 0; k < kDraws; ++k)
+    {
+        std::vector<Closures> drawn;
+        for (std::size_t i = 0; i < closures.size(); ++i)
+        {
+            drawn.push_back(closures[random() % closures.size()]);
+        }
+        ratios.push_back(ratioOf(drawn));
+    }
+    std::ranges::sort(ratios);
+    return {ratios[kDraws / 40], ratios[kDraws - kDraws / 40 - 1]};
+}
 }  // namespace
 
 bool summarizeClosings(const Rows& rows)
@@ -200,5 +259,50 @@ bool summarizePlans(const Rows& rows)
         }
     }
     return held > 0;
+}
+
+bool summarizeInference(const Rows& rows)
+{
+    constexpr double kInferred = 0.9;  // least share of the SRDF's rate
+    constexpr double kShipped = 0.97;  // least share of the inferred rate
+    const Table table(
+        "hand:<24|objects:>7|with SRDF [%]=with:>13.1f|without [%]=without:>11.1f|"
+        "ratio:>14.2f|from:>6.2f|to:>6.2f|held with=heldWith:>9|"
+        "held without=heldWithout:>12|judged:<16");
+    std::map<std::string, Rows> hands = groupedBy("hand", rows);
+    bool isGood = !hands.empty();
+    std::vector<double> ratios;
+    for (const auto& [hand, with] : hands)
+    {
+        const auto other = hands.find(hand + kWithoutSrdf);
+        if (other == hands.end())
+        {
+            continue;
+        }
+        const Rows& without = other->second;
+        const std::vector<Closures> closures = byObject(with, without);
+        const double ratio = ratios.emplace_back(ratioOf(closures));
+        const auto [from, to] = intervalOf(closures);
+        const auto rateOf = [](const Rows& plans)
+        { return 100.0 * totalOf(plans, "force_closures") / totalOf(plans, "candidates"); };
+        const bool isInferred = ratio >= kInferred;
+        const bool isShipped = ratio * kShipped <= 1.0;
+        isGood = isGood && isInferred && isShipped;
+        table.print({{"hand", hand},
+                     {"objects", closures.size()},
+                     {"with", rateOf(with)},
+                     {"without", rateOf(without)},
+                     {"ratio", ratio},
+                     {"from", from},
+                     {"to", to},
+                     {"heldWith", heldOf(with)},
+                     {"heldWithout", heldOf(without)},
+                     {"judged",
+                      !isInferred  ? "FAIL: inference"
+                      : !isShipped ? "FAIL: SRDF"
+                                   : "pass"}});
+    }
+    fmt::print("without : with, mean of the hands: {:.2f}\n", meanOf(ratios));
+    return isGood;
 }
 }  // namespace bullet_ccd::benchmarks

@@ -54,7 +54,7 @@ std::optional<Eigen::Vector3d> fingertip(const HandModel& hand,
 OpenHand openHand(const HandModel& hand, const Preshape& preshape)
 {
     const std::vector<Eigen::Isometry3d> X_GL =
-        linkPoses(hand.robot.tree, hand.X_RG.inverse(), preshape.positions);
+        linkPoses(hand.robot.tree, graspFrame(hand, preshape).inverse(), preshape.positions);
     OpenHand open;
     for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
     {
@@ -411,7 +411,7 @@ ApproachCandidate sampleApproach(const HandModel& hand,
         candidate.distance = std::min(candidate.distance, options.reach);
     }
     X_WG.translation() -= back * candidate.direction_W;
-    candidate.X_WStart = X_WG * hand.X_RG.inverse();
+    candidate.X_WStart = X_WG * graspFrame(hand, hand.preshapes[preshape]).inverse();
     return candidate;
 }
 }  // namespace bullet_ccd::grasp

@@ -89,6 +89,10 @@ std::string contentHash(const HandModel& hand)
         std::for_each(preshape.positions.begin(),
                       preshape.positions.end(),
                       [&](double position) { hash.add(position); });
+        if (preshape.X_RG)
+        {
+            hash.add(*preshape.X_RG);
+        }
     }
     for (const auto& [first, second] : hand.selfPairs)
     {

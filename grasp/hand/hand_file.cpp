@@ -60,6 +60,14 @@ HandModel emptyHand(RobotModel robot)
     }
     return hand;
 }
+
+HandModel inferred(HandModel hand)
+{
+    Srdf empty;
+    empty.file = hand.robot.file;
+    applySrdf(empty, hand);
+    return hand;
+}
 }  // namespace
 
 HandModel loadHand(const std::filesystem::path& urdf,
@@ -94,9 +102,11 @@ HandModel loadHand(const std::filesystem::path& urdf,
         }
     }
     hand.notes.push_back("no SRDF found, everything about the hand is inferred");
-    Srdf empty;
-    empty.file = urdf;
-    applySrdf(empty, hand);
-    return hand;
+    return inferred(std::move(hand));
+}
+
+HandModel inferHand(const std::filesystem::path& urdf)
+{
+    return inferred(emptyHand(loadUrdf(urdf)));
 }
 }  // namespace bullet_ccd::grasp

@@ -13,8 +13,11 @@
 /// and, as extensions that MoveIt ignores,
 ///   <closing joint=".." direction="+1|-1"/>
 ///   <grasp_frame link=".." xyz=".." rpy=".."/>   see HandModel::X_RG; at the first preshape
-/// What is missing is inferred and noted: fingers (if no group is one), closing directions (of
-/// finger joints that are neither passive nor listed as closing), a preshape, and the grasp frame.
+/// What is missing is inferred and noted, piece by piece: fingers (if no group is one), closing
+/// directions (of finger joints that are neither passive nor listed as closing), preshapes, and the
+/// grasp frame, of which every preshape then has its own. Preshapes are searched by trial grasps,
+/// which takes seconds (preshape_search.h), if there are joints below the palm that do not close,
+/// passive ones among them.
 /// Links that overlap in every preshape are never tested against each other; a note names them.
 #pragma once
 
@@ -36,4 +39,8 @@ namespace bullet_ccd::grasp
 loadHand(const std::filesystem::path& urdf,
          const std::optional<std::filesystem::path>& srdf = std::nullopt,
          const std::filesystem::path& shareFolder = {});
+
+/// Loads a hand of which everything is inferred, whatever SRDF there is.
+/// Throws as loadHand() does.
+[[nodiscard]] BULLET_CCD_API HandModel inferHand(const std::filesystem::path& urdf);
 }  // namespace bullet_ccd::grasp

@@ -343,9 +343,8 @@ Preshape inferPreshape(const HandModel& hand)
     return preshape;
 }
 
-Eigen::Isometry3d inferGraspFrame(const HandModel& hand)
+Eigen::Isometry3d inferGraspFrame(const HandModel& hand, const std::vector<double>& open)
 {
-    const std::vector<double>& open = hand.preshapes[0].positions;
     const std::vector<double> closed = closedPositions(hand, open);
     std::vector<double> half(open.size());
     for (std::size_t i = 0; i < open.size(); ++i)

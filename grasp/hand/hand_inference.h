@@ -36,9 +36,10 @@ namespace bullet_ccd::grasp
 /// clamped.
 [[nodiscard]] Preshape inferPreshape(const HandModel& hand);
 
-/// Between the fingertips of a half-closed hand, x from the finger that opposes the others to them,
-/// z away from the palm.
-[[nodiscard]] Eigen::Isometry3d inferGraspFrame(const HandModel& hand);
+/// Between the fingertips of a hand that is half closed from `open`, x from the finger that opposes
+/// the others to them, z away from the palm.
+[[nodiscard]] Eigen::Isometry3d inferGraspFrame(const HandModel& hand,
+                                                const std::vector<double>& open);
 
 /// `q` within the limits of the joint.
 [[nodiscard]] double clampToLimits(const Joint& joint, double q);

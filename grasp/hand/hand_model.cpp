@@ -20,6 +20,33 @@ const Preshape* findPreshape(const HandModel& hand, const std::string& name)
     return found == hand.preshapes.end() ? nullptr : &*found;
 }
 
+const Eigen::Isometry3d& graspFrame(const HandModel& hand, const Preshape& preshape)
+{
+    return preshape.X_RG ? *preshape.X_RG : hand.X_RG;
+}
+
+bool fingersAreCoupled(const HandModel& hand)
+{
+    std::int32_t driver = kNone;
+    int closing = 0;
+    for (std::size_t link = 0; link < hand.closingDirections.size(); ++link)
+    {
+        const Joint& joint = hand.robot.tree.links[link].joint;
+        if (hand.closingDirections[link] != 0 || joint.mimicOf != kNone)
+        {
+            const auto itsDriver =
+                joint.mimicOf != kNone ? joint.mimicOf : static_cast<std::int32_t>(link);
+            if (driver != kNone && itsDriver != driver)
+            {
+                return false;
+            }
+            driver = itsDriver;
+            ++closing;
+        }
+    }
+    return closing >= 2;
+}
+
 std::vector<double> closedPositions(const HandModel& hand, const std::vector<double>& from)
 {
     std::vector<double> closed = from;

@@ -6,6 +6,7 @@
 #include "bullet_ccd/io/urdf_file.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +26,8 @@ struct Preshape
 {
     std::string name;
     std::vector<double> positions;
+    /// Its own grasp frame in the root link, in place of HandModel::X_RG.
+    std::optional<Eigen::Isometry3d> X_RG{};
 };
 
 /// A hand. It can be moved but not copied, because `linkTrees` points into `trees`.
@@ -52,7 +55,7 @@ struct HandModel
     std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
     /// Pose of the grasp frame in the root link. Its origin is where the fingers meet, +z is the
     /// direction in which the hand approaches an object, and +x is the direction across which the
-    /// fingers oppose each other.
+    /// fingers oppose each other. A preshape may have its own.
     Eigen::Isometry3d X_RG = Eigen::Isometry3d::Identity();
     std::vector<std::string> notes;  ///< what was inferred, one line each
 };
@@ -63,6 +66,14 @@ struct HandModel
 /// The preshape of that name, or null if the hand has none. It points into `hand`.
 [[nodiscard]] BULLET_CCD_API const Preshape* findPreshape(const HandModel& hand,
                                                           const std::string& name);
+
+/// The grasp frame of the preshape in the root link: its own, or that of the hand.
+[[nodiscard]] BULLET_CCD_API const Eigen::Isometry3d& graspFrame(const HandModel& hand,
+                                                                 const Preshape& preshape);
+
+/// True if every closing joint follows one and the same joint: a gripper whose jaws cannot centre
+/// themselves on the object; the first jaw to touch stops both.
+[[nodiscard]] BULLET_CCD_API bool fingersAreCoupled(const HandModel& hand);
 
 /// Where the joints end if nothing stops them, one entry per link [rad or m]. A closing joint goes
 /// to its limit in the closing direction, or by a full turn from `from` if it has no limits. Joints

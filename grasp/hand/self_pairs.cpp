@@ -60,7 +60,49 @@ void append(std::string& list, const std::string& item)
 {
     list += (list.empty() ? "" : ", ") + item;
 }
+
+int movableJoints(const HandModel& hand, std::int32_t link, std::int32_t ancestor)
+{
+    int count = 0;
+    for (; link != ancestor; link = hand.robot.tree.links[static_cast<std::size_t>(link)].parent)
+    {
+        count += hand.robot.tree.links[static_cast<std::size_t>(link)].joint.isMovable() ? 1 : 0;
+    }
+    return count;
+}
 }  // namespace
+
+bool selfOverlaps(const HandModel& hand,
+                  const std::vector<double>& positions,
+                  const std::vector<double>& reference)
+{
+    const std::vector<std::vector<Eigen::Isometry3d>> poses{
+        linkPoses(hand.robot.tree, Eigen::Isometry3d::Identity(), positions),
+        linkPoses(hand.robot.tree, Eigen::Isometry3d::Identity(), reference)};
+    const auto count = static_cast<std::int32_t>(hand.linkTrees.size());
+    for (LinkPair pair(0, 0); pair.first < count; ++pair.first)
+    {
+        for (pair.second = pair.first + 1; pair.second < count; ++pair.second)
+        {
+            if (hand.linkTrees[static_cast<std::size_t>(pair.first)] == nullptr ||
+                hand.linkTrees[static_cast<std::size_t>(pair.second)] == nullptr)
+            {
+                continue;
+            }
+            const std::int32_t base = commonAncestor(hand.robot.tree, pair.first, pair.second);
+            if (movableJoints(hand, pair.first, base) + movableJoints(hand, pair.second, base) < 2)
+            {
+                continue;
+            }
+            const std::vector<bool> overlap = overlaps(hand, pair, poses);
+            if (overlap[0] && !overlap[1])
+            {
+                return true;
+            }
+        }
+    }
+    return false;
+}
 
 void setSelfPairs(HandModel& hand, const std::vector<LinkPair>& disabled)
 {

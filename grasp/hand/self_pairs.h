@@ -15,4 +15,10 @@ inline constexpr double kPreshapeOverlap = 1e-4;
 /// order. Notes pairs that overlap in a preshape.
 void setSelfPairs(HandModel& hand,
                   const std::vector<std::pair<std::int32_t, std::int32_t>>& disabled);
+
+/// True if links overlap that do not so at `reference`: pairs with two movable joints or more
+/// between them. Positions have one entry per link.
+[[nodiscard]] bool selfOverlaps(const HandModel& hand,
+                                const std::vector<double>& positions,
+                                const std::vector<double>& reference);
 }  // namespace bullet_ccd::grasp

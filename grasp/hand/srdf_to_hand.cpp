@@ -3,6 +3,7 @@
 #include "bullet_ccd/io/nearest_name.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "grasp/hand/hand_inference.h"
+#include "grasp/hand/preshape_search.h"
 #include "grasp/hand/self_pairs.h"
 
 #include <algorithm>
@@ -217,11 +218,29 @@ private:
                               [](const Preshape& preshape) { return preshape.name == "open"; });
         if (m_hand.preshapes.empty())
         {
-            m_hand.preshapes.push_back(inferPreshape(m_hand));
-            m_hand.notes.push_back(
-                "preshape inferred: closing joints opened, all others at 0 or the limit next to "
-                "it");
+            inferPreshapes();
         }
+    }
+
+    void inferPreshapes()
+    {
+        const Preshape open = inferPreshape(m_hand);
+        const std::optional<Eigen::Isometry3d> frame =
+            m_srdf.graspFrame ? std::optional(graspFrameAt(open.positions)) : std::nullopt;
+        if (std::optional<std::vector<Preshape>> found = searchPreshapes(m_hand, frame))
+        {
+            m_hand.preshapes = *std::move(found);
+            std::string names;
+            for (const Preshape& preshape : m_hand.preshapes)
+            {
+                names += (names.empty() ? "" : ", ") + preshape.name;
+            }
+            m_hand.notes.push_back("preshapes inferred by trial grasps: " + names);
+            return;
+        }
+        m_hand.preshapes.push_back(open);
+        m_hand.notes.push_back(
+            "preshape inferred: closing joints opened, all others at 0 or the limit next to it");
     }
 
     Preshape& preshapeNamed(const std::string& name)
@@ -309,17 +328,30 @@ private:
 
     void readGraspFrame()
     {
-        if (!m_srdf.graspFrame)
+        if (m_srdf.graspFrame)
         {
-            m_hand.X_RG = inferGraspFrame(m_hand);
-            m_hand.notes.push_back(
-                "grasp frame inferred from the fingertips of the half-closed hand");
+            m_hand.X_RG = graspFrameAt(m_hand.preshapes.front().positions);
             return;
         }
+        for (Preshape& preshape : m_hand.preshapes)
+        {
+            if (!preshape.X_RG)
+            {
+                preshape.X_RG = searchGraspFrame(m_hand, preshape.positions);
+            }
+        }
+        m_hand.X_RG = *m_hand.preshapes.front().X_RG;
+        m_hand.notes.push_back("grasp frame inferred for each preshape");
+    }
+
+    /// What the SRDF says, at these positions.
+    Eigen::Isometry3d graspFrameAt(const std::vector<double>& positions)
+    {
         const std::int32_t link = findLink("grasp_frame", m_srdf.graspFrame->link);
-        const std::vector<Eigen::Isometry3d> poses =
-            linkPoses(tree(), Eigen::Isometry3d::Identity(), m_hand.preshapes.front().positions);
-        m_hand.X_RG = poses[static_cast<std::size_t>(link)] * m_srdf.graspFrame->X_LG;
+        return linkPoses(tree(),
+                         Eigen::Isometry3d::Identity(),
+                         positions)[static_cast<std::size_t>(link)] *
+               m_srdf.graspFrame->X_LG;
     }
 
     [[nodiscard]] const Link& linkAt(std::int32_t link) const

@@ -45,35 +45,14 @@ Eigen::Isometry3d shifted(Eigen::Isometry3d X_W, const Eigen::Vector3d& by)
     return X_W;
 }
 
-/// True if every closing joint follows one and the same joint: a gripper whose jaws cannot centre
-/// themselves on the object; the first jaw to touch stops both.
-bool fingersAreCoupled(const HandModel& hand)
-{
-    std::int32_t driver = kNone;
-    int closing = 0;
-    for (std::size_t link = 0; link < hand.closingDirections.size(); ++link)
-    {
-        const Joint& joint = hand.robot.tree.links[link].joint;
-        if (hand.closingDirections[link] != 0 || joint.mimicOf != kNone)
-        {
-            const auto itsDriver =
-                joint.mimicOf != kNone ? joint.mimicOf : static_cast<std::int32_t>(link);
-            if (driver != kNone && itsDriver != driver)
-            {
-                return false;
-            }
-            driver = itsDriver;
-            ++closing;
-        }
-    }
-    return closing >= 2;
-}
-
 /// Sideways shift that centres the closed jaws on the object: half of the free travel across which
 /// they oppose each other. Real grippers do this by compliance or by pushing the object.
 Eigen::Vector3d centringShift(const Grasp& grasp, CandidateContext& context)
 {
-    const Eigen::Vector3d across = (grasp.X_WH * context.hand.X_RG).linear().col(0);
+    const Preshape* preshape = findPreshape(context.hand, grasp.preshape);
+    const Eigen::Isometry3d& X_HG =
+        preshape == nullptr ? context.hand.X_RG : graspFrame(context.hand, *preshape);
+    const Eigen::Vector3d across = (grasp.X_WH * X_HG).linear().col(0);
     const double reach = 2.0 * context.object.radius;
     Eigen::Vector3d best = Eigen::Vector3d::Zero();
     for (const double sign : {1.0, -1.0})

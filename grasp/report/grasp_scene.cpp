@@ -111,9 +111,11 @@ GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Gra
     scene.contacts = grasp.contacts;
     scene.objectRadius = object.radius;
     const Eigen::Vector3d approach = grasp.approach_W;
+    const Preshape* preshape = findPreshape(hand, grasp.preshape);
+    const Eigen::Isometry3d& X_RG = preshape == nullptr ? hand.X_RG : graspFrame(hand, *preshape);
     scene.approach_W = approach.norm() > 0.5
                            ? approach
-                           : Eigen::Vector3d(grasp.X_WH.linear() * hand.X_RG.linear().col(2));
+                           : Eigen::Vector3d(grasp.X_WH.linear() * X_RG.linear().col(2));
     return scene;
 }
 

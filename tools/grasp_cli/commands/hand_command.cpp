@@ -133,6 +133,22 @@ void printNotes(const HandModel& hand)
     }
 }
 
+/// @param isOne the frame is that of all preshapes
+void printGraspFrame(const HandModel& hand, const grasp::Preshape& preshape, bool isOne)
+{
+    const Eigen::Isometry3d& X_RG = grasp::graspFrame(hand, preshape);
+    const auto text = [](const Eigen::Vector3d& v, int digits) {
+        return fmt::format(
+            "({:.{}f}, {:.{}f}, {:.{}f})", v.x(), digits, v.y(), digits, v.z(), digits);
+    };
+    fmt::print("grasp frame{} in {}: origin {} m, approaches along {}, opposes along {}\n",
+               isOne ? "" : fmt::format(" of '{}'", preshape.name),
+               linkName(hand, 0),
+               text(X_RG.translation(), 4),
+               text(X_RG.linear().col(2), 3),
+               text(X_RG.linear().col(0), 3));
+}
+
 int show(const HandArguments& arguments)
 {
     const LoadedHand loaded = loadNamedHand(arguments.hand, arguments.srdf);
@@ -155,22 +171,17 @@ int show(const HandArguments& arguments)
     printFingers(hand);
     fmt::print("\njoints; the last columns are the preshapes [rad or m]\n{}",
                alignedText(jointTable(hand)));
-    const Eigen::Vector3d p = hand.X_RG.translation();
-    const Eigen::Vector3d z = hand.X_RG.linear().col(2);
-    const Eigen::Vector3d x = hand.X_RG.linear().col(0);
-    fmt::print(
-        "\ngrasp frame in {}: origin ({:.4f}, {:.4f}, {:.4f}) m, approaches along ({:.3f}, {:.3f}, "
-        "{:.3f}), opposes along ({:.3f}, {:.3f}, {:.3f})\n",
-        linkName(hand, 0),
-        p.x(),
-        p.y(),
-        p.z(),
-        z.x(),
-        z.y(),
-        z.z(),
-        x.x(),
-        x.y(),
-        x.z());
+    fmt::print("\n");
+    const bool isOne = std::ranges::none_of(
+        hand.preshapes, [](const grasp::Preshape& preshape) { return preshape.X_RG.has_value(); });
+    for (const grasp::Preshape& preshape : hand.preshapes)
+    {
+        printGraspFrame(hand, preshape, isOne);
+        if (isOne)
+        {
+            break;
+        }
+    }
     const std::vector<std::string> disabled = disabledPairs(hand);
     fmt::print("{} pairs of links tested against each other, {} not:\n",
                hand.selfPairs.size(),

@@ -1,0 +1,198 @@
+#include "grasp/hand/preshape_search.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "grasp/closing/kinematic_closing.h"
+#include "grasp/formats/content_hash.h"
+#include "grasp/hand/hand_file.h"
+#include "grasp/hand/self_pairs.h"
+#include "grasp/hand/trial_grasps.h"
+#include "grasp/planner/grasp_planner.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <numbers>
+#include <random>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using testing::Contains;
+using testing::HasSubstr;
+using tests::TempFolder;
+
+TEST(TrialBody, DistanceIsThatOfBallBarAndBox)
+{
+    const TrialBody ball{.half = Eigen::Vector3d::Zero(), .round = 0.03};
+    const TrialBody bar{.half = {0.0, 0.06, 0.0}, .round = 0.02};
+    const TrialBody box{.half = {0.02, 0.03, 0.04}, .round = 0.0};
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> coordinate(-0.1, 0.1);
+    int inside = 0;
+    for (int k = 0; k < 300; ++k)
+    {
+        const Eigen::Vector3d p(coordinate(random), coordinate(random), coordinate(random));
+        EXPECT_NEAR(ball.distance(p), p.norm() - 0.03, 1e-12);
+        const Eigen::Vector3d onAxis(0.0, std::clamp(p.y(), -0.06, 0.06), 0.0);
+        EXPECT_NEAR(bar.distance(p), (p - onAxis).norm() - 0.02, 1e-12);
+        const Eigen::Vector3d nearest = p.cwiseMax(-box.half).cwiseMin(box.half);
+        const bool isInside = nearest == p;
+        inside += isInside ? 1 : 0;
+        EXPECT_NEAR(box.distance(p),
+                    isInside ? (p.cwiseAbs() - box.half).maxCoeff() : (p - nearest).norm(),
+                    1e-12);
+        // The normal is the gradient of the distance.
+        for (const TrialBody& body : {ball, bar, box})
+        {
+            EXPECT_NEAR(body.distance(p + 1e-7 * body.normal(p)) - body.distance(p), 1e-7, 1e-10);
+        }
+    }
+    EXPECT_GT(inside, 3);
+}
+
+std::string block(const std::string& name, const std::string& size, const std::string& origin)
+{
+    return "<link name=\"" + name + "\"><collision><origin xyz=\"" + origin +
+           "\"/><geometry><box size=\"" + size + "\"/></geometry></collision></link>";
+}
+
+std::string joint(const std::string& name,
+                  const std::string& parent,
+                  const std::string& child,
+                  const std::string& xyz,
+                  const std::string& axis,
+                  const std::string& limits)
+{
+    return "<joint name=\"" + name + "\" type=\"revolute\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
+           "\"/><limit " + limits + " effort=\"1\" velocity=\"1\"/></joint>";
+}
+
+/// A palm in the plane x-z that looks along +x; two fingers on its upper end that bend towards +x,
+/// and a thumb beside its lower end whose base turns about z. At 0 the thumb bends towards +x, too,
+/// as the fingers do, beside them. Turned by a right angle it stands in front of the palm.
+std::string thumbedHand()
+{
+    std::string text = "<?xml version=\"1.0\"?><robot name=\"thumbed\">" +
+                       block("palm", "0.02 0.08 0.09", "0 0 0.045");
+    for (const std::string& name : {std::string("fore"), std::string("ring")})
+    {
+        const std::string y = name == "fore" ? "0.022" : "-0.022";
+        text += block(name + "_1", "0.016 0.018 0.045", "0 0 0.024") +
+                block(name + "_2", "0.016 0.018 0.035", "0 0 0.019") +
+                joint(name + "1",
+                      "palm",
+                      name + "_1",
+                      "0 " + y + " 0.095",
+                      "0 1 0",
+                      "lower=\"0\" upper=\"1.5\"") +
+                joint(name + "2",
+                      name + "_1",
+                      name + "_2",
+                      "0 0 0.05",
+                      "0 1 0",
+                      "lower=\"0\" upper=\"1.5\"");
+    }
+    text +=
+        block("base", "0.016 0.016 0.016", "0 0.05 0") +
+        block("thumb_1", "0.016 0.018 0.045", "0 0 0.024") +
+        block("thumb_2", "0.016 0.018 0.035", "0 0 0.019") +
+        joint("turn", "palm", "base", "0.02 0 0.02", "0 0 -1", "lower=\"0\" upper=\"1.8\"") +
+        joint("thumb1", "base", "thumb_1", "0 0.05 0.01", "0 1 0", "lower=\"0\" upper=\"1.3\"") +
+        joint("thumb2", "thumb_1", "thumb_2", "0 0 0.05", "0 1 0", "lower=\"0\" upper=\"1.5\"");
+    return text + "</robot>";
+}
+
+/// What the planner holds says more than the trials by which preshapes were searched.
+int closuresOnABall(const HandModel& hand, std::int64_t candidates)
+{
+    const GraspObject ball = makeGraspObject("ball", makeSphere(0.037, 3));
+    const std::vector<Grasp> grasps = planGrasps(
+        hand, ball, {.candidates = candidates, .volumes = 0}, [] { return kinematicClosing(); });
+    return static_cast<int>(
+        std::ranges::count(grasps, RejectReason::None, [](const Grasp& g) { return g.reject; }));
+}
+
+TEST(PreshapeSearch, TheThumbIsTurnedInFrontOfThePalmEveryTime)
+{
+    const TempFolder folder;
+    const auto urdf = folder.write("thumbed.urdf", thumbedHand());
+    const HandModel hand = loadHand(urdf);
+    const auto turn = static_cast<std::size_t>(hand.robot.tree.findJoint("turn"));
+    EXPECT_EQ(hand.closingDirections[turn], 0);
+    EXPECT_THAT(hand.notes, Contains(HasSubstr("preshapes inferred by trial grasps")));
+    for (const Preshape& preshape : hand.preshapes)
+    {
+        EXPECT_GT(preshape.positions[turn], 0.7) << preshape.name;
+        ASSERT_TRUE(preshape.X_RG);
+        // The hand comes with its palm behind.
+        EXPECT_GT(preshape.X_RG->linear().col(2).x(), 0.3) << preshape.name;
+        EXPECT_FALSE(selfOverlaps(
+            hand, preshape.positions, std::vector<double>(hand.robot.tree.size(), 0.0)));
+    }
+    EXPECT_EQ(hand.X_RG.matrix(), hand.preshapes[0].X_RG->matrix());
+    EXPECT_EQ(contentHash(hand), contentHash(inferHand(urdf)));  // whatever the threads did
+
+    // With the thumb at rest beside the fingers next to nothing is held.
+    folder.write("thumbed.srdf",
+                 "<robot name=\"thumbed\"><group name=\"t\"><chain base_link=\"palm\" "
+                 "tip_link=\"thumb_2\"/></group><group name=\"f\"><chain base_link=\"palm\" "
+                 "tip_link=\"fore_2\"/></group><group name=\"r\"><chain base_link=\"palm\" "
+                 "tip_link=\"ring_2\"/></group><group_state name=\"open\" group=\"t\"/></robot>");
+    const HandModel rest = loadHand(urdf);
+    EXPECT_EQ(rest.preshapes[0].positions[turn], 0.0);
+    const int atRest = closuresOnABall(rest, 12);
+    const int turned = closuresOnABall(hand, 12);
+    EXPECT_LE(atRest, 3);
+    EXPECT_GE(turned, 9);
+}
+
+TEST(PreshapeSearch, AKnownGraspFrameIsKept)
+{
+    const TempFolder folder;
+    folder.write("thumbed.srdf",
+                 "<robot name=\"thumbed\"><grasp_frame link=\"palm\" xyz=\"0.05 0 0.1\" "
+                 "rpy=\"0 1.2 0\"/></robot>");
+    const HandModel hand = loadHand(folder.write("thumbed.urdf", thumbedHand()));
+    EXPECT_TRUE(hand.X_RG.translation().isApprox(Eigen::Vector3d(0.05, 0.0, 0.1), 1e-12));
+    for (const Preshape& preshape : hand.preshapes)
+    {
+        EXPECT_FALSE(preshape.X_RG);
+        EXPECT_EQ(graspFrame(hand, preshape).matrix(), hand.X_RG.matrix());
+    }
+}
+
+TEST(PreshapeSearch, AHandWithNothingToSearchHasNoSearchedPreshape)
+{
+    const TempFolder folder;
+    std::string text = thumbedHand();
+    const std::string from = "<joint name=\"turn\" type=\"revolute\">";
+    text.replace(text.find(from), from.size(), "<joint name=\"turn\" type=\"fixed\">");
+    const HandModel hand = loadHand(folder.write("thumbed.urdf", text));
+    EXPECT_FALSE(searchPreshapes(hand, std::nullopt));
+    ASSERT_EQ(hand.preshapes.size(), 1U);
+    EXPECT_EQ(hand.preshapes[0].name, "open");
+}
+
+/// Before thumbs were searched for, these hands held 0.3 to 17 % of what they hold by their SRDF.
+TEST(PreshapeSearch, ThumbedHandsOfOthersHoldABall)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(hands, "hands");
+    std::vector<std::string> names{"schunk_sah/schunk_sah_right"};
+    if (tests::longTests())
+    {
+        names.insert(names.end(),
+                     {"allegro/allegro_left", "leap/leap_right", "shadow/shadow_right"});
+    }
+    for (const std::string& name : names)
+    {
+        const HandModel hand = inferHand(hands / (name + ".urdf"));
+        EXPECT_GE(closuresOnABall(hand, 10), 8) << name;
+    }
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp
