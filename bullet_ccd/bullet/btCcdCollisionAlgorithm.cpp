@@ -207,7 +207,7 @@ void btCcdCollisionAlgorithm::registerAlgorithm(btCollisionDispatcher* dispatche
     }
     if (!funcs.empty())
     {
-        btCcdContext::release(*dispatcher);
+        btCcdContext::release(dispatcher);
         funcs.clear();
     }
     registerIn(Tables::contacts(*dispatcher), funcs);
@@ -236,7 +236,14 @@ void btCcdCollisionAlgorithm::unregisterAlgorithm(btCollisionDispatcher* dispatc
         }
     }
     registry().m_funcs.erase(dispatcher);
-    btCcdContext::release(*dispatcher);
+    btCcdContext::release(dispatcher);
+}
+
+void btCcdCollisionAlgorithm::forgetDispatcher(const btCollisionDispatcher* dispatcher)
+{
+    const std::lock_guard lock(registry().m_mutex);
+    registry().m_funcs.erase(dispatcher);
+    btCcdContext::release(dispatcher);
 }
 
 btCcdCollisionAlgorithm::btCcdCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

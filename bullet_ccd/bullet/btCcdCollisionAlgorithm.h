@@ -51,6 +51,8 @@ public:
     static void registerAlgorithm(btCollisionDispatcher* dispatcher);
     /// Frees what belongs to a dispatcher that is about to be destroyed. Its pairs must be gone.
     static void unregisterAlgorithm(btCollisionDispatcher* dispatcher);
+    /// Frees what belonged to a dispatcher that has been destroyed already.
+    static void forgetDispatcher(const btCollisionDispatcher* dispatcher);
 
     /// @param stock makes the algorithm that answers for contacts; null: contacts are ours
     btCcdCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

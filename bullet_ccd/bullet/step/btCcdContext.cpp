@@ -1,5 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -20,6 +22,12 @@ Contexts& contexts()
 }
 }  // namespace
 
+bool btCcdIsEmpty(const btCollisionShape& shape)
+{
+    return shape.getShapeType() == COMPOUND_SHAPE_PROXYTYPE &&
+           static_cast<const btCompoundShape&>(shape).getNumChildShapes() == 0;
+}
+
 btCcdContext& btCcdContext::of(const btDispatcher& dispatcher)
 {
     const std::lock_guard lock(contexts().m_mutex);
@@ -31,16 +39,17 @@ btCcdContext& btCcdContext::of(const btDispatcher& dispatcher)
     return *context;
 }
 
-void btCcdContext::release(const btDispatcher& dispatcher)
+void btCcdContext::release(const btDispatcher* dispatcher)
 {
     const std::lock_guard lock(contexts().m_mutex);
-    contexts().m_all.erase(&dispatcher);
+    contexts().m_all.erase(dispatcher);
 }
 
 const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
 {
     const btCcdShapeModel* model = m_shapes.find(shape);
-    if (model == nullptr && m_reported.insert(shape->getShapeType()).second)
+    if (model == nullptr && !btCcdIsEmpty(*shape) &&
+        m_reported.insert(shape->getShapeType()).second)
     {
         std::fprintf(stderr,
                      "bullet_ccd: %s (shape type %d) is not covered by continuous collision "

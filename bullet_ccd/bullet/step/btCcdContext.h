@@ -10,6 +10,9 @@
 
 class btDispatcher;
 
+/// Whether a shape is a compound without children, as a multibody's base without a shape has it.
+bool btCcdIsEmpty(const btCollisionShape& shape);
+
 /// One per dispatcher, made on demand. Algorithms come and go with pairs (contactTest makes one for
 /// a single question), so nothing that is costly to make lives in them.
 class btCcdContext
@@ -20,15 +23,17 @@ public:
 
     /// Made if there is none. Different dispatchers may be used by different threads.
     static btCcdContext& of(const btDispatcher& dispatcher);
-    /// Forgets the context: all conversions are freed. The dispatcher must have no pairs left.
-    static void release(const btDispatcher& dispatcher);
+    /// Forgets the context: all conversions are freed. The dispatcher must have no pairs left; it
+    /// may be gone.
+    static void release(const btDispatcher* dispatcher);
 
     btCcdShapeCache m_shapes;
     bullet_ccd::ToiWorkspace m_work;
     double m_tolerance = kDefaultTolerance;
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 
-    /// The model, or null after having said once (per kind of shape) that it is not covered.
+    /// The model, or null after having said once (per kind of shape) that it is not covered. An
+    /// empty compound has no model, and there is nothing to say of it.
     const btCcdShapeModel* model(const btCollisionShape* shape);
 
 private:

@@ -177,7 +177,8 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
     }
     tracked.m_shape = shape.get();
     tracked.m_usable = shape->m_covered && isEnabled(&object);
-    m_unsupported += shape->m_covered ? 0 : 1;
+    const bool isLeftOut = !shape->m_covered && !btCcdIsEmpty(*tracked.m_collisionShape);
+    m_unsupported += isLeftOut ? 1 : 0;
 }
 
 void btCcdTracker::lookAtAll()

@@ -1,5 +1,6 @@
 #include "benchmarks/reference/bullet/scene.h"
 
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
@@ -65,6 +66,20 @@ TEST_P(Reports, WhatIsNotCoveredBehavesAsInStockBulletAndIsNamedOnce)
     EXPECT_TRUE(stock == ours);
     EXPECT_EQ(countOf(said, "\n"), 1) << said;
     EXPECT_EQ(countOf(said, "MinkowskiSum"), 1) << said;
+}
+
+TEST_P(Reports, SayNothingOfACompoundWithoutChildren)
+{
+    testing::internal::CaptureStderr();
+    {
+        Scene scene(GetParam());
+        btCompoundShape* nothing = scene.keep(std::make_unique<btCompoundShape>());
+        scene.body(nothing, 1.0, poseAt(vec(0, 0, 0)));
+        scene.body(scene.box(vec(0.5, 0.5, 0.1)), 1.0, poseAt(vec(0, 0, 0)));
+        scene.step(1.0 / 240.0);
+        EXPECT_EQ(scene.counters().m_unsupported, 0);
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
