@@ -51,6 +51,7 @@ ORDER = [
     "grasp/sim",
     "grasp/examples",
     "python/src",
+    "python/pybullet",
     "robots/shapes",
     "tools/support",
     "tools/support/obstacles",
@@ -89,6 +90,7 @@ ADAPTER = {room for room in ORDER if re.match(r"bullet_ccd/bullet\b", room)}
 BULLET_ROOMS = ADAPTER | {
     "bullet_ccd/examples",
     "grasp/sim",
+    "python/pybullet",
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",
     "benchmarks/peers",
