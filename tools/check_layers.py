@@ -79,6 +79,7 @@ ORDER = [
     "benchmarks/rigid",
     "benchmarks/articulated",
     "benchmarks/closing",
+    "benchmarks/deformable",
     "benchmarks/grasp",
     "benchmarks/bullet",
     "benchmarks/stability",

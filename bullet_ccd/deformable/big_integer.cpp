@@ -10,7 +10,7 @@ namespace bullet_ccd
 {
 namespace
 {
-using Limbs = std::vector<std::uint32_t>;
+__extension__ using Wide = unsigned __int128;
 
 int compareLimbs(const Limbs& a, const Limbs& b)
 {
@@ -35,13 +35,14 @@ Limbs added(const Limbs& longer, const Limbs& shorter)
     std::uint64_t carry = 0;
     for (std::size_t i = 0; i < sum.size() && (i < shorter.size() || carry != 0); ++i)
     {
-        carry += std::uint64_t{sum[i]} + (i < shorter.size() ? shorter[i] : 0U);
-        sum[i] = static_cast<std::uint32_t>(carry);
-        carry >>= 32U;
+        const Wide digit = Wide{sum[i]} + (i < shorter.size() ? shorter[i] : 0U) + carry;
+        sum[i] = static_cast<std::uint64_t>(digit);
+        carry = static_cast<std::uint64_t>(digit >> 64U);
     }
     if (carry != 0)
     {
-        sum.push_back(static_cast<std::uint32_t>(carry));
+        sum.resize(sum.size() + 1);
+        sum[sum.size() - 1] = carry;
     }
     return sum;
 }
@@ -53,9 +54,9 @@ Limbs subtracted(const Limbs& larger, const Limbs& smaller)
     std::uint64_t borrow = 0;
     for (std::size_t i = 0; i < difference.size() && (i < smaller.size() || borrow != 0); ++i)
     {
-        const std::uint64_t take = (i < smaller.size() ? smaller[i] : 0U) + borrow;
+        const Wide take = Wide{i < smaller.size() ? smaller[i] : 0U} + borrow;
         borrow = difference[i] < take ? 1 : 0;
-        difference[i] = static_cast<std::uint32_t>(difference[i] - take);
+        difference[i] -= static_cast<std::uint64_t>(take);
     }
     return difference;
 }
@@ -110,11 +111,11 @@ Polynomial remainder(Polynomial a, const Polynomial& b)
 
 BigInteger::BigInteger(std::int64_t value) : m_isNegative(value < 0)
 {
-    std::uint64_t size = static_cast<std::uint64_t>(value);
-    size = m_isNegative ? ~size + 1 : size;
-    for (; size != 0; size >>= 32U)
+    if (value != 0)
     {
-        m_limbs.push_back(static_cast<std::uint32_t>(size));
+        m_limbs.resize(1);
+        const auto size = static_cast<std::uint64_t>(value);
+        m_limbs[0] = m_isNegative ? ~size + 1 : size;
     }
 }
 
@@ -141,14 +142,14 @@ BigInteger BigInteger::shifted(std::int32_t bits) const
     }
     BigInteger result;
     result.m_isNegative = m_isNegative;
-    const auto whole = static_cast<std::size_t>(bits / 32);
-    const auto rest = static_cast<unsigned>(bits % 32);
-    result.m_limbs.assign(whole + m_limbs.size() + 1, 0);
+    const auto whole = static_cast<std::size_t>(bits / 64);
+    const auto rest = static_cast<unsigned>(bits % 64);
+    result.m_limbs.resize(whole + m_limbs.size() + 1);
     for (std::size_t i = 0; i < m_limbs.size(); ++i)
     {
-        const std::uint64_t wide = std::uint64_t{m_limbs[i]} << rest;
-        result.m_limbs[whole + i] |= static_cast<std::uint32_t>(wide);
-        result.m_limbs[whole + i + 1] |= static_cast<std::uint32_t>(wide >> 32U);
+        const Wide wide = Wide{m_limbs[i]} << rest;
+        result.m_limbs[whole + i] |= static_cast<std::uint64_t>(wide);
+        result.m_limbs[whole + i + 1] = static_cast<std::uint64_t>(wide >> 64U);
     }
     result.trim();
     return result;
@@ -158,19 +159,19 @@ std::int64_t BigInteger::bits() const
 {
     return m_limbs.empty()
                ? 0
-               : 32 * static_cast<std::int64_t>(m_limbs.size()) - std::countl_zero(m_limbs.back());
+               : 64 * static_cast<std::int64_t>(m_limbs.size()) - std::countl_zero(m_limbs.back());
 }
 
 double BigInteger::toDouble(std::int64_t exponent) const
 {
     double value = 0.0;
     const std::size_t count = m_limbs.size();
-    const std::size_t used = std::min<std::size_t>(count, 3);
+    const std::size_t used = std::min<std::size_t>(count, 2);
     for (std::size_t i = 0; i < used; ++i)
     {
-        value = value * 4294967296.0 + m_limbs[count - 1 - i];
+        value = value * 18446744073709551616.0 + static_cast<double>(m_limbs[count - 1 - i]);
     }
-    const std::int64_t power = 32 * static_cast<std::int64_t>(count - used) - exponent;
+    const std::int64_t power = 64 * static_cast<std::int64_t>(count - used) - exponent;
     value = std::ldexp(value, static_cast<int>(std::clamp<std::int64_t>(power, -5000, 5000)));
     return m_isNegative ? -value : value;
 }
@@ -206,17 +207,17 @@ BigInteger operator*(const BigInteger& a, const BigInteger& b)
         return result;
     }
     result.m_isNegative = a.m_isNegative != b.m_isNegative;
-    result.m_limbs.assign(a.m_limbs.size() + b.m_limbs.size(), 0);
+    result.m_limbs.resize(a.m_limbs.size() + b.m_limbs.size());
     for (std::size_t i = 0; i < a.m_limbs.size(); ++i)
     {
         std::uint64_t carry = 0;
         for (std::size_t j = 0; j < b.m_limbs.size(); ++j)
         {
-            carry += std::uint64_t{a.m_limbs[i]} * b.m_limbs[j] + result.m_limbs[i + j];
-            result.m_limbs[i + j] = static_cast<std::uint32_t>(carry);
-            carry >>= 32U;
+            const Wide digit = Wide{a.m_limbs[i]} * b.m_limbs[j] + result.m_limbs[i + j] + carry;
+            result.m_limbs[i + j] = static_cast<std::uint64_t>(digit);
+            carry = static_cast<std::uint64_t>(digit >> 64U);
         }
-        result.m_limbs[i + b.m_limbs.size()] = static_cast<std::uint32_t>(carry);
+        result.m_limbs[i + b.m_limbs.size()] = carry;
     }
     result.trim();
     return result;

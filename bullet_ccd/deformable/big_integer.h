@@ -2,11 +2,63 @@
 /// need. Internal to the room.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace bullet_ccd
 {
+/// The digits of a number to the base 2^64, the lowest first. Few need no memory of their own.
+class Limbs
+{
+public:
+    Limbs() = default;
+    explicit Limbs(std::size_t size) { resize(size); }
+
+    [[nodiscard]] std::size_t size() const { return m_size; }
+    [[nodiscard]] bool empty() const { return m_size == 0; }
+    [[nodiscard]] std::uint64_t operator[](std::size_t i) const { return data()[i]; }
+    [[nodiscard]] std::uint64_t& operator[](std::size_t i) { return data()[i]; }
+    [[nodiscard]] std::uint64_t back() const { return data()[m_size - 1]; }
+    void pop_back() { --m_size; }
+    /// New digits are 0.
+    void resize(std::size_t size)
+    {
+        if (size > kInside && m_outside.size() < size)
+        {
+            const bool wasInside = m_outside.empty();
+            m_outside.resize(size);
+            if (wasInside)
+            {
+                std::copy_n(m_inside.begin(), m_size, m_outside.begin());
+            }
+        }
+        if (size > m_size)
+        {
+            std::fill(data() + m_size, data() + size, 0);
+        }
+        m_size = size;
+    }
+
+private:
+    static constexpr std::size_t kInside = 8;
+
+    [[nodiscard]] const std::uint64_t* data() const
+    {
+        return m_outside.empty() ? m_inside.data() : m_outside.data();
+    }
+    [[nodiscard]] std::uint64_t* data()
+    {
+        return m_outside.empty() ? m_inside.data() : m_outside.data();
+    }
+
+    std::size_t m_size = 0;
+    std::array<std::uint64_t, kInside> m_inside{};
+    std::vector<std::uint64_t> m_outside;         ///< in place of those inside, if it is not empty
+};
+
 /// A whole number of any size.
 class BigInteger
 {
@@ -33,7 +85,7 @@ public:
 private:
     void trim();
 
-    std::vector<std::uint32_t> m_limbs;  ///< the lowest first, the last one is not 0
+    Limbs m_limbs;  ///< the last one is not 0
     bool m_isNegative = false;
 };
 

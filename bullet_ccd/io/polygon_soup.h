@@ -1,6 +1,7 @@
 /// What a mesh file holds before it is a triangle mesh: polygons of any number of corners.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -23,5 +24,5 @@ struct PolygonSoup
 /// its area vector, so that simple concave polygons come out right. Polygons that have no such
 /// plane, or intersect themselves, become fans. A corner that is no vertex throws
 /// std::runtime_error starting with `name`.
-[[nodiscard]] TriangleMesh triangulate(PolygonSoup soup, const std::string& name);
+[[nodiscard]] BULLET_CCD_API TriangleMesh triangulate(PolygonSoup soup, const std::string& name);
 }  // namespace bullet_ccd

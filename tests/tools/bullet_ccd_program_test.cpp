@@ -37,7 +37,7 @@ TEST_F(BulletCcdProgram, HelpNamesVerbsUnitsAndExitCodes)
     {
         EXPECT_THAT(batchHelp.out, HasSubstr(word));
     }
-    for (const char* verb : {"", "toi", "batch", "articulated", "elementary"})
+    for (const char* verb : {"", "toi", "batch", "articulated", "deformable", "elementary"})
     {
         expectReadableHelp(run(std::string(verb) + " --help").out);
     }

@@ -3,6 +3,7 @@
 /// code.
 #pragma once
 
+#include "bullet_ccd/deformable/elementary_toi.h"
 #include "bullet_ccd/toi/toi.h"
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@ namespace bullet_ccd::tools
 void addToiCommand(CLI::App& app);
 void addBatchCommand(CLI::App& app, int& exitCode);
 void addArticulatedCommand(CLI::App& app, int& exitCode);
+void addDeformableCommand(CLI::App& app, int& exitCode);
 void addElementaryCommand(CLI::App& app, int& exitCode);
 
 /// The meshes A and B.
@@ -21,6 +23,11 @@ void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);
 /// Options that all verbs share: tolerance and minimum separation.
 void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSeparation);
 
-/// Options that the verbs for rigid bodies and robots share: tolerance, minimum separation, strategy, iteration limit.
+/// --decide and --exact, of the verbs for features that deform. Not with --minimum-separation the
+/// latter.
+void addDepthOptions(CLI::App& command, ElementaryDepth& depth);
+
+/// Options that the verbs for rigid bodies and robots share: tolerance, minimum separation,
+/// strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);
 }  // namespace bullet_ccd::tools

@@ -25,8 +25,6 @@ struct ElementaryArguments
     ElementaryOptions options;
     bool edgeEdge = false;
     bool vertexFace = false;
-    bool decide = false;
-    bool exact = false;
     bool summary = false;
     int repeat = 1;
 };
@@ -108,10 +106,6 @@ std::string elementarySummary(const std::vector<ElementaryQuery>& queries,
 
 int runElementary(const ElementaryArguments& arguments)
 {
-    ElementaryOptions options = arguments.options;
-    options.depth = arguments.exact    ? ElementaryDepth::Exact
-                    : arguments.decide ? ElementaryDepth::Decide
-                                       : ElementaryDepth::Tolerance;
     const std::vector<ElementaryQuery> queries = readAll(arguments);
     requireWritable(arguments.output);
     const StopRequest stop;
@@ -121,7 +115,7 @@ int runElementary(const ElementaryArguments& arguments)
     {
         for (std::size_t i = 0; i < queries.size() && !(pass == 0 && stop.isDue()); ++i)
         {
-            const ElementaryAnswer answer = answerOf(queries[i].pair, options);
+            const ElementaryAnswer answer = answerOf(queries[i].pair, arguments.options);
             if (pass == 0)
             {
                 answers.push_back(answer);
@@ -184,16 +178,7 @@ void addElementaryFlags(CLI::App& command, ElementaryArguments& arguments)
                   arguments.vertexFace,
                   "All queries are of a vertex and a face, whatever the folder.")
         ->excludes(edges);
-    CLI::Option* exact =
-        command.add_flag("--exact",
-                         arguments.exact,
-                         "Decide without rounding whether the features touch: no hit is false.");
-    exact->excludes("--minimum-separation");
-    command
-        .add_flag("--decide",
-                  arguments.decide,
-                  "Follow what comes within the tolerance: most such pairs then prove to pass.")
-        ->excludes(exact);
+    addDepthOptions(command, arguments.options.depth);
     command.add_flag("--summary",
                      arguments.summary,
                      "Print counts and times, and how many answers differ from the truth.");

@@ -32,7 +32,7 @@ int runBulletCcd(int argc, char** argv)
         argv,
         {.name = "bullet-ccd",
          .about =
-             "Finds when moving meshes and robots first touch (continuous collision detection).",
+             "Finds when moving meshes, robots and cloth touch (continuous collision detection).",
          .footer = kBulletCcdFooter},
         [](CLI::App& app, int& exitCode)
         {
@@ -40,6 +40,7 @@ int runBulletCcd(int argc, char** argv)
             addToiCommand(app);
             addBatchCommand(app, exitCode);
             addArticulatedCommand(app, exitCode);
+            addDeformableCommand(app, exitCode);
             addElementaryCommand(app, exitCode);
         });
 }

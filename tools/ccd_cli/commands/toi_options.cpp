@@ -51,6 +51,21 @@ void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSep
         ->capture_default_str();
 }
 
+void addDepthOptions(CLI::App& command, ElementaryDepth& depth)
+{
+    CLI::Option* exact = command.add_flag_callback(
+        "--exact",
+        [&depth] { depth = ElementaryDepth::Exact; },
+        "Decide without rounding whether features touch: no hit is false.");
+    exact->excludes("--minimum-separation");
+    command
+        .add_flag_callback(
+            "--decide",
+            [&depth] { depth = ElementaryDepth::Decide; },
+            "Follow what comes within the tolerance: most such pairs then prove to pass.")
+        ->excludes(exact);
+}
+
 void addToiOptions(CLI::App& command, ToiOptions& options)
 {
     addDistanceOptions(command, options.tolerance, options.minimumSeparation);

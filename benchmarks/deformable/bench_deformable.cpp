@@ -1,0 +1,249 @@
+// Contacts of deforming meshes: ours against union boxes with bisection and with advancement.
+#include "benchmarks/deformable/deforming_scenes.h"
+#include "benchmarks/deformable/union_boxes.h"
+#include "benchmarks/support/program.h"
+#include "benchmarks/support/table.h"
+#include "benchmarks/support/timing.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
+#include "bullet_ccd/deformable/kernels/surface_kernels.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+struct Arguments
+{
+    std::vector<std::string> scenes = deformingScenes();
+    int triangles = 20'000;
+    int steps = 2;
+    int passes = 3;
+    int sample = 20'000;
+    double tolerance = 1e-6;
+};
+
+/// Of several calls the median, processor time of this thread in ms.
+double medianMilliseconds(int passes, const std::function<void()>& call)
+{
+    std::vector<double> times;
+    for (int i = 0; i < passes; ++i)
+    {
+        times.push_back(1e-3 * microsecondsOf(call));
+    }
+    return medianOf(times);
+}
+
+ElementaryPair pairOf(const FeaturePair& features, const DeformingScene& scene, std::size_t step)
+{
+    ElementaryPair pair{.kind = features.kind};
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const auto v = static_cast<std::size_t>(features.vertices[k]);
+        pair.start[k] = scene.frames[step][v];
+        pair.end[k] = scene.frames[step + 1][v];
+    }
+    return pair;
+}
+
+/// Times of a plain method over all candidates of the frame; the pairs are a sample of them.
+struct PlainTime
+{
+    double milliseconds = 0.0;
+    std::int64_t missed = 0;  ///< pairs that touch, by the exact decision, and that we did not find
+};
+
+class SceneRun
+{
+public:
+    SceneRun(std::string name, const Arguments& arguments)
+        : m_name(std::move(name)),
+          m_arguments(arguments),
+          m_scene(makeDeformingScene(m_name, arguments.triangles, arguments.steps)),
+          m_plain(m_scene.mesh)
+    {
+        m_buildMilliseconds = 1e-3 * microsecondsOf([&] { m_surface.emplace_back(m_scene.mesh); });
+    }
+
+    /// Returns whether no contact was missed and all ways gave the same answer.
+    bool step(std::size_t step, const Table& table)
+    {
+        const std::vector<Eigen::Vector3d>& start = m_scene.frames[step];
+        const std::vector<Eigen::Vector3d>& end = m_scene.frames[step + 1];
+        DeformableSurface& surface = m_surface.front();
+        const std::vector<DeformableBody> bodies{{.surface = &surface}};
+        DeformableOptions options{.tolerance = m_arguments.tolerance};
+        DeformableResult all;
+        const double refit =
+            medianMilliseconds(m_arguments.passes, [&] { surface.setStep(start, end); });
+        const double query = medianMilliseconds(
+            m_arguments.passes, [&] { all = deformableContacts(bodies, options, m_work); });
+        DeformableResult first;
+        const double firstOnly = medianMilliseconds(
+            m_arguments.passes, [&] { first = deformableToi(bodies, options, m_work); });
+        const double gain = twoThreadGain(bodies, all, first);
+
+        std::vector<FeaturePair> candidates;
+        const double boxes =
+            1e-3 * microsecondsOf(
+                       [&] { candidates = m_plain.candidates(start, end, m_arguments.tolerance); });
+        const PlainTime bisection = plain(candidates, step, all, bisectionToi);
+        const PlainTime advancement = plain(candidates, step, all, advancementToi);
+        const double ours = refit + query;
+        table.print({{"scene", m_name},
+                     {"step", step},
+                     {"triangles", m_scene.mesh.triangles.size()},
+                     {"contacts", all.contacts.size()},
+                     {"pairs", all.counters.featurePairs},
+                     {"union pairs", candidates.size()},
+                     {"build", m_buildMilliseconds},
+                     {"refit", refit},
+                     {"all", ours},
+                     {"first", refit + firstOnly},
+                     {"2 threads", gain},
+                     {"Y1", boxes + bisection.milliseconds},
+                     {"Y1/all", (boxes + bisection.milliseconds) / ours},
+                     {"Y2", boxes + advancement.milliseconds},
+                     {"Y2/all", (boxes + advancement.milliseconds) / ours},
+                     {"bytes", double(surface.memory()) / double(m_scene.mesh.triangles.size())},
+                     {"missed", bisection.missed + advancement.missed}});
+        return m_isSame && bisection.missed + advancement.missed == 0;
+    }
+
+private:
+    /// How many times faster two threads are, by wall time of the query; also checks that they give
+    /// the same contacts.
+    double twoThreadGain(const std::vector<DeformableBody>& bodies,
+                         const DeformableResult& all,
+                         const DeformableResult& first)
+    {
+        std::vector<double> one;
+        std::vector<double> two;
+        DeformableResult result;
+        for (int i = 0; i < m_arguments.passes; ++i)
+        {
+            for (const int threads : {1, 2})
+            {
+                const DeformableOptions options{.tolerance = m_arguments.tolerance,
+                                                .threads = threads};
+                (threads == 1 ? one : two)
+                    .push_back(wallMicrosecondsOf(
+                        [&] { result = deformableContacts(bodies, options, m_work); }));
+            }
+        }
+        const auto isSame = [](const DeformableContact& a, const DeformableContact& b)
+        { return a.time == b.time && a.kind == b.kind && a.vertices == b.vertices; };
+        m_isSame = m_isSame && std::ranges::equal(all.contacts, result.contacts, isSame) &&
+                   first.time == all.time;
+        return medianOf(one) / medianOf(two);
+    }
+
+    /// Every n-th candidate by the method, its time for all of them.
+    PlainTime plain(const std::vector<FeaturePair>& candidates,
+                    std::size_t step,
+                    const DeformableResult& all,
+                    const std::function<double(const ElementaryPair&, double)>& method)
+    {
+        std::set<std::pair<ElementaryKind, std::array<std::int32_t, 4>>> found;
+        for (const DeformableContact& contact : all.contacts)
+        {
+            found.emplace(contact.kind, contact.vertices);
+        }
+        const std::size_t stride = std::max<std::size_t>(
+            1, candidates.size() / static_cast<std::size_t>(m_arguments.sample));
+        std::vector<FeaturePair> touching;
+        std::size_t asked = 0;
+        PlainTime time;
+        const double spent =
+            1e-3 * microsecondsOf(
+                       [&]
+                       {
+                           for (std::size_t i = 0; i < candidates.size(); i += stride)
+                           {
+                               const ElementaryPair pair = pairOf(candidates[i], m_scene, step);
+                               ++asked;
+                               if (method(pair, m_arguments.tolerance) <= 1.0)
+                               {
+                                   touching.push_back(candidates[i]);
+                               }
+                           }
+                       });
+        for (const FeaturePair& features : touching)
+        {
+            const ElementaryPair pair = pairOf(features, m_scene, step);
+            time.missed +=
+                !found.contains({features.kind, features.vertices}) &&
+                        isContact(elementaryToi(pair, {.depth = ElementaryDepth::Exact}).status)
+                    ? 1
+                    : 0;
+        }
+        time.milliseconds = asked == 0 ? 0.0
+                                       : spent * static_cast<double>(candidates.size()) /
+                                             static_cast<double>(asked);
+        return time;
+    }
+
+    std::string m_name;
+    const Arguments& m_arguments;
+    DeformingScene m_scene;
+    UnionBoxes m_plain;
+    std::vector<DeformableSurface> m_surface;
+    DeformableWorkspace m_work;
+    double m_buildMilliseconds = 0.0;
+    bool m_isSame = true;
+};
+
+bool run(const Arguments& arguments)
+{
+    fmt::print(
+        "kernels: {}; tolerance {}; ms of processor time on one core, medians of {} passes; "
+        "Y1 is union boxes with bisection, Y2 with advancement, on every n-th of their pairs, at "
+        "most "
+        "about {}\n",
+        surfaceKernels().level,
+        arguments.tolerance,
+        arguments.passes,
+        arguments.sample);
+    const Table table(
+        "scene:<9|step:>4|triangles:>9|contacts:>8|pairs:>9|union pairs:>11|build:>7.1f|"
+        "refit:>6.2f|all:>7.2f|first:>7.2f|2 threads:>9.2f|Y1:>9.1f|Y1/all:>7.1f|Y2:>9.1f|"
+        "Y2/all:>7.1f|bytes:>6.0f|missed:>6");
+    bool isRight = true;
+    for (const std::string& name : arguments.scenes)
+    {
+        SceneRun scene(name, arguments);
+        for (int step = 0; step < arguments.steps; ++step)
+        {
+            isRight = scene.step(static_cast<std::size_t>(step), table) && isRight;
+        }
+    }
+    fmt::print("{}\n",
+               isRight ? "No contact is missing, and all ways agree."
+                       : "WRONG: a contact is missing, or two ways differ.");
+    return isRight;
+}
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
+
+int main(int argc, char** argv)
+{
+    using namespace bullet_ccd::benchmarks;
+    Arguments arguments;
+    return runProgram(
+        argc,
+        argv,
+        {.name = "bench_deformable",
+         .about = "Contacts of deforming meshes in a step, beside plain methods.",
+         .options = {{"--scenes", &arguments.scenes, "breaking, falling, layers; default: all"},
+                     {"-n,--triangles", &arguments.triangles, "about how many a scene has", 100},
+                     {"--steps", &arguments.steps, "of each scene"},
+                     {"--passes", &arguments.passes, "of which the median is shown"},
+                     {"--sample", &arguments.sample, "pairs that the plain methods are asked"},
+                     {"--tolerance", &arguments.tolerance, "of all methods"}},
+         .run = [&] { return run(arguments); }});
+}

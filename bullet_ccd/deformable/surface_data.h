@@ -1,0 +1,78 @@
+/// What a DeformableSurface holds. Internal to the room.
+///
+/// Vertices, edges and faces are numbered in the order of the patches, so that what lies together
+/// is together in memory.
+#pragma once
+
+#include "bullet_ccd/deformable/deformable_surface.h"
+#include "bullet_ccd/deformable/kernels/surface_kernels.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd
+{
+/// Places relative to the centre of the surface, components as in MovingBox.
+struct alignas(32) VertexLanes
+{
+    float of[8];
+};
+
+struct DeformableSurface::Data
+{
+    std::size_t meshVertices = 0;
+    std::size_t meshTriangles = 0;
+
+    // Topology.
+    std::vector<SurfacePatch> patches;
+    std::vector<SurfaceNode> nodes;  ///< parents before their children; 0 is the root
+    std::vector<std::array<std::int32_t, 2>> edges;
+    std::vector<std::array<std::int32_t, 3>> faces;
+    std::vector<std::int32_t> meshVertex;  ///< by number of the vertex: its index in the mesh
+
+    // The step.
+    std::vector<VertexStep> steps;
+    std::vector<VertexLanes> lanes;
+    std::vector<MovingBox> patchBoxes;
+    std::vector<MovingBox> nodeBoxes;
+    std::vector<std::uint8_t> patchRests;  ///< nothing in it moves
+    std::vector<std::uint8_t> nodeRests;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double halfExtent = 0.0;  ///< the largest of the three
+
+    [[nodiscard]] const MovingBox& box(std::int32_t child) const
+    {
+        return child < 0 ? patchBoxes[static_cast<std::size_t>(~child)]
+                         : nodeBoxes[static_cast<std::size_t>(child)];
+    }
+    [[nodiscard]] bool rests(std::int32_t child) const
+    {
+        return (child < 0 ? patchRests[static_cast<std::size_t>(~child)]
+                          : nodeRests[static_cast<std::size_t>(child)]) != 0;
+    }
+    [[nodiscard]] const SurfacePatch& patch(std::int32_t index) const
+    {
+        return patches[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const SurfaceNode& node(std::int32_t index) const
+    {
+        return nodes[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const float (*laneData() const)[8] { return &lanes.data()->of; }
+};
+
+/// Patches and nodes of the mesh; labels[v] names the vertices that count as one with v.
+void buildPatches(const TriangleMesh& mesh,
+                  const std::vector<std::int32_t>& labels,
+                  DeformableSurface::Data& data);
+
+/// Boxes and places of a step.
+/// @pre both spans have a finite place for every vertex of the mesh
+void refitSurface(std::span<const Eigen::Vector3d> start,
+                  std::span<const Eigen::Vector3d> end,
+                  DeformableSurface::Data& data);
+}  // namespace bullet_ccd

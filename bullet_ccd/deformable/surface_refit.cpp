@@ -1,0 +1,127 @@
+// Boxes of a step, from the vertices up.
+#include "bullet_ccd/deformable/surface_data.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <limits>
+
+namespace bullet_ccd
+{
+namespace
+{
+constexpr float kHuge = std::numeric_limits<float>::max();
+
+MovingBox emptyBox()
+{
+    MovingBox box;
+    std::fill_n(box.low, 8, kHuge);
+    std::fill_n(box.high, 8, -kHuge);
+    return box;
+}
+
+void growBox(MovingBox& box, const float* low, const float* high)
+{
+    for (int k = 0; k < 8; ++k)
+    {
+        box.low[k] = std::min(box.low[k], low[k]);
+        box.high[k] = std::max(box.high[k], high[k]);
+    }
+}
+
+bool vertexRests(const VertexStep& v)
+{
+    return v.start[0] == v.end[0] && v.start[1] == v.end[1] && v.start[2] == v.end[2];
+}
+
+void placeVertices(std::span<const Eigen::Vector3d> start,
+                   std::span<const Eigen::Vector3d> end,
+                   DeformableSurface::Data& data)
+{
+    Eigen::AlignedBox3d all;
+    for (std::size_t i = 0; i < data.steps.size(); ++i)
+    {
+        const auto v = static_cast<std::size_t>(data.meshVertex[i]);
+        const Eigen::Vector3d& p = start[v];
+        const Eigen::Vector3d& q = end[v];
+        data.steps[i] = {{p.x(), p.y(), p.z(), 0.0}, {q.x(), q.y(), q.z(), 0.0}};
+        all.extend(p);
+        all.extend(q);
+    }
+    const Eigen::Vector3d c = 0.5 * all.min() + 0.5 * all.max();
+    data.centre = c;
+    data.halfExtent = 0.5 * all.sizes().maxCoeff();
+    for (std::size_t i = 0; i < data.lanes.size(); ++i)
+    {
+        const VertexStep& v = data.steps[i];
+        float* const lanes = data.lanes[i].of;
+        for (int k = 0; k < 3; ++k)
+        {
+            lanes[k] = static_cast<float>(v.start[k] - c[k]);
+            lanes[k + 3] = static_cast<float>(v.end[k] - c[k]);
+        }
+        lanes[6] = 0.0F;
+        lanes[7] = 0.0F;
+    }
+}
+
+void refitPatch(DeformableSurface::Data& data, std::size_t index)
+{
+    SurfacePatch& patch = data.patches[index];
+    MovingBox box = emptyBox();
+    bool rests = true;
+    for (int j = 0; j < patch.vertices; ++j)
+    {
+        const auto v = static_cast<std::size_t>(patch.vertex[j]);
+        const float* const lanes = data.lanes[v].of;
+        growBox(box, lanes, lanes);
+        for (int k = 0; k < 6; ++k)
+        {
+            patch.place[k][j] = lanes[k];
+        }
+        rests = rests && vertexRests(data.steps[v]);
+    }
+    data.patchBoxes[index] = box;
+    data.patchRests[index] = rests ? 1 : 0;
+}
+
+void refitNode(DeformableSurface::Data& data, std::size_t index)
+{
+    SurfaceNode& node = data.nodes[index];
+    MovingBox box = emptyBox();
+    bool rests = true;
+    for (int i = 0; i < 8; ++i)
+    {
+        MovingBox child = emptyBox();
+        if (i < node.count)
+        {
+            child = data.box(node.child[i]);
+            rests = rests && data.rests(node.child[i]);
+            growBox(box, child.low, child.high);
+        }
+        for (int k = 0; k < 6; ++k)
+        {
+            node.low[k][i] = child.low[k];
+            node.high[k][i] = child.high[k];
+        }
+    }
+    data.nodeBoxes[index] = box;
+    data.nodeRests[index] = rests ? 1 : 0;
+}
+}  // namespace
+
+void refitSurface(std::span<const Eigen::Vector3d> start,
+                  std::span<const Eigen::Vector3d> end,
+                  DeformableSurface::Data& data)
+{
+    placeVertices(start, end, data);
+    for (std::size_t i = 0; i < data.patches.size(); ++i)
+    {
+        refitPatch(data, i);
+    }
+    for (std::size_t i = data.nodes.size(); i-- > 0;)  // children before their parents
+    {
+        refitNode(data, i);
+    }
+}
+}  // namespace bullet_ccd
