@@ -49,7 +49,7 @@ void FeatureSearch::examine(const PatchTask& task)
          .b = &patchB,
          .lanesA = a.laneData(),
          .lanesB = b.laneData(),
-         .shift = {surfaces.shift[0], surfaces.shift[1]},
+         .shift = surfaces.shift,
          .boxA = shifted(a.patchBoxes[static_cast<std::size_t>(task.patchA)], surfaces.shift[0]),
          .boxB = shifted(b.patchBoxes[static_cast<std::size_t>(task.patchB)], surfaces.shift[1]),
          .isOneSurface = surfaces.isOneSurface()},

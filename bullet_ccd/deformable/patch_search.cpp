@@ -144,17 +144,6 @@ SurfacePair surfacePair(const DeformableSurface::Data& a,
     return pair;
 }
 
-MovingBox shifted(const MovingBox& box, const MovingBox& shift)
-{
-    MovingBox result;
-    for (int k = 0; k < 8; ++k)
-    {
-        result.low[k] = box.low[k] + shift.low[k];
-        result.high[k] = box.high[k] + shift.high[k];
-    }
-    return result;
-}
-
 bool findPatchPairs(const SurfacePair& pair,
                     std::int32_t index,
                     std::size_t most,

@@ -30,7 +30,16 @@ struct SurfacePair
                                       double separation,
                                       double distance);
 
-[[nodiscard]] MovingBox shifted(const MovingBox& box, const MovingBox& shift);
+[[nodiscard]] inline MovingBox shifted(const MovingBox& box, const MovingBox& shift)
+{
+    MovingBox result;
+    for (int k = 0; k < 8; ++k)
+    {
+        result.low[k] = box.low[k] + shift.low[k];
+        result.high[k] = box.high[k] + shift.high[k];
+    }
+    return result;
+}
 
 /// A patch of A and one of B; those of one surface come once.
 struct PatchTask

@@ -57,7 +57,8 @@ std::size_t countAvailable()
     std::size_t count = 1;
 #if defined(BULLET_CCD_AVX2)
     __builtin_cpu_init();  // this may run before the constructor that the compiler has for it
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+        __builtin_cpu_supports("bmi") && __builtin_cpu_supports("popcnt"))
     {
         count = 2;
         if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&

@@ -66,7 +66,7 @@ struct PatchPair
     const float (*lanesB)[8];
     /// From the centre of one surface to that of the other, less and more by the distance at which
     /// boxes count as touching: [0] from A to B, [1] from B to A.
-    MovingBox shift[2];
+    const MovingBox* shift;
     MovingBox boxA;  ///< of A, shifted to B
     MovingBox boxB;  ///< of B, shifted to A
     bool isOneSurface;
