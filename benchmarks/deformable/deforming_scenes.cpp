@@ -169,14 +169,14 @@ DeformingScene makeFalling(int triangles, int steps)
 
 DeformingScene makeLayers(int triangles, int steps)
 {
-    constexpr int kLayers = 10;
+    constexpr int kLayers = 50;
     // The distance of the layers shrinks, and the waves of one move against those of the next.
     const auto height = [](int layer, int step, double x, double y)
     {
-        const double distance = 0.03 * std::max(0.3, 1.0 - 0.15 * step);
-        const double phase = layer + (layer % 2 == 0 ? 0.3 : -0.3) * step;
+        const double distance = 0.02 * std::max(0.3, 1.0 - 0.1 * step);
+        const double phase = layer + (layer % 2 == 0 ? 0.2 : -0.2) * step;
         return distance * layer +
-               0.012 * std::sin((7.0 + layer) * x + phase) * std::cos((9.0 - layer) * y);
+               0.008 * std::sin((7.0 + layer % 10) * x + phase) * std::cos((9.0 - layer % 7) * y);
     };
     DeformingScene scene;
     for (int layer = 0; layer < kLayers; ++layer)

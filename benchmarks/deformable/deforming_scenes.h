@@ -22,7 +22,8 @@ struct DeformingScene
 
 /// breaking  a torus that breaks into shards of about 500 triangles, which move and turn at random
 /// falling   a wavy cloth that falls on a sphere of half as many triangles
-/// layers    ten cloths on top of each other, each with waves of its own, that are pressed together
+/// layers    fifty cloths on top of each other, each with waves of its own, that are pressed
+/// together
 /// @param triangles  about how many
 /// @param steps      at least 1
 /// Throws std::invalid_argument for other names.

@@ -56,7 +56,7 @@ private:
 
     std::size_t m_size = 0;
     std::array<std::uint64_t, kInside> m_inside{};
-    std::vector<std::uint64_t> m_outside;         ///< in place of those inside, if it is not empty
+    std::vector<std::uint64_t> m_outside;  ///< in place of those inside, if it is not empty
 };
 
 /// A whole number of any size.

@@ -1,5 +1,7 @@
 /// Eight pairs of features at once: does one fixed direction keep them apart for the whole step?
 /// The doubles of a register are the lanes. Included once per instruction set.
+#pragma once
+
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
 
 #if defined(__SSE2__)
