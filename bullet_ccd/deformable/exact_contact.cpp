@@ -184,6 +184,36 @@ void narrow(Moment& moment)
     }
 }
 
+/// How often the coefficients of p in Bernstein's basis on [0, 1] change their sign: p has at most
+/// so many roots in (0, 1), and exactly one if it is one.
+int bernsteinChanges(const Polynomial& p)
+{
+    const auto binomial = [](std::size_t n, std::size_t k)
+    {
+        std::int64_t value = 1;
+        for (std::size_t i = 0; i < k; ++i)
+        {
+            value = value * static_cast<std::int64_t>(n - i) / static_cast<std::int64_t>(i + 1);
+        }
+        return value;
+    };
+    const std::size_t degree = p.size() - 1;
+    int changes = 0;
+    int last = 0;
+    for (std::size_t k = 0; k <= degree; ++k)
+    {
+        BigInteger coefficient;  // times the binomial of degree and k
+        for (std::size_t i = 0; i <= k; ++i)
+        {
+            coefficient = coefficient + p[i] * BigInteger(binomial(degree - i, k - i));
+        }
+        const int sign = coefficient.sign();
+        changes += sign != 0 && last != 0 && sign != last ? 1 : 0;
+        last = sign != 0 ? sign : last;
+    }
+    return changes;
+}
+
 /// Appends a moment for every root of `p`, which is not zero, in the open interval (low, high).
 /// @pre neither bound is a root
 void appendRoots(const Polynomial& p,
@@ -284,7 +314,17 @@ private:
     {
         const Polynomial inner = withoutEnds(p);
         std::vector<Moment> moments;
-        appendRoots(inner, {BigInteger(0), 0}, {BigInteger(1), 0}, moments);
+        const int most = bernsteinChanges(inner);
+        if (most == 1)
+        {
+            moments.push_back(
+                {.equation = &inner, .low = momentAt(0).low, .high = momentAt(1).low});
+            narrow(moments.back());
+        }
+        else if (most > 1)
+        {
+            appendRoots(inner, momentAt(0).low, momentAt(1).low, moments);
+        }
         return std::ranges::any_of(moments,
                                    [this](const Moment& moment) { return contains(moment); });
     }
@@ -292,15 +332,20 @@ private:
     /// Whether the triangle contains the origin at a moment when it lies in one plane with it.
     [[nodiscard]] bool contains(const Moment& moment)
     {
-        if (moment.sign(normalSquared()) > 0)
+        // The three sides add up to the square of the normal, so one of them is positive, unless
+        // the normal is zero.
+        bool hasNormal = false;
+        for (std::size_t k = 0; k < 3; ++k)
         {
-            for (std::size_t k = 0; k < 3; ++k)
+            const int sign = moment.sign(side(k));
+            if (sign < 0)
             {
-                if (moment.sign(side(k)) < 0)
-                {
-                    return false;
-                }
+                return false;
             }
+            hasNormal = hasNormal || sign > 0;
+        }
+        if (hasNormal)
+        {
             return true;
         }
         // All corners on a line: on one of the edges?
@@ -324,14 +369,6 @@ private:
         }
         return *m_normal;
     }
-    [[nodiscard]] const Polynomial& normalSquared()
-    {
-        if (!m_normalSquared)
-        {
-            m_normalSquared = dot(normal(), normal());
-        }
-        return *m_normalSquared;
-    }
     /// Positive where the origin is on the inner side of the edge from corner k on.
     [[nodiscard]] const Polynomial& side(std::size_t k)
     {
@@ -345,7 +382,6 @@ private:
     std::array<MovingPoint, 3> m_corners;
     std::array<MovingPoint, 3> m_crosses;  ///< of corners k and k + 1
     std::optional<MovingPoint> m_normal;
-    std::optional<Polynomial> m_normalSquared;
     std::array<std::optional<Polynomial>, 3> m_sides;
 };
 }  // namespace
