@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <mutex>
 #include <type_traits>
 #include <utility>
 
@@ -36,6 +37,13 @@ class Fingerprint
 {
 public:
     explicit Fingerprint(const btCollisionShape& shape) { add(shape); }
+    Fingerprint(int type, const btVector3& scaling, btScalar margin, std::uint64_t content)
+    {
+        add(type);
+        add(scaling);
+        add(margin);
+        addBits(content);
+    }
     std::uint64_t value() const { return m_hash; }
 
 private:
@@ -282,6 +290,79 @@ void sumUp(btCcdShapeModel& model, const btCollisionShape& shape)
         }
     }
 }
+/// Hulls and meshes that were converted last, of all worlds, by what defines them: whoever makes a
+/// world anew like the one before, finds them again. Hulls of scanned parts take milliseconds each.
+class RecentParts
+{
+public:
+    static RecentParts& all()
+    {
+        static RecentParts recent;
+        return recent;
+    }
+    /// Nothing for shapes that are quickly converted or not made of points.
+    static std::optional<std::uint64_t> keyOf(const btCollisionShape& shape)
+    {
+        const int type = shape.getShapeType();
+        if (type != CONVEX_HULL_SHAPE_PROXYTYPE && type != TRIANGLE_MESH_SHAPE_PROXYTYPE)
+        {
+            return std::nullopt;
+        }
+        return Fingerprint(shape.getShapeType(),
+                           shape.getLocalScaling(),
+                           shape.getMargin(),
+                           btCcdContentOf(shape))
+            .value();
+    }
+    std::optional<btCcdShapePart> find(std::uint64_t key)
+    {
+        const std::lock_guard lock(m_mutex);
+        const auto found = m_parts.find(key);
+        if (found == m_parts.end())
+        {
+            return std::nullopt;
+        }
+        found->second.m_used = ++m_clock;
+        return found->second.m_part;
+    }
+    void keep(std::uint64_t key, const btCcdShapePart& part)
+    {
+        const std::lock_guard lock(m_mutex);
+        if (m_parts.try_emplace(key, Kept{part, ++m_clock}).second)
+        {
+            m_triangles += trianglesOf(part);
+        }
+        while (m_triangles > kMostTriangles)
+        {
+            const auto oldest = std::min_element(m_parts.begin(),
+                                                 m_parts.end(),
+                                                 [](const auto& a, const auto& b)
+                                                 { return a.second.m_used < b.second.m_used; });
+            m_triangles -= trianglesOf(oldest->second.m_part);
+            m_parts.erase(oldest);
+        }
+    }
+
+private:
+    static constexpr std::size_t kMostTriangles = 200'000;
+
+    struct Kept
+    {
+        btCcdShapePart m_part;
+        std::uint64_t m_used;
+    };
+
+    std::mutex m_mutex;
+    std::unordered_map<std::uint64_t, Kept> m_parts;
+    std::size_t m_triangles = 0;
+    std::uint64_t m_clock = 0;
+
+    static std::size_t trianglesOf(const btCcdShapePart& part)
+    {
+        return part.m_tree->mesh().triangles.size() +
+               (part.m_core != nullptr ? part.m_core->mesh().triangles.size() : 0);
+    }
+};
 }  // namespace
 
 Eigen::Isometry3d btCcdMeshPose(const btCcdShapePart& part, const Eigen::Vector3d& point_S)
@@ -347,8 +428,19 @@ std::vector<btCcdShapePart> btCcdShapeCache::convert(const btCollisionShape& sha
     std::vector<btCcdShapePart> parts;
     if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE)
     {
-        if (auto part = btCcdConvertShape(shape, m_trees))
+        const std::optional<std::uint64_t> key = RecentParts::keyOf(shape);
+        std::optional<btCcdShapePart> part = key ? RecentParts::all().find(*key) : std::nullopt;
+        const bool isKnown = part.has_value();
+        if (!isKnown)
         {
+            part = btCcdConvertShape(shape, m_trees);
+        }
+        if (part)
+        {
+            if (key && !isKnown && part->m_tree != nullptr)  // a mesh in tiles reads from its shape
+            {
+                RecentParts::all().keep(*key, *part);
+            }
             parts.push_back(*std::move(part));
         }
         return parts;

@@ -116,6 +116,9 @@ private:
 /// sample of points and heights. All of the content is compared when an object with the shape comes
 /// into a world (check()), so that a shape may be freed and another one made at its address. Points
 /// and heights that are changed in place while the object stays must be forgotten by hand.
+///
+/// What convex hulls and triangle meshes were converted to lately (200,000 triangles) is shared by
+/// all caches of the program, and outlives them.
 class btCcdShapeCache
 {
 public:

@@ -456,6 +456,33 @@ TEST(ShapeCache, EqualShapesShareTheirHierarchiesEvenWhenMadeAtDifferentTimes)
     EXPECT_NE(onlyPart(cache, a).m_tree, onlyPart(cache, c).m_tree);
 }
 
+TEST(ShapeCache, AHullThatAnotherWorldHadIsNotConvertedAgain)
+{
+    const auto hull = [](double scale, double margin, double corner)
+    {
+        auto shape = std::make_unique<btConvexHullShape>();
+        for (const Eigen::Vector3d& point : makeTorus(0.04, 0.01, 24, 12).vertices)
+        {
+            shape->addPoint(btCcdToBullet(point));
+        }
+        shape->addPoint(vec(0, 0, corner));
+        shape->setLocalScaling(vec(scale, scale, scale));
+        shape->setMargin(btScalar(margin));
+        return shape;
+    };
+    const auto treeOf = [&](double scale, double margin, double corner)
+    {
+        btCcdShapeCache cache;
+        return onlyPart(cache, *hull(scale, margin, corner)).m_core;
+    };
+    const auto first = treeOf(1.0, 0.001, 0.03);
+    EXPECT_EQ(treeOf(1.0, 0.001, 0.03), first);
+    EXPECT_NE(treeOf(2.0, 0.001, 0.03), first);
+    EXPECT_NE(treeOf(1.0, 0.001, 0.031), first);
+    btCcdShapeCache cache;
+    EXPECT_EQ(onlyPart(cache, *hull(1.0, 0.002, 0.03)).m_radius, double(btScalar(0.002)));
+}
+
 TEST(ShapeCache, UnusedModelsAreDroppedAndForgottenOnesMadeAnew)
 {
     btCcdShapeCache cache;
