@@ -127,6 +127,7 @@ try
 {
     btCcdAction& action = sessions().at(number)->action();
     std::vector<double> all;
+    all.reserve(kCounters.size() + 3);
     for (const NamedCounter& counter : kCounters)
     {
         all.push_back(double(action.getCcdCounters().*counter.m_counter));

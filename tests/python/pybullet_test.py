@@ -9,11 +9,17 @@ from pathlib import Path
 import pytest
 
 import bullet_ccd.pybullet as ccd_pybullet
-import pybullet_peer as peer
-from pybullet_peer import (PLATE, RING, box, concave, height, shoot, sliding_box, steps, write_ring)
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks/reference/bullet"))
+import pybullet_scenes as scenes  # noqa: E402
+from pybullet_scenes import (PLATE, RING, box, concave, height, shoot, sliding_box,  # noqa: E402
+                             steps, write_ring)
 
 _folder = tempfile.TemporaryDirectory()  # PyBullet is loaded from it while the tests run
-p = peer.find(Path(_folder.name))
+try:
+    p = scenes.find(Path(_folder.name))
+except ImportError as error:
+    pytest.skip(str(error), allow_module_level=True)
 STARTS = [0.05 + 0.0007 * k for k in range(20)]
 
 
@@ -454,12 +460,27 @@ def test_worlds_with_deformable_bodies_are_covered_for_the_others(client, ccd):
     assert shoot(p) > 0.0
 
 
+def run(program):
+    """In a process of its own, because PyBullet prints and starts threads."""
+    return subprocess.run(
+        [sys.executable, "-c", "import pybullet as p, bullet_ccd.pybullet as c, "
+         "pybullet_scenes as s\n" + program], capture_output=True, text=True, timeout=100,
+        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)))
+
+
 def test_programs_may_end_without_a_word():
-    program = ("import pybullet as p, bullet_ccd.pybullet as c, pybullet_peer as peer\n"
-               "k = c.enable(p.connect(p.DIRECT))\npeer.shoot(p)\nc.enable(p.connect(p.DIRECT))\n")
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
-                           env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)))
+    ended = run("k = c.enable(p.connect(p.DIRECT))\ns.shoot(p)\nc.enable(p.connect(p.DIRECT))")
     assert ended.returncode == 0, ended.stderr
+
+
+def test_servers_are_refused():
+    """Their simulation runs in a thread, as that of a window does."""
+    ended = run(f"k = p.connect(p.SHARED_MEMORY_SERVER, {os.getpid()})\nassert k >= 0\n"
+                "try:\n    c.enable(k)\nexcept RuntimeError:\n"
+                "    assert s.shoot(p, client=k) < 0\n    p.disconnect(k)\n    print('refused')")
+    assert ended.returncode == 0, ended.stderr
+    assert "this is no p.DIRECT client" in ended.stderr
+    assert "refused" in ended.stdout
 
 
 def test_the_library_shows_nothing_but_its_functions():
