@@ -11,9 +11,10 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-// Bullet divides by masses and moments; a link without any gets what a grain of sand has.
-constexpr double kSmallestMass = 1e-6;     // [kg]
-constexpr double kSmallestMoment = 1e-12;  // [kg m^2]
+// Bullet divides by masses and moments. A link without any, or with next to none, gets those of a
+// small part of a finger, which is less than what a geared motor adds to a joint.
+constexpr double kSmallestMass = 5e-3;    // [kg]
+constexpr double kSmallestMoment = 1e-6;  // [kg m^2]
 
 struct Inertial
 {

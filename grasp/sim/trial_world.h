@@ -1,0 +1,123 @@
+/// A hand that drives its joints and an object that is free, in a Bullet world.
+#pragma once
+
+#include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
+#include "grasp/grasp_types.h"
+#include "grasp/sim/hand_multi_body.h"
+#include "grasp/sim/hand_pairs.h"
+#include "grasp/sim/holding_solver.h"
+#include "grasp/sim/joint_constraints.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+/// What the object weighs and how things rub on each other.
+struct TrialBodies
+{
+    double mass = 0.5;      ///< of the object [kg]
+    double friction = 0.5;  ///< Coulomb coefficient of all pairs
+    /// Of the object, mesh frame [m]; without it, that of GraspObject.
+    std::optional<Eigen::Vector3d> centerOfMass{};
+    double margin = 5e-5;  ///< half of the gap at which surfaces rest on each other [m]
+};
+
+/// The pairs of links that the hand lists, of those pairs that their groups let meet.
+class TrialPairs : public HandPairs
+{
+public:
+    using HandPairs::HandPairs;
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+    {
+        return (a->m_collisionFilterGroup & b->m_collisionFilterMask) != 0 &&
+               (b->m_collisionFilterGroup & a->m_collisionFilterMask) != 0 &&
+               HandPairs::needBroadphaseCollision(a, b);
+    }
+};
+
+/// Forces between the hand and the object in one step.
+struct HoldingForces
+{
+    double largest = 0.0;  ///< normal force of a contact point [N]
+    double sum = 0.0;      ///< of all normal forces [N]
+    int points = 0;        ///< that press
+};
+
+/// The world is that of the hand: its root link does not move. Where the hand would be accelerated,
+/// the object and the table are instead, which is the same. The weight of the hand is taken as
+/// compensated by its controller. The mesh frame of the object at the start is W. There is no
+/// restitution and no damping except in the drives.
+///
+/// Deterministic: the same calls give the same bits.
+class BULLET_CCD_API TrialWorld
+{
+public:
+    /// Keeps references to hand and object. Places the object in W and the hand, open, at
+    /// `positions`.
+    TrialWorld(const HandModel& hand,
+               const GraspObject& object,
+               const TrialBodies& bodies,
+               const Eigen::Isometry3d& X_WH,
+               const std::vector<double>& positions);
+    ~TrialWorld();
+    TrialWorld(const TrialWorld&) = delete;
+    TrialWorld& operator=(const TrialWorld&) = delete;
+
+    /// Drives the joint above `link` (movable, following no other).
+    void drive(std::int32_t link, const DriveSettings& settings, double target);
+    /// A table under the object, of which the hand takes no notice. Its top is the plane through
+    /// `point` with the normal `up` [W, m].
+    void addTable(const Eigen::Vector3d& point, const Eigen::Vector3d& up);
+    /// Velocity of the table from now on [W, m/s].
+    void moveTable(const Eigen::Vector3d& velocity);
+    void removeTable();
+
+    /// One step.
+    /// @param acceleration  that gravity gives the object, less that of the hand [W, m/s^2]
+    /// @param force         on the object at its centre of mass [W, N]
+    void step(double timeStep, const Eigen::Vector3d& acceleration, const Eigen::Vector3d& force);
+
+    [[nodiscard]] Eigen::Isometry3d objectPose() const;    ///< of its mesh frame in W
+    [[nodiscard]] Eigen::Vector3d objectCenter() const;    ///< of mass, W [m]
+    [[nodiscard]] Eigen::Vector3d objectVelocity() const;  ///< of its centre of mass, W [m/s]
+    [[nodiscard]] Eigen::Vector3d objectSpin() const;      ///< W [rad/s]
+    [[nodiscard]] double objectEnergy() const;             ///< kinetic [J]
+    [[nodiscard]] std::vector<double> positions() const;   ///< one entry per link [rad or m]
+    /// Of the drive of the joint above `link` in the last step [N m or N].
+    [[nodiscard]] double torque(std::int32_t link) const;
+    [[nodiscard]] HoldingForces holdingForces() const;
+    [[nodiscard]] HoldingSolver::Counters solverCounters() const { return m_solver.counters(); }
+    [[nodiscard]] const btCcdCounters& ccdCounters() const { return m_world.getCcdCounters(); }
+
+private:
+    [[nodiscard]] JointDrive* driveOf(std::int32_t link) const;
+
+    const HandModel& m_hand;
+    TrialPairs m_pairs;
+    HandMultiBody m_multiBody;
+    std::shared_ptr<const SsvTree> m_objectTree;  // not owned
+    btCcdMeshShape m_objectMesh;
+    btCompoundShape m_objectShape;
+    Eigen::Isometry3d m_X_OI;  // inertial frame in the mesh frame
+    std::unique_ptr<btRigidBody> m_object;
+    std::unique_ptr<btCcdMeshShape> m_tableShape;
+    std::unique_ptr<btRigidBody> m_table;
+    btDefaultCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher;
+    btDbvtBroadphase m_broadphase;
+    HoldingSolver m_solver;
+    btCcdMultiBodyDynamicsWorld m_world;
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_constraints;
+    std::vector<JointDrive*> m_drives;  // one entry per link; null without a motor
+    double m_friction;
+    double m_margin;
+    double m_timeStep = 1.0;
+};
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,116 @@
+#include "grasp/sim/contact_program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+/// A block of 2 kg on a floor, which would move at `velocity` (normal first) without contact.
+Eigen::VectorXd impulseOnBlock(const Eigen::Vector3d& velocity, double friction)
+{
+    ContactProgram program;
+    program.A = Eigen::Matrix3d::Identity() / 2.0;
+    program.b = -velocity;
+    program.friction = {friction};
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(3);
+    ContactProgramSolver solver;
+    (void)solver.solve(program, x, {.accuracy = 1e-10, .maxIterations = 1000});
+    EXPECT_EQ(solver.failures(), 0);
+    return x;
+}
+
+TEST(ContactProgram, BlockOnAFloorObeysCoulomb)
+{
+    // Leaves: no impulse.
+    EXPECT_LT(impulseOnBlock({0.1, 0.3, 0.0}, 0.5).norm(), 1e-8);
+    // Sticks: all of the motion is stopped, as 0.4 is less than 0.5 * 1.
+    EXPECT_LT((impulseOnBlock({-1.0, 0.0, 0.4}, 0.5) - Eigen::Vector3d(2.0, 0.0, -0.8)).norm(),
+              1e-8);
+    // Slides: the normal stops the approach, no more, and friction is mu times it.
+    EXPECT_LT((impulseOnBlock({-1.0, 3.0, 4.0}, 0.5) - Eigen::Vector3d(2.0, -0.6, -0.8)).norm(),
+              1e-8);
+    EXPECT_LT((impulseOnBlock({-1.0, 3.0, 4.0}, 0.0) - Eigen::Vector3d(2.0, 0.0, 0.0)).norm(),
+              1e-8);
+}
+
+/// What Coulomb's law and the bounds ask of every row, with velocities v = A x - b.
+void expectLaws(const ContactProgram& program, const Eigen::VectorXd& x, int& sliding)
+{
+    constexpr double kTolerance = 1e-6;
+    const Eigen::VectorXd v = program.A * x - program.b;
+    for (Eigen::Index i = 0; i < program.lower.size(); ++i)
+    {
+        EXPECT_GE(x[i], program.lower[i]);
+        EXPECT_LE(x[i], program.upper[i]);
+        const bool mayPush = x[i] < program.upper[i] - kTolerance;
+        const bool mayPull = x[i] > program.lower[i] + kTolerance;
+        EXPECT_FALSE(mayPush && v[i] < -kTolerance);
+        EXPECT_FALSE(mayPull && v[i] > kTolerance);
+    }
+    for (std::size_t k = 0; k < program.friction.size(); ++k)
+    {
+        const Eigen::Index i = program.lower.size() + 3 * static_cast<Eigen::Index>(k);
+        const double mu = program.friction[k];
+        const Eigen::Vector2d slip = v.segment<2>(i + 1);
+        EXPECT_LE(x.segment<2>(i + 1).norm(), mu * x[i] + 1e-12);
+        EXPECT_GE(v[i], -kTolerance);
+        EXPECT_LT(std::min(x[i], v[i]), kTolerance);
+        if (x[i] > 1e-3 && slip.norm() > 1e-3)
+        {
+            ++sliding;
+            EXPECT_LT((x.segment<2>(i + 1) + mu * x[i] * slip.normalized()).norm(), 1e-3);
+        }
+    }
+}
+
+TEST(ContactProgram, RandomProgramsObeyTheirLaws)
+{
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    int solved = 0;
+    int sliding = 0;
+    constexpr int kPrograms = 200;
+    for (int trial = 0; trial < kPrograms; ++trial)
+    {
+        const Eigen::Index bounded = trial % 4;
+        const Eigen::Index contacts = 1 + trial % 5;
+        const Eigen::Index n = bounded + 3 * contacts;
+        const auto noise = [&] { return uniform(random); };
+        const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(n, n + 2, noise);
+        ContactProgram program;
+        program.A = J * J.transpose();
+        program.b = Eigen::VectorXd::NullaryExpr(n, noise);
+        program.lower = Eigen::VectorXd::Constant(bounded, -0.1);
+        program.upper = Eigen::VectorXd::Constant(bounded, 0.2);
+        program.friction.assign(static_cast<std::size_t>(contacts), 0.1 * (1 + trial % 8));
+        Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
+        ContactProgramSolver solver;
+        (void)solver.solve(program, x, {.accuracy = 1e-8, .maxIterations = 5000});
+        if (solver.failures() == 0)
+        {
+            ++solved;
+            expectLaws(program, x, sliding);
+        }
+    }
+    EXPECT_GE(solved, kPrograms * 95 / 100);
+    EXPECT_GE(sliding, kPrograms / 4);
+}
+
+TEST(ContactProgram, GivesUpWithinTheCone)
+{
+    ContactProgram program;
+    program.A = Eigen::Matrix3d::Identity();
+    program.b = Eigen::Vector3d(1.0, 4.0, 0.0);
+    program.friction = {0.5};
+    Eigen::VectorXd x = Eigen::Vector3d(100.0, -40.0, 40.0);
+    ContactProgramSolver solver;
+    (void)solver.solve(program, x, {.accuracy = 1e-12, .maxIterations = 2});
+    EXPECT_EQ(solver.failures(), 1);
+    EXPECT_LE(x.tail<2>().norm(), 0.5 * x[0] + 1e-12);
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp

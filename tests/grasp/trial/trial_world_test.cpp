@@ -1,0 +1,198 @@
+#include "grasp/sim/trial_world.h"
+
+#include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/grasp/planner/test_hands.h"
+#include "tests/support/test_data.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+constexpr double kGravity = 9.81;      // [m/s^2]
+constexpr double kStep = 1.0 / 240.0;  // [s]
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kMargin = 5e-5;  // of each surface [m]
+const Eigen::Vector3d kNoForce = Eigen::Vector3d::Zero();
+
+/// How far one gets in `seconds` from rest; a step integrates its velocity first.
+double fall(double acceleration, double seconds)
+{
+    return 0.5 * acceleration * seconds * (seconds + kStep);
+}
+
+/// Two jaws of 50 g on a cube of 40 mm: one holds its place, the other presses.
+struct Pinch
+{
+    HandModel hand = tests::makeGripper(false);
+    GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    std::unique_ptr<TrialWorld> world;
+
+    Pinch(double mass, double friction, double force)
+    {
+        for (Link& link : hand.robot.tree.links)
+        {
+            link.mass = 0.05;
+            link.centerOfMass = Eigen::Vector3d(0.0, 0.0, 0.03);
+            link.inertia = 1e-5 * Eigen::Matrix3d::Identity();
+        }
+        const double closed = 0.02 - 1.6 * kMargin;  // jaws rest on the cube there
+        const Eigen::Isometry3d X_WH(Eigen::Translation3d(0.0, 0.0, -0.035));
+        world = std::make_unique<TrialWorld>(hand,
+                                             cube,
+                                             TrialBodies{.mass = mass, .friction = friction},
+                                             X_WH,
+                                             std::vector<double>{0.0, closed, closed});
+        world->drive(
+            1, {.effort = 2000.0, .stiffness = 1e6, .damping = 1e4, .maxSpeed = 1.0}, closed);
+        world->drive(2,
+                     {.effort = force, .stiffness = 1e6, .damping = 1e3, .maxSpeed = 0.1},
+                     force > 0.0 ? 0.039 : closed);
+    }
+
+    /// Without weight first, until everything rests.
+    void settle() const { run(0.25, Eigen::Vector3d::Zero()); }
+
+    void run(double seconds, const Eigen::Vector3d& acceleration) const
+    {
+        for (int k = 0; k < std::lround(seconds / kStep); ++k)
+        {
+            world->step(kStep, acceleration, kNoForce);
+        }
+    }
+};
+
+/// How far the cube has gone after `seconds` under its weight, across the jaws.
+double slipOf(double mass, double friction, double share, double seconds)
+{
+    const Pinch pinch(mass, friction, share * mass * kGravity / (2.0 * friction));
+    pinch.settle();
+    const Eigen::Vector3d before = pinch.world->objectCenter();
+    pinch.run(seconds, Eigen::Vector3d(0.0, -kGravity, 0.0));
+    return (pinch.world->objectCenter() - before).norm();
+}
+
+TEST(TrialWorld, TwoJawsSlipWhereTheirFrictionIsTheWeight)
+{
+    for (const double mass : {0.02, 2.0})
+    {
+        for (const double friction : {0.2, 0.8})
+        {
+            EXPECT_LT(slipOf(mass, friction, 1.02, 0.25), 1e-6) << mass << " " << friction;
+            // The friction that is missing accelerates it.
+            const double expected = fall(0.02 * kGravity, 0.25);
+            EXPECT_NEAR(slipOf(mass, friction, 0.98, 0.25), expected, 0.05 * expected)
+                << mass << " " << friction;
+        }
+    }
+}
+
+TEST(TrialWorld, WhatHoldsDoesNotCreep)
+{
+    const double seconds = tests::longTests() ? 60.0 : 10.0;
+    for (const double mass : {0.02, 2.0})
+    {
+        const Pinch pinch(mass, 0.5, 1.2 * mass * kGravity);
+        pinch.settle();
+        const Eigen::Isometry3d before = pinch.world->objectPose();
+        pinch.run(seconds, Eigen::Vector3d(0.0, -kGravity, 0.0));
+        const Eigen::Isometry3d moved = before.inverse() * pinch.world->objectPose();
+        EXPECT_LT(moved.translation().norm(), 1e-4);
+        EXPECT_LT(Eigen::AngleAxisd(moved.linear()).angle(), 0.1 * kDegree);
+        EXPECT_LT(pinch.world->objectEnergy(), 1e-12);
+        // The drive gives its force, and the cube gets it from both sides.
+        EXPECT_NEAR(pinch.world->torque(2), 1.2 * mass * kGravity, 1e-3 * mass);
+        EXPECT_NEAR(pinch.world->holdingForces().sum, 2.4 * mass * kGravity, 1e-3 * mass);
+    }
+}
+
+TEST(TrialWorld, DropsWhatIsTooSlipperyOrNotHeld)
+{
+    const Pinch slippery(0.5, 0.05, 10.0);  // 1 N of friction for 4.9 N
+    slippery.settle();
+    slippery.run(0.1, Eigen::Vector3d(0.0, -kGravity, 0.0));
+    EXPECT_NEAR(slippery.world->objectCenter().y(), -fall(kGravity - 2.0, 0.1), 1e-3);
+    const Pinch open(0.5, 0.5, 0.0);
+    open.run(0.1, Eigen::Vector3d(0.0, -kGravity, 0.0));
+    EXPECT_NEAR(open.world->objectCenter().y(), -fall(kGravity, 0.1), 1e-6);
+}
+
+TEST(TrialWorld, ATableHoldsByFrictionUpToItsAngle)
+{
+    constexpr double kFriction = 0.4;
+    for (const double share : {0.98, 1.02})
+    {
+        const Pinch pinch(0.5, kFriction, 0.0);
+        pinch.world->addTable(Eigen::Vector3d(0.0, -0.02 - 2.0 * kMargin, 0.0),
+                              Eigen::Vector3d::UnitY());
+        const double angle = std::atan(share * kFriction);
+        pinch.run(0.25, Eigen::Vector3d(0.0, -kGravity, 0.0));
+        const double before = pinch.world->objectCenter().z();
+        pinch.run(0.25, kGravity * Eigen::Vector3d(0.0, -std::cos(angle), std::sin(angle)));
+        const double slid = pinch.world->objectCenter().z() - before;
+        const double expected = fall(0.02 * kFriction * kGravity * std::cos(angle), 0.25);
+        EXPECT_NEAR(slid, share > 1.0 ? expected : 0.0, share > 1.0 ? 0.05 * expected : 1e-6);
+    }
+}
+
+TEST(TrialWorld, NothingBouncesAndNothingGainsEnergy)
+{
+    const Pinch pinch(0.5, 0.5, 0.0);
+    pinch.world->addTable(Eigen::Vector3d(0.0, -0.03, 0.0),
+                          Eigen::Vector3d(0.1, 1.0, 0.05).normalized());
+    const double start = pinch.world->objectCenter().y();
+    double lowest = start;
+    for (int k = 0; k < 240; ++k)
+    {
+        pinch.world->step(kStep, Eigen::Vector3d(0.0, -kGravity, 0.0), kNoForce);
+        const double height = pinch.world->objectCenter().y() - start;
+        const double energy = pinch.world->objectEnergy() + 0.5 * kGravity * height;
+        // A step integrates a fall a little too fast.
+        EXPECT_LT(energy, 0.5 * 0.5 * std::pow(kGravity * kStep, 2.0));
+        lowest = std::min(lowest, pinch.world->objectCenter().y());
+    }
+    EXPECT_LT(lowest, start - 0.005);
+}
+
+TEST(TrialWorld, ACoupledJawFollowsAndSharesTheForce)
+{
+    HandModel hand = tests::makeGripper(true);
+    const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    const Eigen::Isometry3d X_WH(Eigen::Translation3d(0.0, 0.0, -0.035));
+    TrialWorld world(hand, cube, {.mass = 0.3, .friction = 0.5}, X_WH, {0.0, 0.0195, 0.0195});
+    world.drive(1, {.effort = 8.0, .stiffness = 1e6, .damping = 1e3, .maxSpeed = 0.1}, 0.039);
+    EXPECT_THROW(world.drive(2, {}, 0.0), std::invalid_argument);
+    for (int k = 0; k < 120; ++k)
+    {
+        world.step(kStep, Eigen::Vector3d(0.0, -kGravity, 0.0), kNoForce);
+        const std::vector<double> positions = world.positions();
+        EXPECT_NEAR(positions[1], positions[2], 5e-5);
+    }
+    // One motor of 8 N, two jaws.
+    EXPECT_NEAR(world.holdingForces().sum, 8.0, 1e-2);
+    EXPECT_LT(std::abs(world.objectCenter().y()), 2e-3);  // what it fell while they closed
+}
+
+TEST(TrialWorld, SameCallsSameBits)
+{
+    const auto run = []
+    {
+        const Pinch pinch(0.3, 0.5, 4.0);
+        pinch.settle();
+        pinch.run(0.5, Eigen::Vector3d(1.0, -kGravity, 2.0));
+        return pinch.world->objectPose().matrix().eval();
+    };
+    EXPECT_EQ(run(), run());
+}
+
+TEST(TrialWorld, RefusesWhatHasNoMassOrNegativeFriction)
+{
+    EXPECT_THROW(Pinch(0.0, 0.5, 1.0), std::invalid_argument);
+    EXPECT_THROW(Pinch(0.1, -0.5, 1.0), std::invalid_argument);
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp
