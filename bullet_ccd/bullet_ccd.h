@@ -18,4 +18,5 @@
 #include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "bullet_ccd/toi/least_distance.h"
 #include "bullet_ccd/toi/rigid_toi.h"

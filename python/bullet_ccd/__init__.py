@@ -8,13 +8,15 @@ KeyError with the name of the argument; bad files raise RuntimeError.
 from . import grasp
 from ._arguments import as_mesh
 from ._core import (DEFAULT_TOLERANCE, ArticulatedToiResult, Contact, Distance, FirstContact,
-                    LinkContact, Mesh, Motion, Motions, Robot, Status, Strategy, ToiResult,
-                    __version__, articulated_toi, contacts, distance, first_contact, toi, toi_batch)
+                    LeastDistance, LinkContact, Mesh, Motion, Motions, Robot, Status, Strategy, ToiResult,
+                    __version__, articulated_toi, contacts, distance, first_contact,
+                    least_distance, toi, toi_batch)
 from .collision_manager import CollisionManager, ContactData, DistanceData
 
 __all__ = [
     "DEFAULT_TOLERANCE", "ArticulatedToiResult", "CollisionManager", "Contact", "ContactData",
-    "Distance", "DistanceData", "FirstContact", "LinkContact", "Mesh", "Motion", "Motions", "Robot",
-    "Status", "Strategy", "ToiResult", "__version__", "articulated_toi", "as_mesh", "contacts",
-    "distance", "first_contact", "grasp", "toi", "toi_batch",
+    "Distance", "DistanceData", "FirstContact", "LeastDistance", "LinkContact", "Mesh", "Motion",
+    "Motions", "Robot", "Status", "Strategy", "ToiResult", "__version__", "articulated_toi",
+    "as_mesh", "contacts", "distance", "first_contact", "grasp", "least_distance", "toi",
+    "toi_batch",
 ]

@@ -162,6 +162,31 @@ class Distance:
     @property
     def point_b(self) -> _Array: ...
 
+class LeastDistance:
+    @property
+    def status(self) -> Status:
+        """SEPARATED; OVERLAPPING if the surfaces intersect; ITERATION_LIMIT if the query gave up."""
+    @property
+    def distance(self) -> float:
+        """Certified: never closer; at most the tolerance below the truth [m]."""
+    @property
+    def found(self) -> float:
+        """The distance at that time, or enough [m]."""
+    @property
+    def time(self) -> float: ...
+    @property
+    def triangle_a(self) -> int: ...
+    @property
+    def triangle_b(self) -> int: ...
+    @property
+    def point_a(self) -> _Array:
+        """In the world at that time [m]."""
+    @property
+    def point_b(self) -> _Array: ...
+    @property
+    def normal(self) -> _Array:
+        """Unit, from A to B: the direction in which the distance grows."""
+
 class Contact:
     @property
     def gap(self) -> float: ...
@@ -198,6 +223,12 @@ def toi_batch(mesh_a: Mesh, mesh_b: Mesh, motions_a: Union[Motions, Motion, Pose
 def distance(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = None, *,
              upper_bound: float = ...) -> Distance:
     """The distance of two surfaces at fixed poses and a pair of closest points."""
+
+def least_distance(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = None,
+                   motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
+                   enough: float = ...) -> LeastDistance:
+    """The smallest distance of two meshes over the whole motion; larger ones than enough [m] are not
+    looked for."""
 
 def contacts(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = None, *,
              threshold: float) -> List[Contact]:

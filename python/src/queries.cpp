@@ -339,8 +339,34 @@ FirstContact firstContactOf(
     return first;
 }
 
+LeastDistanceResult leastDistanceOf(const SsvTree& meshA,
+                                    const SsvTree& meshB,
+                                    const py::object& motionA,
+                                    const py::object& motionB,
+                                    double tolerance,
+                                    double enough)
+{
+    const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
+    const RigidBody b = bodyOf(meshB, motionOf(motionB, "motion_b"));
+    const py::gil_scoped_release release;
+    return leastDistance(a, b, {.tolerance = tolerance, .enough = enough}, workspace());
+}
+
 void addQueryResults(py::module_& module)
 {
+    py::class_<LeastDistanceResult>(module, "LeastDistance")
+        .def_readonly("status", &LeastDistanceResult::status)
+        .def_readonly("distance", &LeastDistanceResult::distance)
+        .def_readonly("found", &LeastDistanceResult::found)
+        .def_readonly("time", &LeastDistanceResult::time)
+        .def_readonly("triangle_a", &LeastDistanceResult::triangleA)
+        .def_readonly("triangle_b", &LeastDistanceResult::triangleB)
+        .def_property_readonly(
+            "point_a", [](const LeastDistanceResult& least) { return arrayOf(least.pointA); })
+        .def_property_readonly(
+            "point_b", [](const LeastDistanceResult& least) { return arrayOf(least.pointB); })
+        .def_property_readonly(
+            "normal", [](const LeastDistanceResult& least) { return arrayOf(least.normal); });
     py::enum_<ToiStatus>(module, "Status")
         .value("SEPARATED", ToiStatus::Separated)
         .value("HIT", ToiStatus::Hit)
@@ -470,6 +496,15 @@ void addQueries(py::module_& module)
                py::arg("pose_b") = py::none(),
                py::kw_only(),
                py::arg("upper_bound") = kInfinity);
+    module.def("least_distance",
+               &leastDistanceOf,
+               py::arg("mesh_a").none(false),
+               py::arg("mesh_b").none(false),
+               py::arg("motion_a") = py::none(),
+               py::arg("motion_b") = py::none(),
+               py::kw_only(),
+               py::arg("tolerance") = options.tolerance,
+               py::arg("enough") = kInfinity);
     module.def("contacts",
                &contacts,
                py::arg("mesh_a").none(false),

@@ -120,6 +120,14 @@ def test_distance_of_boxes():
     assert ccd.distance(box(), box(), at(0.7)).distance == 0
 
 
+def test_least_distance_of_a_box_that_flies_past_a_box():
+    least = ccd.least_distance(box(), box(), ccd.Motion(at(-3, 1.3), velocity=(6, 0, 0)), tolerance=1e-6)
+    assert 0.3 - 1.1e-6 <= least.distance <= 0.3
+    assert least.found == pytest.approx(0.3) and 1 / 3 - 1e-6 <= least.time <= 2 / 3 + 1e-6
+    enough = ccd.least_distance(box(), box(), ccd.Motion(at(-3, 1.3), velocity=(6, 0, 0)), enough=0.1)
+    assert enough.distance == 0.1 and enough.triangle_a == -1
+
+
 def test_contacts_of_boxes_span_the_face():
     found = ccd.contacts(box(), box(), at(1 + 1e-5, 0.2), threshold=1e-4)
     assert len(found) == 4
