@@ -12,7 +12,9 @@
 ///   <passive_joint name=".."/>   a joint that keeps its preshape (wrist, spread)
 /// and, as extensions that MoveIt ignores,
 ///   <closing joint=".." direction="+1|-1"/>
-///   <grasp_frame link=".." xyz=".." rpy=".."/>   see HandModel::X_RG; at the first preshape
+///   <grasp_frame preshape=".." link=".." xyz=".." rpy=".."/>   see HandModel::X_RG; with a
+///       preshape that of this one, without that of all others, at the first preshape
+/// srdf_writer.h writes such a file.
 /// What is missing is inferred and noted, piece by piece: fingers (if no group is one), closing
 /// directions (of finger joints that are neither passive nor listed as closing), preshapes, and the
 /// grasp frame, of which every preshape then has its own. Preshapes are searched by trial grasps,

@@ -1,5 +1,6 @@
 #include "grasp/hand/srdf_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -120,11 +121,20 @@ private:
 
     void readGraspFrame(const XMLElement& element)
     {
-        if (m_srdf.graspFrame)
-        {
-            fail(element, "a second one", "keep one");
-        }
         SrdfGraspFrame frame;
+        if (const char* const preshape = element.Attribute("preshape"))
+        {
+            frame.preshape = preshape;
+        }
+        if (std::ranges::any_of(m_srdf.graspFrames,
+                                [&](const SrdfGraspFrame& other)
+                                { return other.preshape == frame.preshape; }))
+        {
+            fail(element,
+                 frame.preshape.empty() ? "a second one"
+                                        : "a second one of preshape '" + frame.preshape + "'",
+                 "keep one");
+        }
         frame.link = attribute(element, "link");
         const std::vector<double> xyz = numbers(element, "xyz", 3);
         const std::vector<double> rpy = numbers(element, "rpy", 3);
@@ -133,7 +143,7 @@ private:
                                Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
                                Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()))
                                   .toRotationMatrix();
-        m_srdf.graspFrame = frame;
+        m_srdf.graspFrames.push_back(std::move(frame));
     }
 
     [[nodiscard]] std::string attribute(const XMLElement& element, const char* name) const

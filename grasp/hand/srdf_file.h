@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +30,7 @@ struct SrdfState
 
 struct SrdfGraspFrame
 {
+    std::string preshape;  ///< that it belongs to; empty: to all that have none of their own
     std::string link;
     Eigen::Isometry3d X_LG = Eigen::Isometry3d::Identity();
 };
@@ -43,7 +43,7 @@ struct Srdf
     std::vector<std::pair<std::string, std::string>> disabledPairs;
     std::vector<std::string> passiveJoints;
     std::vector<std::pair<std::string, int>> closings;  ///< joint and +1 or -1
-    std::optional<SrdfGraspFrame> graspFrame;
+    std::vector<SrdfGraspFrame> graspFrames;            ///< at most one a preshape
 };
 
 /// Reads a file; elements that hands do not need are skipped.

@@ -31,7 +31,7 @@ public:
         readClosing();
         readPreshapes();
         const std::vector<std::pair<std::int32_t, std::int32_t>> disabled = readDisabled();
-        readGraspFrame();
+        readGraspFrames();
         setSelfPairs(m_hand, disabled);
     }
 
@@ -225,8 +225,9 @@ private:
     void inferPreshapes()
     {
         const Preshape open = inferPreshape(m_hand);
+        const SrdfGraspFrame* const known = graspFrameOf("");
         const std::optional<Eigen::Isometry3d> frame =
-            m_srdf.graspFrame ? std::optional(graspFrameAt(open.positions)) : std::nullopt;
+            known == nullptr ? std::nullopt : std::optional(poseOf(*known, open.positions));
         if (std::optional<std::vector<Preshape>> found = searchPreshapes(m_hand, frame))
         {
             m_hand.preshapes = *std::move(found);
@@ -326,32 +327,76 @@ private:
         return pairs;
     }
 
-    void readGraspFrame()
+    void readGraspFrames()
     {
-        if (m_srdf.graspFrame)
+        for (const SrdfGraspFrame& frame : m_srdf.graspFrames)
         {
-            m_hand.X_RG = graspFrameAt(m_hand.preshapes.front().positions);
+            setGraspFrame(frame);
+        }
+        if (const SrdfGraspFrame* const shared = graspFrameOf(""))
+        {
+            m_hand.X_RG = poseOf(*shared, m_hand.preshapes.front().positions);
             return;
         }
+        std::string inferred;
         for (Preshape& preshape : m_hand.preshapes)
         {
-            if (!preshape.X_RG)
+            if (graspFrameOf(preshape.name) == nullptr)
             {
-                preshape.X_RG = searchGraspFrame(m_hand, preshape.positions);
+                preshape.X_RG =
+                    preshape.X_RG ? preshape.X_RG : searchGraspFrame(m_hand, preshape.positions);
+                inferred += (inferred.empty() ? "" : ", ") + preshape.name;
             }
         }
         m_hand.X_RG = *m_hand.preshapes.front().X_RG;
-        m_hand.notes.push_back("grasp frame inferred for each preshape");
+        if (!inferred.empty())
+        {
+            m_hand.notes.push_back("grasp frame inferred, of preshapes: " + inferred);
+        }
     }
 
-    /// What the SRDF says, at these positions.
-    Eigen::Isometry3d graspFrameAt(const std::vector<double>& positions)
+    /// Of a preshape, if it is not that of all.
+    void setGraspFrame(const SrdfGraspFrame& frame)
     {
-        const std::int32_t link = findLink("grasp_frame", m_srdf.graspFrame->link);
+        findLink("grasp_frame", frame.link);
+        if (frame.preshape.empty())
+        {
+            return;
+        }
+        std::vector<std::string> names;
+        for (Preshape& preshape : m_hand.preshapes)
+        {
+            if (preshape.name == frame.preshape)
+            {
+                preshape.X_RG = poseOf(frame, preshape.positions);
+                return;
+            }
+            names.push_back(preshape.name);
+        }
+        // States that are no preshapes were noted.
+        if (std::ranges::none_of(m_srdf.states,
+                                 [&](const SrdfState& state)
+                                 { return state.name == frame.preshape; }))
+        {
+            failName("grasp_frame", "preshape", frame.preshape, names);
+        }
+    }
+
+    /// What the SRDF says of this preshape alone; of all without a name.
+    [[nodiscard]] const SrdfGraspFrame* graspFrameOf(const std::string& preshape) const
+    {
+        const auto found =
+            std::ranges::find(m_srdf.graspFrames, preshape, &SrdfGraspFrame::preshape);
+        return found == m_srdf.graspFrames.end() ? nullptr : &*found;
+    }
+
+    Eigen::Isometry3d poseOf(const SrdfGraspFrame& frame, const std::vector<double>& positions)
+    {
+        const std::int32_t link = findLink("grasp_frame", frame.link);
         return linkPoses(tree(),
                          Eigen::Isometry3d::Identity(),
                          positions)[static_cast<std::size_t>(link)] *
-               m_srdf.graspFrame->X_LG;
+               frame.X_LG;
     }
 
     [[nodiscard]] const Link& linkAt(std::int32_t link) const

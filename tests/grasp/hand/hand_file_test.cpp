@@ -159,6 +159,27 @@ TEST(HandFile, SrdfIsTakenAtItsWord)
     EXPECT_TRUE(hand.notes.empty()) << hand.notes.front();
 }
 
+TEST(HandFile, APreshapeMayHaveItsOwnGraspFrame)
+{
+    const TempFolder folder;
+    const HandModel hand =
+        load(folder,
+             kFingers +
+                 "<group_state name=\"half\" group=\"left\"><joint name=\"l1\" value=\"0.3\"/>"
+                 "</group_state><group_state name=\"open\" group=\"left\"/>"
+                 "<grasp_frame preshape=\"half\" link=\"left_1\" xyz=\"0 0 0.1\" rpy=\"0 0 0\"/>"
+                 "<grasp_frame link=\"palm\" xyz=\"0 0 0.2\" rpy=\"0 0 0\"/>");
+    ASSERT_EQ(hand.preshapes[1].name, "half");
+    EXPECT_TRUE(hand.X_RG.translation().isApprox(Eigen::Vector3d(0.0, 0.0, 0.2), 1e-12));
+    EXPECT_TRUE(graspFrame(hand, hand.preshapes[0]).isApprox(hand.X_RG, 1e-12));
+    // On a link that l1 has turned by 0.3 about y.
+    EXPECT_TRUE(
+        graspFrame(hand, hand.preshapes[1])
+            .translation()
+            .isApprox(Eigen::Vector3d(-0.05 + 0.1 * std::sin(0.3), 0.0, 0.01 + 0.1 * std::cos(0.3)),
+                      1e-12));
+}
+
 TEST(HandFile, SelfPairsLeaveOutNeighboursAndWhatCannotMove)
 {
     const TempFolder folder;
@@ -364,6 +385,11 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenSrdf{"<grasp_frame link=\"hand\" xyz=\"0 0 0\" rpy=\"0 0 0\"/>", {"'hand'"}},
         BrokenSrdf{"<grasp_frame link=\"palm\" xyz=\"0 0\" rpy=\"0 0 0\"/>",
                    {"<grasp_frame>", "xyz is '0 0'", "three finite numbers"}},
+        BrokenSrdf{"<grasp_frame preshape=\"opne\" link=\"palm\" xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+                   {"grasp_frame", "preshape 'opne' does not exist", "did you mean 'open'"}},
+        BrokenSrdf{"<grasp_frame link=\"palm\" xyz=\"0 0 0\" rpy=\"0 0 0\"/>"
+                   "<grasp_frame link=\"palm\" xyz=\"0 0 1\" rpy=\"0 0 0\"/>",
+                   {"<grasp_frame>", "a second one"}},
         BrokenSrdf{"<passive_joint name=\"l1\"/><passive_joint name=\"l2\"/>"
                    "<passive_joint name=\"r1\"/>",
                    {"no joint closes the hand", "<closing"}}));

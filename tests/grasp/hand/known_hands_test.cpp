@@ -29,11 +29,13 @@ void PrintTo(const KnownHand& hand, std::ostream* stream)
 class KnownHands : public testing::TestWithParam<KnownHand>
 {
 protected:
+    /// In the grasp frame of the preshape.
     static std::vector<Eigen::Vector3d> fingertips(const HandModel& hand,
+                                                   const Preshape& preshape,
                                                    const std::vector<double>& positions)
     {
         const std::vector<Eigen::Isometry3d> poses =
-            linkPoses(hand.robot.tree, hand.X_RG.inverse(), positions);
+            linkPoses(hand.robot.tree, graspFrame(hand, preshape).inverse(), positions);
         std::vector<Eigen::Vector3d> tips;
         for (const Finger& finger : hand.fingers)
         {
@@ -89,7 +91,7 @@ TEST_P(KnownHands, FingertipsCloseTowardsTheGraspFrame)
     for (const Preshape& preshape : hand.preshapes)
     {
         const std::vector<double> closed = closedPositions(hand, preshape.positions);
-        const std::vector<Eigen::Vector3d> open = fingertips(hand, preshape.positions);
+        const std::vector<Eigen::Vector3d> open = fingertips(hand, preshape, preshape.positions);
         for (std::size_t i = 0; i < open.size(); ++i)
         {
             double nearest = open[i].norm();
@@ -97,7 +99,8 @@ TEST_P(KnownHands, FingertipsCloseTowardsTheGraspFrame)
             {
                 nearest = std::min(
                     nearest,
-                    fingertips(hand, between(preshape.positions, closed, step / 20.0))[i].norm());
+                    fingertips(hand, preshape, between(preshape.positions, closed, step / 20.0))[i]
+                        .norm());
             }
             // A 6 cm object sits at the origin: the tip gets near it, sideways fingers less so.
             EXPECT_LT(nearest, 0.085) << preshape.name << " " << hand.fingers[i].name;
@@ -112,7 +115,8 @@ TEST_P(KnownHands, FingersOpposeEachOtherAlongX)
     BULLET_CCD_TEST_DATA_OR_SKIP(hands, "hands");
     const HandModel hand =
         loadHand(hands / (GetParam().urdf + "_mesh.urdf"), std::nullopt, BULLET_CCD_SHARE_FOLDER);
-    const std::vector<Eigen::Vector3d> open = fingertips(hand, hand.preshapes[0].positions);
+    const std::vector<Eigen::Vector3d> open =
+        fingertips(hand, hand.preshapes[0], hand.preshapes[0].positions);
     double lower = 0.0;
     double upper = 0.0;
     for (const Eigen::Vector3d& tip : open)

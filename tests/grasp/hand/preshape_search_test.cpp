@@ -5,6 +5,7 @@
 #include "grasp/formats/content_hash.h"
 #include "grasp/hand/hand_file.h"
 #include "grasp/hand/self_pairs.h"
+#include "grasp/hand/srdf_writer.h"
 #include "grasp/hand/trial_grasps.h"
 #include "grasp/planner/grasp_planner.h"
 #include "tests/support/temp_folder.h"
@@ -136,6 +137,28 @@ TEST(PreshapeSearch, TheThumbIsTurnedInFrontOfThePalmEveryTime)
     }
     EXPECT_EQ(hand.X_RG.matrix(), hand.preshapes[0].X_RG->matrix());
     EXPECT_EQ(contentHash(hand), contentHash(inferHand(urdf)));  // whatever the threads did
+
+    // What was found can be written, and is understood as it was.
+    const auto written = folder.write("written.srdf", handSrdf(hand));
+    const HandModel again = loadHand(urdf, written);
+    EXPECT_TRUE(again.notes.empty()) << again.notes.front();
+    EXPECT_EQ(again.closingDirections, hand.closingDirections);
+    EXPECT_EQ(again.selfPairs, hand.selfPairs);
+    ASSERT_EQ(again.fingers.size(), hand.fingers.size());
+    for (std::size_t k = 0; k < hand.fingers.size(); ++k)
+    {
+        EXPECT_EQ(again.fingers[k].name, hand.fingers[k].name);
+        EXPECT_EQ(again.fingers[k].links, hand.fingers[k].links);
+    }
+    ASSERT_EQ(again.preshapes.size(), hand.preshapes.size());
+    for (std::size_t k = 0; k < hand.preshapes.size(); ++k)
+    {
+        EXPECT_EQ(again.preshapes[k].name, hand.preshapes[k].name);
+        EXPECT_THAT(again.preshapes[k].positions,
+                    testing::Pointwise(testing::DoubleNear(1e-6), hand.preshapes[k].positions));
+        EXPECT_TRUE(graspFrame(again, again.preshapes[k])
+                        .isApprox(graspFrame(hand, hand.preshapes[k]), 1e-5));
+    }
 
     // With the thumb at rest beside the fingers next to nothing is held.
     folder.write("thumbed.srdf",

@@ -1,5 +1,8 @@
+#include "grasp/hand/hand_file.h"
+#include "grasp/hand/srdf_writer.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/text_file.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -205,6 +208,62 @@ void addShowOptions(CLI::App& command, HandArguments& arguments)
         ->type_name("FILE");
 }
 
+struct InitArguments
+{
+    std::string hand;
+    std::string output;
+};
+
+int init(const InitArguments& arguments)
+{
+    const fs::path file = fs::absolute(resolveHand(arguments.hand)).lexically_normal();
+    if (!arguments.output.empty())
+    {
+        requireOtherFile(arguments.output, {file.string()});
+        if (fs::is_regular_file(arguments.output))
+        {
+            throw std::runtime_error(arguments.output +
+                                     ": exists already: name another file, or remove it");
+        }
+        requireWritable(arguments.output);
+    }
+    const HandModel hand = grasp::inferHand(file);
+    const std::string srdf = grasp::handSrdf(hand);
+    if (arguments.output.empty())
+    {
+        fmt::print("{}", srdf);
+        return kDone;
+    }
+    writeWholeFile(arguments.output, srdf);
+    fmt::print("wrote {}: {} fingers, {} preshapes\n",
+               arguments.output,
+               hand.fingers.size(),
+               hand.preshapes.size());
+    return kDone;
+}
+
+void addInitCommand(CLI::App& hand, int& exitCode)
+{
+    auto* command = hand.add_subcommand(
+        "init", "Writes what is inferred of a hand as an SRDF with comments, to be corrected.");
+    command->footer(
+        "Everything is inferred from the URDF alone, whatever SRDF there is. An SRDF beside the "
+        "URDF that has its name is found by all verbs.\n"
+        "\n"
+        "Exit codes: 0 if it is written, 2 for wrong options, 3 for bad input and for an output "
+        "that exists.\n"
+        "\n"
+        "Example:\n"
+        "  grasp hand init my_hand.urdf -o my_hand.srdf");
+    const auto arguments = std::make_shared<InitArguments>();
+    command->add_option("hand", arguments->hand, "A URDF file, or the name of a hand that ships.")
+        ->type_name("HAND")
+        ->required();
+    command->add_option("-o,--output", arguments->output, "The file. Default: it is printed.")
+        ->type_name("FILE");
+    command->callback([arguments, &exitCode] { exitCode = init(*arguments); });
+}
+
 int showNamed(const HandArguments& arguments)
 {
     if (arguments.hand.empty())
@@ -228,13 +287,15 @@ void addHandCommand(CLI::App& app, int& exitCode)
         "\n"
         "Examples:\n"
         "  grasp hand anthropomorphic_hand\n"
-        "  grasp hand check my_hand.urdf");
+        "  grasp hand check my_hand.urdf\n"
+        "  grasp hand init my_hand.urdf -o my_hand.srdf");
     const auto arguments = std::make_shared<HandArguments>();
     addShowOptions(*command, *arguments);
     CLI::App* shown = command->add_subcommand("show", kWhat);
     addShowOptions(*shown, *arguments);
     shown->callback([arguments, &exitCode] { exitCode = showNamed(*arguments); });
     addHandCheckCommand(*command, exitCode);
+    addInitCommand(*command, exitCode);
     command->callback(
         [command, arguments, &exitCode]
         {

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# What `grasp hand init` writes is understood without any inference; a file that is there is kept.
+#
+#   grasp_hand_init_test.sh GRASP
+set -uo pipefail
+grasp=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+    echo "$1" >&2
+    exit 1
+}
+
+link() {
+    echo "<link name=\"$1\"><collision><origin xyz=\"0 0 $3\"/><geometry><box size=\"$2\"/></geometry></collision></link>"
+}
+hinge() {
+    echo "<joint name=\"$1_joint\" type=\"revolute\"><parent link=\"palm\"/><child link=\"$1\"/>" \
+        "<origin xyz=\"$2 0 0.02\"/><axis xyz=\"0 $3 0\"/>" \
+        "<limit lower=\"-0.2\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"
+}
+echo "<robot name=\"pincer\">$(link palm '0.14 0.06 0.02' 0)$(link left '0.01 0.02 0.1' 0.05)" \
+    "$(link right '0.01 0.02 0.1' 0.05)$(hinge left -0.05 1)$(hinge right 0.05 -1)</robot>" \
+    >"$folder/pincer.urdf"
+
+"$grasp" hand show "$folder/pincer.urdf" | grep -q "closing directions inferred" ||
+    fail "without an SRDF nothing was inferred"
+"$grasp" hand init "$folder/pincer.urdf" -o "$folder/pincer.srdf" | grep -q "2 fingers" ||
+    fail "init does not say what it wrote"
+shown=$("$grasp" hand show "$folder/pincer.urdf")
+grep -q "directions inferred\|frame inferred\|preshape.* inferred\|fingers inferred" <<<"$shown" &&
+    fail "the written SRDF leaves something to be inferred"
+[ "$("$grasp" hand init "$folder/pincer.urdf")" = "$(cat "$folder/pincer.srdf")" ] ||
+    fail "printed and written are not the same"
+
+"$grasp" hand init "$folder/pincer.urdf" -o "$folder/pincer.srdf" 2>"$folder/error" >/dev/null
+[ $? -eq 3 ] || fail "a file that is there is overwritten"
+grep -q "exists already" "$folder/error" || fail "the message does not say why"
