@@ -12,9 +12,11 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cmake -S "$source" --preset check -B "$scratch/build" -DBULLET_CCD_PRECOMPILED_HEADERS=OFF \
     -DBULLET_CCD_TESTS=OFF -DBULLET_CCD_BENCHMARKS=OFF >/dev/null
-# Files that only include a header, to verify that it needs no other, are left out.
+# Left out are files that only include a header, to verify that it needs no other, and the kernels,
+# which use functions of GCC that Clang does not have.
 if ! run-clang-tidy -quiet -p "$scratch/build" -j "$(nproc)" \
-    '^(?!.*verify_interface_header_sets).*\.cpp$' >"$scratch/log" 2>&1; then
+    -extra-arg=-Wno-unknown-warning-option \
+    '^(?!.*(verify_interface_header_sets|toi/kernels/)).*\.cpp$' >"$scratch/log" 2>&1; then
     grep -E 'warning:|error:' "$scratch/log" | sort -u
     exit 1
 fi
