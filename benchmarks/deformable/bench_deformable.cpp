@@ -86,7 +86,7 @@ public:
         DeformableResult first;
         const double firstOnly = medianMilliseconds(
             m_arguments.passes, [&] { first = deformableToi(bodies, options, m_work); });
-        const double gain = twoThreadGain(bodies, all, first);
+        const double gain = twoThreadGain(bodies, all, first, start, end);
 
         std::vector<FeaturePair> candidates;
         const double boxes =
@@ -116,11 +116,13 @@ public:
     }
 
 private:
-    /// How many times faster two threads are, by wall time of the query; also checks that they give
-    /// the same contacts.
+    /// How many times faster two threads are, by wall time of refit and query; also checks that
+    /// they give the same contacts.
     double twoThreadGain(const std::vector<DeformableBody>& bodies,
                          const DeformableResult& all,
-                         const DeformableResult& first)
+                         const DeformableResult& first,
+                         const std::vector<Eigen::Vector3d>& start,
+                         const std::vector<Eigen::Vector3d>& end)
     {
         std::vector<double> one;
         std::vector<double> two;
@@ -133,7 +135,11 @@ private:
                                                 .threads = threads};
                 (threads == 1 ? one : two)
                     .push_back(wallMicrosecondsOf(
-                        [&] { result = deformableContacts(bodies, options, m_work); }));
+                        [&]
+                        {
+                            m_surface.front().setStep(start, end, threads);
+                            result = deformableContacts(bodies, options, m_work);
+                        }));
             }
         }
         const auto isSame = [](const DeformableContact& a, const DeformableContact& b)

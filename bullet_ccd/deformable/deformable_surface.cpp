@@ -139,7 +139,7 @@ DeformableSurface::DeformableSurface(const TriangleMesh& rest,
     m_data->meshVertices = rest.vertices.size();
     m_data->meshTriangles = rest.triangles.size();
     buildPatches(rest, sets.labels(), *m_data);
-    refitSurface(rest.vertices, rest.vertices, *m_data);
+    refitSurface(rest.vertices, rest.vertices, 1, *m_data);
 }
 
 DeformableSurface::~DeformableSurface() = default;
@@ -147,11 +147,13 @@ DeformableSurface::DeformableSurface(DeformableSurface&&) noexcept = default;
 DeformableSurface& DeformableSurface::operator=(DeformableSurface&&) noexcept = default;
 
 void DeformableSurface::setStep(std::span<const Eigen::Vector3d> start,
-                                std::span<const Eigen::Vector3d> end)
+                                std::span<const Eigen::Vector3d> end,
+                                int threads)
 {
+    require(threads > 0, "deformable surface: a step needs at least one thread");
     checkPlaces(start, m_data->meshVertices, "start");
     checkPlaces(end, m_data->meshVertices, "end");
-    refitSurface(start, end, *m_data);
+    refitSurface(start, end, threads, *m_data);
 }
 
 std::size_t DeformableSurface::vertexCount() const

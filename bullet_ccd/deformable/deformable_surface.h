@@ -48,9 +48,12 @@ public:
     /// lines. Refits the hierarchy. Quality, not correctness, suffers when the mesh has changed its
     /// shape much since it was built; then build another.
     /// @param start,end  one place for every vertex of the mesh that the surface was built from [m]
-    /// Throws std::invalid_argument for another number of places, and for one that is not finite;
-    /// the step before stays.
-    void setStep(std::span<const Eigen::Vector3d> start, std::span<const Eigen::Vector3d> end);
+    /// @param threads    that share the work; the outcome does not depend on them
+    /// Throws std::invalid_argument for another number of places, for one that is not finite, and
+    /// without a thread; the step before stays.
+    void setStep(std::span<const Eigen::Vector3d> start,
+                 std::span<const Eigen::Vector3d> end,
+                 int threads = 1);
 
     [[nodiscard]] std::size_t vertexCount() const;
     [[nodiscard]] std::size_t triangleCount() const;

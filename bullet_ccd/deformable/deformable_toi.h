@@ -2,10 +2,10 @@
 /// first.
 ///
 /// A contact is a pair of features, a vertex and a face or two edges, for which elementaryToi()
-/// reports one. Hierarchy, instruction set, threads and the order of the bodies only decide how
-/// fast they are found: the answer is the same as that of elementaryToi() for every pair of
-/// features, bit for bit. Features that share a vertex are not tested against each other, nor those
-/// that both rest.
+/// reports one. Hierarchy, instruction set and threads only decide how fast they are found: the
+/// answer is that of elementaryToi() for every pair of features, in the order that
+/// DeformableContact says, bit for bit. Features that share a vertex are not tested against each
+/// other, nor those that both rest.
 #pragma once
 
 #include "bullet_ccd/deformable/deformable_surface.h"

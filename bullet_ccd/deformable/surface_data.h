@@ -74,5 +74,6 @@ void buildPatches(const TriangleMesh& mesh,
 /// @pre both spans have a finite place for every vertex of the mesh
 void refitSurface(std::span<const Eigen::Vector3d> start,
                   std::span<const Eigen::Vector3d> end,
+                  int threads,
                   DeformableSurface::Data& data);
 }  // namespace bullet_ccd

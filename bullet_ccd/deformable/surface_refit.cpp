@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 namespace bullet_ccd
 {
@@ -51,18 +54,19 @@ void placeVertices(std::span<const Eigen::Vector3d> start,
     const Eigen::Vector3d c = 0.5 * all.min() + 0.5 * all.max();
     data.centre = c;
     data.halfExtent = 0.5 * all.sizes().maxCoeff();
-    for (std::size_t i = 0; i < data.lanes.size(); ++i)
+}
+
+void refitVertex(DeformableSurface::Data& data, std::size_t index)
+{
+    const VertexStep& v = data.steps[index];
+    float* const lanes = data.lanes[index].of;
+    for (int k = 0; k < 3; ++k)
     {
-        const VertexStep& v = data.steps[i];
-        float* const lanes = data.lanes[i].of;
-        for (int k = 0; k < 3; ++k)
-        {
-            lanes[k] = static_cast<float>(v.start[k] - c[k]);
-            lanes[k + 3] = static_cast<float>(v.end[k] - c[k]);
-        }
-        lanes[6] = 0.0F;
-        lanes[7] = 0.0F;
+        lanes[k] = static_cast<float>(v.start[k] - data.centre[k]);
+        lanes[k + 3] = static_cast<float>(v.end[k] - data.centre[k]);
     }
+    lanes[6] = 0.0F;
+    lanes[7] = 0.0F;
 }
 
 void refitPatch(DeformableSurface::Data& data, std::size_t index)
@@ -108,17 +112,37 @@ void refitNode(DeformableSurface::Data& data, std::size_t index)
     data.nodeBoxes[index] = box;
     data.nodeRests[index] = rests ? 1 : 0;
 }
+/// Calls the function for all indices below `count`; few are not worth a thread.
+template <class Function>
+void forAll(std::size_t count, int threads, const Function& function)
+{
+    constexpr std::size_t kAtOnce = 1024;
+    using Range = tbb::blocked_range<std::size_t>;
+    const auto some = [&](const Range& range)
+    {
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+        {
+            function(i);
+        }
+    };
+    if (threads == 1 || count < 2 * kAtOnce)
+    {
+        some(Range(0, count));
+        return;
+    }
+    tbb::task_arena arena(threads);
+    arena.execute([&] { tbb::parallel_for(Range(0, count, kAtOnce), some); });
+}
 }  // namespace
 
 void refitSurface(std::span<const Eigen::Vector3d> start,
                   std::span<const Eigen::Vector3d> end,
+                  int threads,
                   DeformableSurface::Data& data)
 {
     placeVertices(start, end, data);
-    for (std::size_t i = 0; i < data.patches.size(); ++i)
-    {
-        refitPatch(data, i);
-    }
+    forAll(data.lanes.size(), threads, [&](std::size_t i) { refitVertex(data, i); });
+    forAll(data.patches.size(), threads, [&](std::size_t i) { refitPatch(data, i); });
     for (std::size_t i = data.nodes.size(); i-- > 0;)  // children before their parents
     {
         refitNode(data, i);

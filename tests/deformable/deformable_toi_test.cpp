@@ -154,6 +154,34 @@ TEST(DeformableContacts, AreThoseOfEveryPairOfFeatures)
     EXPECT_LT(examined, pairs / 4) << "boxes leave out most pairs";
 }
 
+TEST(DeformableContacts, DoNotDependOnTheOrderOfTheBodiesNorOnThreadsOfTheRefit)
+{
+    Random random(234);
+    DeformableWorkspace work;
+    int found = 0;
+    for (int i = 0; i < 4; ++i)
+    {
+        std::vector<MovingMesh> meshes = randomScene(random, 3, false);
+        meshes.push_back(crumpledCloth(random, 70, 0.002, 0.01));  // large enough for two threads
+        const Bodies forward(meshes);
+        std::ranges::reverse(meshes);
+        Bodies backward(meshes);
+        for (std::size_t b = 0; b < meshes.size(); ++b)
+        {
+            backward.surfaces[b].setStep(meshes[b].mesh.vertices, meshes[b].end, 2);
+        }
+        const DeformableOptions options{.tolerance = 1e-5, .threads = 2};
+        const DeformableResult first = deformableToi(forward.bodies, options, work);
+        const DeformableResult again = deformableToi(backward.bodies, options, work);
+        EXPECT_EQ(isContact(first.status), isContact(again.status));
+        EXPECT_NEAR(first.time, again.time, 1e-3) << "the tolerance over the speed";
+        const std::size_t all = deformableContacts(forward.bodies, options, work).contacts.size();
+        EXPECT_EQ(deformableContacts(backward.bodies, options, work).contacts.size(), all);
+        found += all > 10 ? 1 : 0;
+    }
+    EXPECT_GT(found, 2);
+}
+
 TEST(SurfaceKernels, NeverSeparateFeaturesThatTouch)
 {
     // Whole numbers at t = 1/2, the point of contact in eighths: exact contacts.
@@ -343,6 +371,8 @@ TEST(DeformableSurface, RefusesStepsThatAreNotOfItsMesh)
     end.pop_back();
     EXPECT_THAT(messageOf(end),
                 ::testing::HasSubstr("15 vertices at the end of the step instead of 16"));
+
+    EXPECT_THROW(surface.setStep(mesh.vertices, mesh.vertices, 0), std::invalid_argument);
 
     EXPECT_THROW(DeformableSurface(TriangleMesh{}), std::invalid_argument);
     TriangleMesh broken = mesh;

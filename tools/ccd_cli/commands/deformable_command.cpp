@@ -107,7 +107,7 @@ public:
         const Stopwatch refitWatch;
         try
         {
-            m_surface->setStep(start.soup.vertices, end.soup.vertices);
+            m_surface->setStep(start.soup.vertices, end.soup.vertices, m_arguments.options.threads);
         }
         catch (const std::invalid_argument& error)
         {
