@@ -10,7 +10,6 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-const Color kObjectColor(0.93F, 0.62F, 0.27F);
 const Color kPalmColor(0.63F, 0.66F, 0.71F);
 const std::array<Color, 5> kFingerColors = {Color(0.36F, 0.56F, 0.72F),
                                             Color(0.40F, 0.66F, 0.62F),
@@ -18,34 +17,6 @@ const std::array<Color, 5> kFingerColors = {Color(0.36F, 0.56F, 0.72F),
                                             Color(0.52F, 0.68F, 0.45F),
                                             Color(0.42F, 0.62F, 0.80F)};
 constexpr double kMargin = 0.06;  ///< of the picture's size, on each side
-
-/// Finger that the link belongs to, or kNone.
-std::int32_t fingerOf(const HandModel& hand, std::int32_t link)
-{
-    for (std::size_t i = 0; i < hand.fingers.size(); ++i)
-    {
-        const std::vector<std::int32_t>& links = hand.fingers[i].links;
-        if (std::find(links.begin(), links.end(), link) != links.end())
-        {
-            return static_cast<std::int32_t>(i);
-        }
-    }
-    return kNone;
-}
-
-Color colorOf(const HandModel& hand, std::int32_t link)
-{
-    const std::int32_t finger = fingerOf(hand, link);
-    if (finger == kNone)
-    {
-        return kPalmColor;
-    }
-    const std::vector<std::int32_t>& links = hand.fingers[static_cast<std::size_t>(finger)].links;
-    const auto place = std::find(links.begin(), links.end(), link) - links.begin();
-    // Neighbouring links of a finger alternate a little.
-    const float tone = place % 2 == 0 ? 1.0F : 1.14F;
-    return tone * kFingerColors[static_cast<std::size_t>(finger) % kFingerColors.size()];
-}
 
 /// How well the scene is seen from `direction`.
 double scoreView(const GraspScene& scene, const Eigen::Vector3d& direction)
@@ -83,6 +54,33 @@ double scoreView(const GraspScene& scene, const Eigen::Vector3d& direction)
     return contactShare + 0.5 * objectShare + 0.5 * fromSide;
 }
 }  // namespace
+
+std::int32_t fingerOf(const HandModel& hand, std::int32_t link)
+{
+    for (std::size_t i = 0; i < hand.fingers.size(); ++i)
+    {
+        const std::vector<std::int32_t>& links = hand.fingers[i].links;
+        if (std::find(links.begin(), links.end(), link) != links.end())
+        {
+            return static_cast<std::int32_t>(i);
+        }
+    }
+    return kNone;
+}
+
+Color colorOf(const HandModel& hand, std::int32_t link)
+{
+    const std::int32_t finger = fingerOf(hand, link);
+    if (finger == kNone)
+    {
+        return kPalmColor;
+    }
+    const std::vector<std::int32_t>& links = hand.fingers[static_cast<std::size_t>(finger)].links;
+    const auto place = std::find(links.begin(), links.end(), link) - links.begin();
+    // Neighbouring links of a finger alternate a little.
+    const float tone = place % 2 == 0 ? 1.0F : 1.14F;
+    return tone * kFingerColors[static_cast<std::size_t>(finger) % kFingerColors.size()];
+}
 
 GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Grasp& grasp)
 {

@@ -12,6 +12,7 @@ namespace bullet_ccd::grasp
 {
 /// Of points of contact and what is drawn at them.
 inline const Color kContactColor(0.86F, 0.07F, 0.24F);
+inline const Color kObjectColor(0.93F, 0.62F, 0.27F);
 /// Share of the object's colour where it lies in front of a link.
 inline constexpr float kObjectCover = 0.6F;
 
@@ -32,6 +33,12 @@ struct GraspScene
     std::vector<std::int32_t> framed;  ///< entries of `hand` that must be in the picture
     std::vector<SceneBox> boxes;       ///< empty until addSweptBoxes()
 };
+
+/// Each finger has its own, the rest of the hand another.
+[[nodiscard]] Color colorOf(const HandModel& hand, std::int32_t link);
+
+/// Finger that the link belongs to, or kNone.
+[[nodiscard]] std::int32_t fingerOf(const HandModel& hand, std::int32_t link);
 
 [[nodiscard]] GraspScene makeScene(const HandModel& hand,
                                    const GraspObject& object,

@@ -1,12 +1,11 @@
 #include "grasp/report/grasp_picture.h"
+#include "grasp/report/report_facts.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 
 namespace bullet_ccd::grasp
@@ -72,32 +71,6 @@ document.querySelectorAll('#grasps th button').forEach((button) => button.addEve
 }));
 )js";
 
-std::string escaped(const std::string& text)
-{
-    std::string result;
-    for (const char letter : text)
-    {
-        switch (letter)
-        {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '>':
-                result += "&gt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += letter;
-        }
-    }
-    return result;
-}
-
 /// A file as the address of a link: everything that is not plain is written as %XX.
 std::string address(const std::filesystem::path& file)
 {
@@ -113,20 +86,6 @@ std::string address(const std::filesystem::path& file)
         result += plain ? std::string(1, letter) : std::string(code.data());
     }
     return result;
-}
-
-std::string number(double value, int digits)
-{
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-    return text.data();
-}
-
-std::string fixed(double value, int decimals)
-{
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-    return text.data();
 }
 
 std::size_t linksInContact(const Grasp& grasp)
@@ -208,16 +167,14 @@ void writeFigures(std::ostream& out,
 void writeRow(std::ostream& out, std::size_t rank, const Grasp& grasp)
 {
     const bool isGrasp = grasp.reject == RejectReason::None;
-    const std::string outcome = !isGrasp                     ? toString(grasp.reject)
-                                : grasp.quality.forceClosure ? "force closure"
-                                                             : "grasp";
     out << "<tr><td>" << rank << "</td><td>" << grasp.candidate << "</td><td class=\"text "
-        << (isGrasp ? "yes" : "no") << "\">" << escaped(outcome) << "</td><td data-value=\""
-        << number(grasp.quality.epsilon, 17) << "\">" << fixed(grasp.quality.epsilon, 4)
-        << "</td><td data-value=\"" << number(grasp.quality.volume, 17) << "\">"
-        << number(grasp.quality.volume, 4) << "</td><td>" << grasp.contacts.size() << "</td><td>"
-        << linksInContact(grasp) << "</td><td>" << fixed(1000.0 * grasp.approachDistance, 1)
-        << "</td><td class=\"text\">" << escaped(grasp.preshape) << "</td></tr>\n";
+        << (isGrasp ? "yes" : "no") << "\">" << escaped(outcomeOf(grasp))
+        << "</td><td data-value=\"" << number(grasp.quality.epsilon, 17) << "\">"
+        << fixed(grasp.quality.epsilon, 4) << "</td><td data-value=\""
+        << number(grasp.quality.volume, 17) << "\">" << number(grasp.quality.volume, 4)
+        << "</td><td>" << grasp.contacts.size() << "</td><td>" << linksInContact(grasp)
+        << "</td><td>" << fixed(1000.0 * grasp.approachDistance, 1) << "</td><td class=\"text\">"
+        << escaped(grasp.preshape) << "</td></tr>\n";
 }
 
 void writeTable(std::ostream& out, std::span<const Grasp> grasps)
@@ -254,34 +211,10 @@ void writeFacts(std::ostream& out,
                 const HandModel& hand,
                 const GraspObject& object)
 {
-    const auto fact = [&out](const char* name, const std::string& value)
-    { out << "<tr><th>" << name << "</th><td>" << escaped(value) << "</td></tr>\n"; };
     out << "<h2>The run</h2>\n<div class=\"card\"><table class=\"facts\"><tbody>\n";
-    fact("Hand",
-         hand.robot.name + ", " + std::to_string(hand.fingers.size()) + " fingers, " +
-             std::to_string(hand.robot.tree.size()) + " links: " + run.handFile.string());
-    fact("Semantics", run.srdfFile.empty() ? "inferred, no SRDF" : run.srdfFile.string());
-    fact("Object",
-         object.name + ", " + std::to_string(object.tree.mesh().triangles.size()) + " triangles, " +
-             (object.watertight ? "closed" : "not closed") + ", largest radius " +
-             fixed(1000.0 * object.radius, 1) + " mm: " + run.objectFile.string() +
-             (run.objectScale == 1.0 ? "" : ", scaled by " + number(run.objectScale, 6)));
-    const PlannerOptions& options = run.options;
-    fact("Seed", std::to_string(options.seed));
-    fact("Friction",
-         number(options.friction, 4) + ", pyramids with " + std::to_string(options.coneEdges) +
-             " edges");
-    fact("Force closure", "epsilon of at least " + number(options.forceClosureThreshold, 4));
-    fact("Links stop at", number(1000.0 * options.closing.tolerance, 4) + " mm from the object");
-    fact("Contacts",
-         "features within " + number(1000.0 * options.closing.contactThreshold, 4) +
-             " mm, one every " + number(1000.0 * options.minContactSpacing, 4) + " mm of a link");
-    for (const auto* notes : {&hand.robot.notes, &hand.notes})
+    for (const auto& [name, value] : reportFacts(run, hand, object))
     {
-        for (const std::string& note : *notes)
-        {
-            fact("Note", note);
-        }
+        out << "<tr><th>" << name << "</th><td>" << escaped(value) << "</td></tr>\n";
     }
     out << "</tbody></table></div>\n";
 }
@@ -308,14 +241,6 @@ void writeReport(const GraspRun& run,
     writeFacts(page, run, hand, object);
     page << "<script>" << kScript << "</script>\n</body></html>\n";
 
-    std::ofstream out(file, std::ios::binary);
-    out << page.str();
-    out.close();
-    if (!out)
-    {
-        throw std::runtime_error(file.string() +
-                                 ": cannot write the report: check that the folder exists and is "
-                                 "writable");
-    }
+    writePage(page.str(), file);
 }
 }  // namespace bullet_ccd::grasp

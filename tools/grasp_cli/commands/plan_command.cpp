@@ -186,7 +186,7 @@ int plan(const PlanArguments& arguments)
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
     std::vector<std::string> written =
-        writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing);
+        writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing, bodies);
     if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
     {
         journal.remove();

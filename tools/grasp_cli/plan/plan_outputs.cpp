@@ -3,7 +3,11 @@
 #include "grasp/formats/isaac_grasp_file.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
+#include "grasp/report/viewer_page.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/text_table.h"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <fstream>
 #include <functional>
@@ -20,6 +24,7 @@ using grasp::RejectReason;
 constexpr const char* kRecords = "grasps.jsonl";
 constexpr const char* kIsaac = "grasps.isaac.yaml";
 constexpr const char* kReport = "report.html";
+constexpr const char* kViewer = "viewer.html";
 constexpr const char* kPicture = "png";
 constexpr const char* kModel = "glb";
 
@@ -77,6 +82,99 @@ void addRange(std::vector<std::string>& lines,
                         (drawn > 1 ? " .. " + drawingName(drawn, extension) : ""));
     }
 }
+
+/// As one word of a shell.
+std::string shellWord(const std::string& text)
+{
+    constexpr const char* kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+:,@%";
+    if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos)
+    {
+        return text;
+    }
+    std::string quoted = "'";
+    for (const char letter : text)
+    {
+        quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    }
+    return quoted + "'";
+}
+
+/// Closes the hand as the run did, once a pose and a preshape follow.
+std::string closeCommand(const grasp::GraspRun& run)
+{
+    const grasp::PlannerOptions defaults;
+    const grasp::PlannerOptions& options = run.options;
+    std::string command = "grasp close --hand " + shellWord(run.handFile.string());
+    const auto add = [&command](const char* name, const std::string& value)
+    { command += fmt::format(" {} {}", name, shellWord(value)); };
+    if (!run.srdfFile.empty())
+    {
+        add("--srdf", run.srdfFile.string());
+    }
+    add("--object", run.objectFile.string());
+    if (run.objectScale != 1.0)
+    {
+        add("--object-scale", fmt::format("{}", run.objectScale));
+    }
+    if (options.engine != defaults.engine)
+    {
+        add("--engine", toString(options.engine));
+    }
+    if (options.closing.order != defaults.closing.order)
+    {
+        const std::vector<std::string>& first = options.closing.firstFingers;
+        add("--fingers", first.empty() ? toString(options.closing.order) : joined(first, ","));
+    }
+    if (options.friction != defaults.friction)
+    {
+        add("--friction", fmt::format("{}", options.friction));
+    }
+    if (options.coneEdges != defaults.coneEdges)
+    {
+        add("--cone-edges", fmt::format("{}", options.coneEdges));
+    }
+    if (options.forceClosureThreshold != defaults.forceClosureThreshold)
+    {
+        add("--min-epsilon", fmt::format("{}", options.forceClosureThreshold));
+    }
+    return command;
+}
+
+/// Stages the page in three dimensions if the viewer was built, else the page of pictures.
+void stageReport(OutputFolder& output,
+                 const grasp::GraspRun& run,
+                 const grasp::HandModel& hand,
+                 const grasp::GraspObject& object,
+                 const std::vector<Grasp>& grasps,
+                 const std::vector<fs::path>& pictures,
+                 std::size_t models,
+                 std::span<const RigidBody> obstacles)
+{
+    const fs::path viewer = shareFolder() / kViewer;
+    if (!fs::exists(viewer))
+    {
+        grasp::writeReport(run, hand, object, grasps, pictures, output.stage(kReport));
+        return;
+    }
+    grasp::PageExtras extras{.obstacles = obstacles,
+                             .command = closeCommand(run),
+                             .files = {kRecords, kIsaac},
+                             .graspFiles = {}};
+    extras.graspFiles.resize(std::max(pictures.size(), models));
+    for (std::size_t k = 0; k < extras.graspFiles.size(); ++k)
+    {
+        if (k < pictures.size())
+        {
+            extras.graspFiles[k].push_back(drawingName(k + 1, kPicture));
+        }
+        if (k < models)
+        {
+            extras.graspFiles[k].push_back(drawingName(k + 1, kModel));
+        }
+    }
+    writeViewerPage(run, hand, object, grasps, extras, viewer, output.stage(kReport));
+}
 }  // namespace
 
 std::vector<std::string> writePlanOutputs(OutputFolder& output,
@@ -84,7 +182,8 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                           const grasp::HandModel& hand,
                                           const grasp::GraspObject& object,
                                           const std::vector<Grasp>& grasps,
-                                          const DrawingOptions& drawing)
+                                          const DrawingOptions& drawing,
+                                          std::span<const RigidBody> obstacles)
 {
     stageText(output,
               kRecords,
@@ -108,7 +207,7 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                run.options.friction,
                                output.stage(drawingName(k + 1, kModel)));
     }
-    grasp::writeReport(run, hand, object, grasps, pictures, output.stage(kReport));
+    stageReport(output, run, hand, object, grasps, pictures, models, obstacles);
     output.commit();
     const fs::path& folder = output.folder();
     removeStale(folder, pictures.size(), kPicture);

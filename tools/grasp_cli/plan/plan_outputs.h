@@ -5,6 +5,7 @@
 #include "tools/grasp_cli/plan/output_folder.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,15 @@ struct DrawingOptions
 
 /// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or
 /// none, and removes drawings of an earlier run that are not replaced. Returns one line for each
-/// file, or range of files, that was written. Throws std::runtime_error "<file>: <what>: <remedy>".
+/// file, or range of files, that was written. The report is in three dimensions if the viewer is in
+/// shareFolder(), else it shows the pictures.
+/// @param obstacles  at rest; shown by a report in three dimensions
+/// Throws std::runtime_error "<file>: <what>: <remedy>".
 std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                           const grasp::GraspRun& run,
                                           const grasp::HandModel& hand,
                                           const grasp::GraspObject& object,
                                           const std::vector<grasp::Grasp>& grasps,
-                                          const DrawingOptions& drawing);
+                                          const DrawingOptions& drawing,
+                                          std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::tools

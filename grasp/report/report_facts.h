@@ -1,0 +1,28 @@
+/// What the pages say in words about a run.
+#pragma once
+
+#include "grasp/formats/grasp_file.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+/// Name and value of what was set, and what was noted about hand and object; plain text.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> reportFacts(
+    const GraspRun& run, const HandModel& hand, const GraspObject& object);
+
+/// Such as "force closure" or "no approach hit".
+[[nodiscard]] std::string outcomeOf(const Grasp& grasp);
+
+/// With so many significant digits, or decimals.
+[[nodiscard]] std::string number(double value, int digits);
+[[nodiscard]] std::string fixed(double value, int decimals);
+
+/// For HTML.
+[[nodiscard]] std::string escaped(const std::string& text);
+
+/// Writes the page; throws std::runtime_error "<file>: <what>: <remedy>".
+void writePage(const std::string& page, const std::filesystem::path& file);
+}  // namespace bullet_ccd::grasp

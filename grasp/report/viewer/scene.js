@@ -1,0 +1,254 @@
+// Hand, object and what belongs to them, drawn by three.js whenever something has changed.
+import {
+  Box3, BoxGeometry, ConeGeometry, DirectionalLight, DoubleSide, EdgesGeometry, Group,
+  HemisphereLight, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, PerspectiveCamera,
+  Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { geometryOf } from './geometry.js';
+import { closingTime, lengthOf, postureAt, stagesOf } from './motion.js';
+
+const CONTACT = '#db123d';
+const OBSTACLE = '#8c939c';
+const SEE_THROUGH = 0.6;
+// Shares of the object's radius.
+const BALL = 0.03;
+const CONE = 0.34;
+
+const material = (color, opacity = 1) => new MeshStandardMaterial({
+  color, roughness: 0.7, metalness: 0, side: DoubleSide, transparent: opacity < 1, opacity,
+});
+
+function setPose(node, pose) {
+  node.position.set(pose[0], pose[1], pose[2]);
+  node.quaternion.set(pose[4], pose[5], pose[6], pose[3]);
+}
+
+export class GraspScene {
+  /// Throws if the browser has no WebGL.
+  constructor(canvas, data) {
+    this.data = data;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.camera = new PerspectiveCamera(30, 1, 0.001, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.invalidate());
+    this.controls.addEventListener('start', () => { this.keepsView = true; });
+    this.keepsView = false;
+    this.geometries = data.meshes.map(geometryOf);
+    this.buildScene();
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+  }
+
+  buildScene() {
+    const { data } = this;
+    this.scene = new Scene();
+    this.scene.add(new HemisphereLight('#ffffff', '#8a8f98', 2.2), this.camera);
+    const lamp = new DirectionalLight('#ffffff', 1.9);
+    lamp.position.set(-1, 1.5, 2);
+    this.camera.add(lamp, lamp.target);
+
+    this.object = new Mesh(this.geometries[data.object.mesh],
+                           material(data.object.color, SEE_THROUGH));
+    this.object.renderOrder = 2;  // what is behind it or in it is there already
+    this.obstacles = new Group();
+    for (const { mesh, pose } of data.obstacles) {
+      const obstacle = new Mesh(this.geometries[mesh], material(OBSTACLE));
+      setPose(obstacle, pose);
+      this.obstacles.add(obstacle);
+    }
+    this.contacts = new Group();
+    this.cones = new Group();
+    this.ball = new SphereGeometry(BALL * data.object.radius, 20, 14);
+    this.cone = this.coneGeometry();
+    this.buildHand();
+    this.scene.add(this.object, this.obstacles, this.contacts, this.cones, this.hand, this.boxes);
+    this.boxes.visible = false;
+  }
+
+  /// One node a link, each in its parent's.
+  buildHand() {
+    this.links = [];
+    this.hand = new Group();
+    this.boxes = new Group();  // like the hand's root, but hidden apart from it
+    for (const { name, parent, pose, mesh, color } of this.data.links) {
+      const node = new Group();
+      node.name = name;
+      setPose(node, pose);
+      if (mesh !== null) node.add(new Mesh(this.geometries[mesh], material(color)));
+      (parent < 0 ? this.hand : this.links[parent]).add(node);
+      this.links.push(node);
+    }
+  }
+
+  /// Apex at the origin, open towards +z.
+  coneGeometry() {
+    const height = CONE * this.data.object.radius;
+    return new ConeGeometry(this.data.friction * height, height, 40, 1)
+        .translate(0, -height / 2, 0).rotateX(-Math.PI / 2);
+  }
+
+  /// Another grasp, from a side from which it is seen well unless the user has chosen one.
+  select(grasp) {
+    this.grasp = grasp;
+    this.stages = stagesOf(grasp);
+    this.buildContacts();
+    this.buildBoxes();
+    this.seek(lengthOf(this.stages));
+    if (!this.keepsView) this.frame();
+  }
+
+  buildContacts() {
+    this.contacts.clear();
+    this.cones.clear();
+    for (const { point, normal } of this.grasp.contacts ?? []) {
+      const ball = new Mesh(this.ball, material(CONTACT));
+      ball.position.set(...point);
+      const cone = new Mesh(this.cone, material(CONTACT, 0.45));
+      cone.material.depthWrite = false;
+      cone.renderOrder = 1;
+      cone.position.set(...point);
+      cone.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal).normalize());
+      this.contacts.add(ball);
+      this.cones.add(cone);
+    }
+  }
+
+  buildBoxes() {
+    for (const box of this.boxes.children) box.geometry.dispose();
+    this.boxes.clear();
+    for (const { link, min, max } of this.data.preshapes[this.grasp.preshape]?.boxes ?? []) {
+      const size = new Vector3(...max).sub(new Vector3(...min));
+      const edges = new EdgesGeometry(new BoxGeometry(size.x, size.y, size.z));
+      const lines = new LineSegments(
+          edges, new LineBasicMaterial({ color: this.data.links[link].color }));
+      lines.position.set(...max).add(new Vector3(...min)).multiplyScalar(0.5);
+      this.boxes.add(lines);
+    }
+  }
+
+  /// Hand and contacts as they are at this time of the slider.
+  seek(time) {
+    this.posture = postureAt(this.data, this.grasp, time);
+    this.hand.position.copy(this.posture.position);
+    this.hand.quaternion.copy(this.posture.quaternion);
+    this.placeBoxes();
+    this.data.joints.forEach(({ link, axis, prismatic }, joint) => {
+      const along = new Vector3(...axis);
+      const value = this.posture.joints[joint];
+      const node = this.links[link];
+      setPose(node, this.data.links[link].pose);
+      if (prismatic) {
+        node.position.add(along.multiplyScalar(value).applyQuaternion(node.quaternion));
+      } else {
+        node.quaternion.multiply(new Quaternion().setFromAxisAngle(along, value));
+      }
+    });
+    this.showContacts(time);
+    this.invalidate();
+  }
+
+  /// The boxes hold where the hand closes.
+  placeBoxes() {
+    if (this.grasp.hand) setPose(this.boxes, this.grasp.hand);
+    else setPose(this.boxes, this.grasp.start);
+  }
+
+  /// A contact is there from when its link is stopped; at the end all are.
+  showContacts(time) {
+    const now = time >= lengthOf(this.stages) ? Infinity : closingTime(this.stages, time) ?? -1;
+    (this.grasp.contacts ?? []).forEach(({ link }, contact) => {
+      const stop = this.grasp.stops.find((candidate) => candidate.link === link);
+      const isThere = now >= (stop ? stop.time : Infinity);
+      this.contacts.children[contact].visible = isThere;
+      this.cones.children[contact].visible = isThere;
+    });
+  }
+
+  setSeeThrough(on) {
+    this.object.material.transparent = on;
+    this.object.material.opacity = on ? SEE_THROUGH : 1;
+    this.object.material.needsUpdate = true;
+    this.invalidate();
+  }
+
+  /// Object, palm and fingers fill the picture, whatever is shown now.
+  frame() {
+    this.keepsView = false;
+    this.scene.updateMatrixWorld(true);
+    const corners = cornersOf(this.object);
+    const box = new Box3().setFromObject(this.object);
+    this.data.links.forEach(({ mesh, framed }, link) => {
+      if (mesh === null || !framed) return;
+      corners.push(...cornersOf(this.links[link].children[0]));
+      box.expandByObject(this.links[link].children[0]);
+    });
+    const target = box.getCenter(new Vector3());
+    const towards = this.bestDirection();
+    this.camera.position.copy(target).add(towards);
+    this.camera.lookAt(target);
+    this.camera.updateMatrixWorld();
+    const vertical = Math.tan(this.camera.fov * Math.PI / 360);
+    const turned = this.camera.quaternion.clone().invert();
+    const distance = Math.max(...corners.map((corner) => {
+      const p = corner.sub(target).applyQuaternion(turned);
+      return 1.08 * Math.max(Math.abs(p.y), Math.abs(p.x) / this.camera.aspect) / vertical + p.z;
+    }));
+    this.camera.position.copy(target).addScaledVector(towards, distance);
+    this.camera.near = distance / 200;
+    this.camera.far = 50 * distance;
+    this.camera.updateProjectionMatrix();
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /// Unit, towards the viewer: the approach from the side, and contacts that no link hides. A link
+  /// stands in front of its contact when the contact's normal points away from the viewer.
+  bestDirection() {
+    const approach = new Vector3(...this.grasp.direction);
+    const contacts = this.grasp.contacts ?? [];
+    const score = (direction) => {
+      const seen = contacts.reduce((sum, { normal }) => {
+        const dot = new Vector3(...normal).dot(direction);
+        return sum + (dot < -0.3 ? 0 : 1 - 0.5 * dot * dot);
+      }, 0);
+      return 1 - Math.abs(approach.dot(direction)) + seen / Math.max(1, contacts.length);
+    };
+    const directions = [0.2, 0.5, 0.9].flatMap((up) => [...Array(12).keys()].map((k) => {
+      const around = (k + 0.25) * Math.PI / 6;
+      return new Vector3(Math.cos(around), Math.sin(around), up).normalize();
+    }));
+    return directions.reduce((best, next) => (score(next) > score(best) ? next : best));
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.renderer.domElement.parentElement;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / Math.max(1, clientHeight);
+    this.camera.updateProjectionMatrix();
+    if (this.grasp && !this.keepsView) this.frame();
+    this.invalidate();
+  }
+
+  invalidate() {
+    this.pending ??= requestAnimationFrame(() => this.render());
+  }
+
+  render() {
+    cancelAnimationFrame(this.pending);
+    this.pending = undefined;
+    this.renderer.render(this.scene, this.camera);
+  }
+}
+
+/// Of the node's own box, in W.
+function cornersOf(mesh) {
+  mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+  const { min, max } = mesh.geometry.boundingBox;
+  return [...Array(8).keys()].map((k) => new Vector3(
+      k & 1 ? max.x : min.x, k & 2 ? max.y : min.y, k & 4 ? max.z : min.z)
+      .applyMatrix4(mesh.matrixWorld));
+}

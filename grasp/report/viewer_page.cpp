@@ -1,0 +1,355 @@
+#include "grasp/report/viewer_page.h"
+
+#include "grasp/closing/swept_boxes.h"
+#include "grasp/report/closing_spans.h"
+#include "grasp/report/grasp_scene.h"
+#include "grasp/report/packed_mesh.h"
+#include "grasp/report/report_facts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using PageJson = nlohmann::ordered_json;
+
+constexpr const char* kTitleMark = "@TITLE@";
+constexpr const char* kDataMark = "@DATA@";
+
+/// Six decimals are enough for a picture; poses and joints keep all digits.
+double rounded(double value)
+{
+    return std::round(value * 1e6) / 1e6;
+}
+
+PageJson roundedList(const Eigen::Ref<const Eigen::VectorXd>& values)
+{
+    PageJson list = PageJson::array();
+    for (const double value : values)
+    {
+        list.push_back(rounded(value));
+    }
+    return list;
+}
+
+PageJson poseList(const Eigen::Isometry3d& X)
+{
+    const Eigen::Quaterniond q = Eigen::Quaterniond(X.linear()).normalized();
+    const Eigen::Vector3d& p = X.translation();
+    return PageJson::array({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
+}
+
+std::string hexColor(const Color& color)
+{
+    std::array<char, 8> text{};
+    std::array<unsigned, 3> bytes{};
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+    {
+        const float value = std::clamp(color[static_cast<Eigen::Index>(i)], 0.0F, 1.0F);
+        bytes[i] = static_cast<unsigned>(std::lround(255.0F * value));
+    }
+    std::snprintf(text.data(), text.size(), "#%02x%02x%02x", bytes[0], bytes[1], bytes[2]);
+    return text.data();
+}
+
+/// Equal meshes are kept once.
+class MeshList
+{
+public:
+    /// Index of the mesh.
+    std::size_t add(const TriangleMesh& mesh)
+    {
+        const PackedMesh packed = packMesh(mesh);
+        const auto found = std::find(m_meshes.begin(), m_meshes.end(), packed);
+        if (found == m_meshes.end())
+        {
+            m_meshes.push_back(packed);
+            return m_meshes.size() - 1;
+        }
+        return static_cast<std::size_t>(found - m_meshes.begin());
+    }
+    [[nodiscard]] PageJson json() const
+    {
+        PageJson list = PageJson::array();
+        for (const PackedMesh& mesh : m_meshes)
+        {
+            list.push_back({{"origin", {mesh.origin.x(), mesh.origin.y(), mesh.origin.z()}},
+                            {"step", {mesh.step.x(), mesh.step.y(), mesh.step.z()}},
+                            {"points", mesh.points},
+                            {"triangles", mesh.triangles}});
+        }
+        return list;
+    }
+
+private:
+    std::vector<PackedMesh> m_meshes;
+};
+
+/// Links below movable joints; the page's lists of joints are in this order.
+std::vector<std::int32_t> movableLinks(const HandModel& hand)
+{
+    std::vector<std::int32_t> links;
+    for (std::size_t i = 0; i < hand.robot.tree.size(); ++i)
+    {
+        const JointType type = hand.robot.tree.links[i].joint.type;
+        if (type == JointType::Revolute || type == JointType::Prismatic)
+        {
+            links.push_back(static_cast<std::int32_t>(i));
+        }
+    }
+    return links;
+}
+
+PageJson linksJson(const HandModel& hand, MeshList& meshes)
+{
+    PageJson list = PageJson::array();
+    for (std::size_t i = 0; i < hand.robot.tree.size(); ++i)
+    {
+        const Link& link = hand.robot.tree.links[i];
+        const TriangleMesh& mesh = hand.robot.linkMeshes[i];
+        const auto index = static_cast<std::int32_t>(i);
+        const bool isFramed = index == hand.palm || fingerOf(hand, index) != kNone;
+        list.push_back({{"name", link.name},
+                        {"parent", link.parent},
+                        {"pose", poseList(link.X_PL0)},
+                        {"mesh", mesh.triangles.empty() ? PageJson() : PageJson(meshes.add(mesh))},
+                        {"color", hexColor(colorOf(hand, index))},
+                        {"framed", isFramed}});
+    }
+    return list;
+}
+
+PageJson jointsJson(const HandModel& hand)
+{
+    PageJson list = PageJson::array();
+    for (const std::int32_t link : movableLinks(hand))
+    {
+        const Joint& joint = hand.robot.tree.links[static_cast<std::size_t>(link)].joint;
+        list.push_back({{"name", joint.name},
+                        {"link", link},
+                        {"prismatic", joint.type == JointType::Prismatic},
+                        {"axis", {joint.axis.x(), joint.axis.y(), joint.axis.z()}}});
+    }
+    return list;
+}
+
+/// Of the movable joints, all digits.
+PageJson positionsJson(const HandModel& hand, const std::vector<double>& positions)
+{
+    PageJson list = PageJson::array();
+    for (const std::int32_t link : movableLinks(hand))
+    {
+        list.push_back(positions[static_cast<std::size_t>(link)]);
+    }
+    return list;
+}
+
+PageJson boxesJson(const HandModel& hand, const Preshape& preshape)
+{
+    PageJson list = PageJson::array();
+    const std::vector<Eigen::AlignedBox3d> boxes = sweptBoxes(hand, preshape.positions).closing;
+    for (std::size_t link = 0; link < boxes.size(); ++link)
+    {
+        if (!boxes[link].isEmpty())
+        {
+            list.push_back({{"link", link},
+                            {"min", roundedList(boxes[link].min())},
+                            {"max", roundedList(boxes[link].max())}});
+        }
+    }
+    return list;
+}
+
+/// By name, those that grasps began with.
+PageJson preshapesJson(const HandModel& hand, std::span<const Grasp> grasps)
+{
+    PageJson list = PageJson::object();
+    for (const Grasp& grasp : grasps)
+    {
+        const Preshape* preshape = findPreshape(hand, grasp.preshape);
+        if (preshape != nullptr && !list.contains(preshape->name))
+        {
+            Grasp open;
+            open.preshape = preshape->name;
+            list[preshape->name] = {
+                {"joints", positionsJson(hand, closingSpans(hand, open, {}).from)},
+                {"boxes", boxesJson(hand, *preshape)}};
+        }
+    }
+    return list;
+}
+
+PageJson spansJson(const HandModel& hand, const ClosingSpans& spans)
+{
+    PageJson list = PageJson::array();
+    for (const std::int32_t link : movableLinks(hand))
+    {
+        const ClosingSpan& span = spans.joints[static_cast<std::size_t>(link)];
+        list.push_back({rounded(span.begin), rounded(span.end)});
+    }
+    return list;
+}
+
+PageJson contactsJson(const Grasp& grasp)
+{
+    PageJson list = PageJson::array();
+    for (const GraspContact& contact : grasp.contacts)
+    {
+        list.push_back({{"link", contact.link},
+                        {"point", roundedList(contact.point)},
+                        {"normal", roundedList(contact.normal)}});
+    }
+    return list;
+}
+
+PageJson stopsJson(const Grasp& grasp)
+{
+    PageJson list = PageJson::array();
+    for (const StopEvent& stop : grasp.stops)
+    {
+        list.push_back({{"link", stop.link},
+                        {"time", rounded(stop.time)},
+                        {"by", stop.byObject ? "object" : "hand"}});
+    }
+    return list;
+}
+
+PageJson graspJson(const HandModel& hand,
+                   const Grasp& grasp,
+                   const ClosingOptions& options,
+                   const std::vector<std::string>& files)
+{
+    const GraspQuality& quality = grasp.quality;
+    PageJson json = {
+        {"candidate", grasp.candidate},
+        {"outcome", outcomeOf(grasp)},
+        {"good", grasp.reject == RejectReason::None},
+        {"epsilon", quality.epsilon},
+        {"volume", quality.volume > 0.0 ? PageJson(quality.volume) : PageJson()},
+        {"preshape", grasp.preshape},
+        {"start", poseList(grasp.X_WStart)},
+        {"direction", {grasp.approach_W.x(), grasp.approach_W.y(), grasp.approach_W.z()}},
+        {"travel", grasp.approachDistance},
+        {"hand", nullptr},
+        {"files", files}};
+    if (!grasp.positions.empty())
+    {
+        const ClosingSpans spans = closingSpans(hand, grasp, options);
+        json["hand"] = poseList(grasp.X_WH);
+        json["joints"] = positionsJson(hand, grasp.positions);
+        json["spans"] = spansJson(hand, spans);
+        json["end"] = rounded(spans.end);
+        json["stops"] = stopsJson(grasp);
+        json["contacts"] = contactsJson(grasp);
+    }
+    return json;
+}
+
+PageJson obstaclesJson(std::span<const RigidBody> obstacles, MeshList& meshes)
+{
+    PageJson list = PageJson::array();
+    for (const RigidBody& body : obstacles)
+    {
+        list.push_back(
+            {{"mesh", meshes.add(body.tree->mesh())}, {"pose", poseList(body.motion.X_W0)}});
+    }
+    return list;
+}
+
+PageJson pageJson(const GraspRun& run,
+                  const HandModel& hand,
+                  const GraspObject& object,
+                  std::span<const Grasp> grasps,
+                  const PageExtras& extras)
+{
+    MeshList meshes;
+    PageJson json = {{"hand", hand.robot.name},
+                     {"tried", run.options.candidates},
+                     {"friction", run.options.friction},
+                     {"command", extras.command},
+                     {"files", extras.files},
+                     {"links", linksJson(hand, meshes)},
+                     {"joints", jointsJson(hand)},
+                     {"preshapes", preshapesJson(hand, grasps)},
+                     {"object",
+                      {{"name", object.name},
+                       {"mesh", meshes.add(object.tree.mesh())},
+                       {"color", hexColor(kObjectColor)},
+                       {"radius", object.radius}}},
+                     {"obstacles", obstaclesJson(extras.obstacles, meshes)}};
+    json["meshes"] = meshes.json();
+    json["facts"] = PageJson::array();
+    for (const auto& [name, value] : reportFacts(run, hand, object))
+    {
+        json["facts"].push_back({name, value});
+    }
+    json["grasps"] = PageJson::array();
+    for (std::size_t k = 0; k < grasps.size(); ++k)
+    {
+        const bool hasFiles = k < extras.graspFiles.size();
+        json["grasps"].push_back(
+            graspJson(hand,
+                      grasps[k],
+                      run.options.closing,
+                      hasFiles ? extras.graspFiles[k] : std::vector<std::string>()));
+    }
+    return json;
+}
+
+/// Inside a script element nothing may look like its end.
+std::string scriptText(const PageJson& json)
+{
+    const std::string text =
+        json.dump(-1, ' ', false, PageJson::error_handler_t::replace);  // names may be no UTF-8
+    std::string result;
+    result.reserve(text.size());
+    for (const char letter : text)
+    {
+        result += letter == '<' ? std::string("\\u003c") : std::string(1, letter);
+    }
+    return result;
+}
+
+std::string readViewer(const std::filesystem::path& viewer)
+{
+    std::ifstream in(viewer, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::size_t title = text.find(kTitleMark);
+    if (!in || title == std::string::npos || text.find(kDataMark, title) == std::string::npos)
+    {
+        throw std::runtime_error(viewer.string() +
+                                 ": is not the viewer of the page: build the target viewer, or "
+                                 "remove the file to get the page of pictures");
+    }
+    return text;
+}
+}  // namespace
+
+void writeViewerPage(const GraspRun& run,
+                     const HandModel& hand,
+                     const GraspObject& object,
+                     std::span<const Grasp> grasps,
+                     const PageExtras& extras,
+                     const std::filesystem::path& viewer,
+                     const std::filesystem::path& file)
+{
+    const std::string text = readViewer(viewer);
+    const std::size_t title = text.find(kTitleMark);
+    const std::size_t afterTitle = title + std::string(kTitleMark).size();
+    const std::size_t data = text.find(kDataMark, afterTitle);
+    writePage(text.substr(0, title) +
+                  escaped("Grasps of " + object.name + " by " + hand.robot.name) +
+                  text.substr(afterTitle, data - afterTitle) +
+                  scriptText(pageJson(run, hand, object, grasps, extras)) +
+                  text.substr(data + std::string(kDataMark).size()),
+              file);
+}
+}  // namespace bullet_ccd::grasp
