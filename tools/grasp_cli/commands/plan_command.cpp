@@ -2,6 +2,7 @@
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/plan/plan_advice.h"
 #include "tools/grasp_cli/plan/plan_journal.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
@@ -107,6 +108,7 @@ void printSummary(const PlanArguments& arguments,
     }
     if (found > 0)
     {
+        fmt::print("{}\n", epsilonClasses(run.grasps));
         fmt::print("\n{}", bestGrasps(run.grasps, kRows));
         if (found > kRows)
         {
@@ -117,6 +119,11 @@ void printSummary(const PlanArguments& arguments,
     if (const std::string rejected = rejectionCounts(run.grasps); !rejected.empty())
     {
         fmt::print("rejected: {}\n", rejected);
+    }
+    if (const std::string advice = planAdvice(run.hand.hand, run.object.object, run.grasps);
+        !advice.empty())
+    {
+        fmt::print("look at: {}\n", advice);
     }
     if (obstacles > 0)
     {
