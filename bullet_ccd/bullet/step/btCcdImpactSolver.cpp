@@ -12,6 +12,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <BulletDynamics/Featherstone/btMultiBodySphericalJointMotor.h>
+#include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
 #include <memory>
@@ -342,14 +343,17 @@ struct SavedImpulses
 };
 
 /// What the solver is told about an impact.
-btContactSolverInfo impactInfo(const btContactSolverInfo& step, bool bouncing)
+btContactSolverInfo impactInfo(const btContactSolverInfo& step, btCcdAnswer answer)
 {
     btContactSolverInfo info = step;
-    info.m_erp = info.m_erp2 = info.m_frictionERP = btScalar(0);
+    if (answer != btCcdAnswer::Part)
+    {
+        info.m_erp = info.m_erp2 = info.m_frictionERP = btScalar(0);
+    }
     info.m_splitImpulse = 0;
     info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
-    info.m_numIterations *= bouncing ? kIterations : kThoroughIterations;
-    if (!bouncing)
+    info.m_numIterations *= answer == btCcdAnswer::Bounce ? kIterations : kThoroughIterations;
+    if (answer != btCcdAnswer::Bounce)
     {
         info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;
     }
@@ -717,7 +721,7 @@ void btCcdImpactSolver::releaseOwnContacts()
     m_ownAlgorithms.clear();
 }
 
-void btCcdImpactSolver::solveIsland(bool bouncing)
+void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
 {
     WithoutMotors withoutMotors;
     std::vector<std::unique_ptr<RigidRows>> joints;
@@ -733,7 +737,7 @@ void btCcdImpactSolver::solveIsland(bool bouncing)
         }
     }
     const WithoutForces withoutForces(m_objects);
-    const btContactSolverInfo info = impactInfo(m_world.getSolverInfo(), bouncing);
+    const btContactSolverInfo info = impactInfo(m_world.getSolverInfo(), answer);
     btConstraintSolver& solver = *m_world.getConstraintSolver();
     solver.prepareSolve(int(m_objects.size()), int(m_manifolds.size()));
     if (m_multiBodyWorld == nullptr)
@@ -791,8 +795,9 @@ void btCcdImpactSolver::solveIsland(bool bouncing)
 }
 
 const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
-    const std::vector<btCcdImpact>& impacts, bool bouncing)
+    const std::vector<btCcdImpact>& impacts, btCcdAnswer answer)
 {
+    BT_PROFILE("btCcdImpactSolver::solve");
     std::vector<SavedImpulses> saved;
     findContacts(impacts);
     collect(impacts);
@@ -819,7 +824,7 @@ const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
         }
     }
     addMissingContacts(impacts);
-    solveIsland(bouncing);
+    solveIsland(answer);
     releaseOwnContacts();
     for (const SavedImpulses& impulses : saved)
     {

@@ -13,6 +13,13 @@ class btMultiBody;
 class btMultiBodyDynamicsWorld;
 class btRigidBody;
 
+enum class btCcdAnswer
+{
+    Bounce,  ///< with restitution
+    Calm,    ///< without, and thoroughly: for contacts that come again
+    Part,    ///< the same, and errors of position are corrected as in a step
+};
+
 /// Solves the velocities of what takes part in an impact, and of all that is connected to it by
 /// contacts and constraints, with the solver of the world. Of a large island only what is nearest
 /// takes part, by the number of contacts on the way; the rest follows in impacts of its own, or
@@ -30,9 +37,8 @@ public:
 
     void beginStep();
     /// Solves and returns one collider of every body that may have got another velocity.
-    /// @param bouncing false: without restitution, and thoroughly (contacts that come again)
     const std::vector<btCollisionObject*>& solve(const std::vector<btCcdImpact>& impacts,
-                                                 bool bouncing);
+                                                 btCcdAnswer answer);
 
 private:
     btDiscreteDynamicsWorld& m_world;
@@ -61,7 +67,7 @@ private:
     void addContactsOfOverlap(const btCcdImpact& impact);
     void addWitness(const btCcdImpact& impact);
     void releaseOwnContacts();
-    void solveIsland(bool bouncing);
+    void solveIsland(btCcdAnswer answer);
 };
 
 #endif  // BT_CCD_IMPACT_SOLVER_H

@@ -5,6 +5,7 @@
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
 
@@ -30,6 +31,10 @@ constexpr std::size_t kMostSeen = 1000;
 /// a row, is stuck.
 constexpr btScalar kFirstPart = btScalar(1.0 / 16.0);
 constexpr int kStuck = 2;
+/// After more it is jammed between others, which only what it cannot do keeps at their speed: it is
+/// slowed down by this part in every step.
+constexpr int kJammed = 4;
+constexpr btScalar kDrag = btScalar(0.5);
 
 /// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
 /// where the step began for it.
@@ -88,6 +93,7 @@ void btCcdStep::resetCounters()
 
 bool btCcdStep::begin(btScalar timeStep)
 {
+    BT_PROFILE("btCcdStep::begin");
     m_lastImpacts.clear();
     m_impacts = 0;
     m_begin = std::chrono::steady_clock::now();
@@ -201,6 +207,7 @@ void btCcdStep::integrateInPieces(btScalar time, const Integrate& integrate)
 
 void btCcdStep::rollBack(btScalar timeStep)
 {
+    BT_PROFILE("btCcdStep::rollBack");
     m_lastImpacts.clear();
     m_stepper.newStep();
     {
@@ -232,9 +239,18 @@ void btCcdStep::takeBack(btScalar timeStep)
             }
             for (const btCcdImpact& impact : event.m_impacts)
             {
-                if (event.m_time < kFirstPart * timeStep && isStuck(impact))
+                const int stuck = event.m_time < kFirstPart * timeStep ? countStuck(impact) : 0;
+                if (stuck <= kStuck)
                 {
-                    part(impact);
+                    continue;
+                }
+                // What a kinematic body runs into goes where that takes it.
+                const bool isDriven =
+                    impact.m_objectA->isKinematicObject() || impact.m_objectB->isKinematicObject();
+                part(impact, stuck > kJammed && !isDriven ? kDrag : btScalar(0));
+                if (!isDriven)
+                {
+                    m_stuckImpacts.push_back(impact);
                 }
             }
             m_counters.m_iterationLimits += event.m_gaveUp ? 1 : 0;
@@ -252,14 +268,21 @@ void btCcdStep::takeBack(btScalar timeStep)
         m_fates.clear();
         countQueries();
     }
+    // By now velocities are those of the next step only.
+    if (!m_stuckImpacts.empty())
+    {
+        m_solver.beginStep();
+        m_solver.solve(m_stuckImpacts, btCcdAnswer::Part);
+        m_stuckImpacts.clear();
+    }
     ++m_step;
     std::erase_if(m_stuck, [this](const auto& known) { return known.second.m_step < m_step - 1; });
 }
 
-/// Counts the steps in which a body of the impact has been held at once.
-bool btCcdStep::isStuck(const btCcdImpact& impact)
+/// In how many steps in a row a body of the impact has been held at once.
+int btCcdStep::countStuck(const btCcdImpact& impact)
 {
-    bool stuck = false;
+    int stuck = 0;
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btCcdBody body = btCcdBody::of(object);
@@ -273,7 +296,7 @@ bool btCcdStep::isStuck(const btCcdImpact& impact)
             ++known.m_count;
             known.m_step = m_step;
         }
-        stuck = stuck || known.m_count > kStuck;
+        stuck = std::max(stuck, known.m_count);
     }
     return stuck;
 }
@@ -351,13 +374,13 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
             (met < kBounces ? bouncing : again).push_back(impact);
         }
     }
-    solve(bouncing, true);
+    solve(bouncing, btCcdAnswer::Bounce);
     for (const btCcdImpact& impact : again)
     {
         calmDown(impact.m_objectA);
         calmDown(impact.m_objectB);
     }
-    solve(again, false);
+    solve(again, btCcdAnswer::Calm);
 }
 
 /// A body that chatters (a third of its impacts of the step are used up) loses its spin: to take
@@ -419,14 +442,15 @@ bool btCcdStep::settle(const btCcdImpact& impact)
             return false;
         }
     }
-    part(impact);
+    part(impact, btScalar(0));
     return true;
 }
 
-/// Takes the spin and the approach from the two bodies.
-void btCcdStep::part(const btCcdImpact& impact)
+/// Takes the spin and the approach from the two bodies, and of how they slide along each other the
+/// part `drag`.
+void btCcdStep::part(const btCcdImpact& impact, btScalar drag)
 {
-    btScalar approach = 0;
+    btVector3 relative(0, 0, 0);
     btScalar mobility = 0;
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
@@ -437,16 +461,18 @@ void btCcdStep::part(const btCcdImpact& impact)
                                        ? body.m_rigidBody->getVelocityInLocalPoint(
                                              point - object->getWorldTransform().getOrigin())
                                        : body.velocity();
-        approach += side * velocity.dot(impact.m_normal);
+        relative += side * velocity;
         mobility += body.mobility();
     }
-    const btScalar impulse =
-        mobility > btScalar(0) ? std::max(approach, btScalar(0)) / mobility : btScalar(0);
+    const btScalar approach = relative.dot(impact.m_normal);
+    const btVector3 along = relative - approach * impact.m_normal;
+    const btVector3 parted = std::max(approach, btScalar(0)) * impact.m_normal + drag * along;
+    const btVector3 impulse = mobility > btScalar(0) ? parted / mobility : btVector3(0, 0, 0);
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btScalar side = object == impact.m_objectA ? btScalar(-1) : btScalar(1);
         const btCcdBody body = btCcdBody::of(object);
-        body.slide(side * impulse * impact.m_normal);
+        body.slide(side * impulse);
         if (body.isFree())
         {
             ++m_counters.m_settled;
@@ -603,14 +629,14 @@ void btCcdStep::keepStopped(const btCcdBody& body)
     btCcdStop(body);
 }
 
-void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, bool bouncing)
+void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer)
 {
     if (impacts.empty())
     {
         return;
     }
     ++m_counters.m_subSteps;
-    for (btCollisionObject* object : m_solver.solve(impacts, bouncing))
+    for (btCollisionObject* object : m_solver.solve(impacts, answer))
     {
         keepStopped(btCcdBody::of(object));
         m_spins.add(btCcdBody::of(object));

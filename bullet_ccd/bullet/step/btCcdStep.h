@@ -86,6 +86,7 @@ private:
         int m_step = 0;
     };
     std::map<btCcdBody, Stuck> m_stuck;
+    std::vector<btCcdImpact> m_stuckImpacts;  // of this step
     int m_step = 1;
     int m_impacts = 0;
     btScalar m_timeStep = 0;
@@ -100,13 +101,13 @@ private:
     void integrateInPieces(btScalar time, const Integrate& integrate);
     void releaseStopped();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
-    void solve(const std::vector<btCcdImpact>& impacts, bool bouncing);
+    void solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
     [[nodiscard]] bool isSpent() const;
     bool settle(const btCcdImpact& impact);
-    void part(const btCcdImpact& impact);
-    [[nodiscard]] bool isStuck(const btCcdImpact& impact);
+    void part(const btCcdImpact& impact, btScalar drag);
+    [[nodiscard]] int countStuck(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void yield(const btCcdImpact& impact, btScalar remaining);
