@@ -7,6 +7,8 @@
 #include <LinearMath/btAabbUtil2.h>
 
 #include <cmath>
+#include <cstdio>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,7 +62,10 @@ btCcdMeshShape::btCcdMeshShape(std::shared_ptr<const SsvTree> tree, btScalar mar
     // Not CUSTOM_CONCAVE_SHAPE_TYPE: it equals the type of signed distance fields, which stock code
     // would cast this shape to.
     m_shapeType = FAST_CONCAVE_MESH_PROXYTYPE;
-    btCcdMeshShape::setMargin(margin);
+    bullet_ccd::require(std::isfinite(margin) && margin >= btScalar(0),
+                        "btCcdMeshShape: margin " + std::to_string(margin) +
+                            ": it must be finite and not negative");
+    m_collisionMargin = margin;
     updateBounds();
 }
 
@@ -140,6 +145,22 @@ void btCcdMeshShape::setLocalScaling(const btVector3& scaling)
     {
         return;
     }
+    try
+    {
+        m_scaledTree = scaledTree(scaling);
+    }
+    catch (const std::invalid_argument& error)
+    {
+        std::fprintf(stderr, "bullet_ccd: %s; the scaling stays what it is\n", error.what());
+        return;
+    }
+    m_scaling = scaling;
+    updateBounds();
+}
+
+/// Throws std::invalid_argument for factors that are zero or not finite.
+std::shared_ptr<const SsvTree> btCcdMeshShape::scaledTree(const btVector3& scaling) const
+{
     for (int k = 0; k < 3; ++k)
     {
         const double factor = double(scaling[k]);
@@ -150,23 +171,24 @@ void btCcdMeshShape::setLocalScaling(const btVector3& scaling)
     }
     if (scaling == btVector3(1, 1, 1))
     {
-        m_scaledTree = m_tree;
+        return m_tree;
     }
-    else
-    {
-        bullet_ccd::TriangleMesh mesh = m_tree->mesh();
-        bullet_ccd::transformMesh(mesh, Eigen::Affine3d(Eigen::Scaling(btCcdToEigen(scaling))));
-        m_scaledTree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
-    }
-    m_scaling = scaling;
-    updateBounds();
+    bullet_ccd::TriangleMesh mesh = m_tree->mesh();
+    bullet_ccd::transformMesh(mesh, Eigen::Affine3d(Eigen::Scaling(btCcdToEigen(scaling))));
+    return std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
 }
 
 void btCcdMeshShape::setMargin(btScalar margin)
 {
-    bullet_ccd::require(std::isfinite(margin) && margin >= btScalar(0),
-                        "btCcdMeshShape::setMargin: " + std::to_string(margin) +
-                            ": it must be finite and not negative");
+    if (!std::isfinite(margin) || margin < btScalar(0))
+    {
+        std::fprintf(stderr,
+                     "bullet_ccd: btCcdMeshShape::setMargin: %g: it must be finite and not "
+                     "negative; the margin stays %g\n",
+                     double(margin),
+                     double(m_collisionMargin));
+        return;
+    }
     m_collisionMargin = margin;
 }
 

@@ -30,7 +30,7 @@ public:
 
     /// @param tree several shapes may share it; one that belongs to nobody (a std::shared_ptr that
     /// counts no owners) is copied
-    /// Throws std::invalid_argument for null and for margins as setMargin() does.
+    /// Throws std::invalid_argument for null, and for a margin that is negative or not finite [m].
     explicit btCcdMeshShape(std::shared_ptr<const bullet_ccd::SsvTree> tree,
                             btScalar margin = btScalar(kDefaultMargin));
 
@@ -61,13 +61,14 @@ public:
         btTriangleCallback * callback, const btVector3& aabbMin, const btVector3& aabbMax)
         const override;
     /// A scaling other than the one in force builds a new hierarchy: O(n log n). Negative factors
-    /// mirror. Throws std::invalid_argument for factors that are zero or not finite.
+    /// mirror. Factors that are zero or not finite are refused with a message on the standard error
+    /// output, and the scaling stays what it is: Bullet calls this, and it knows no exceptions.
     void setLocalScaling(const btVector3& scaling) override;
     const btVector3& getLocalScaling() const override
     {
         return m_scaling;
     }
-    /// Throws std::invalid_argument for a margin that is negative or not finite [m].
+    /// A margin that is negative or not finite [m] is refused likewise.
     void setMargin(btScalar margin) override;
     /// Diagonal of the inertia of the enclosed solid about its centre of mass, in the axes of the
     /// mesh: put the mesh into its principal axes if the rest of the tensor matters.
@@ -85,6 +86,8 @@ private:
     btVector3 m_boundsMax;
 
     void updateBounds();
+    [[nodiscard]] std::shared_ptr<const bullet_ccd::SsvTree> scaledTree(const btVector3& scaling)
+        const;
 };
 
 #endif  // BT_CCD_MESH_SHAPE_H

@@ -23,6 +23,7 @@ struct btCcdKnownShape
     std::uint64_t m_revision = 0;  // see btCcdRevisionOf()
     int m_epoch = -1;              // when it was found to be the same
     bool m_covered = false;
+    bool m_isMissed = false;  // it is not covered, or a child is not
     btCcdShapeOutline m_outline;
     btCcdExtent m_extent;
     double m_shell = 0.0;  // kept free around it [m]

@@ -410,7 +410,7 @@ const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
     Entry& entry = m_entries[shape];  // converting children does not move it
     if (entry.m_round == 0 || entry.m_fingerprint != fingerprint)
     {
-        entry.m_model = {.m_parts = convert(*shape)};
+        entry.m_model = convert(*shape);
         entry.m_fingerprint = fingerprint;
         entry.m_content = btCcdContentOf(*shape);
         entry.m_covered = !entry.m_model.m_parts.empty();
@@ -423,9 +423,26 @@ const btCcdShapeModel* btCcdShapeCache::find(const btCollisionShape* shape)
     return entry.m_covered ? &entry.m_model : nullptr;
 }
 
-std::vector<btCcdShapePart> btCcdShapeCache::convert(const btCollisionShape& shape)
+bool btCcdIsEmpty(const btCollisionShape& shape)
 {
-    std::vector<btCcdShapePart> parts;
+    if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE)
+    {
+        return shape.getShapeType() == EMPTY_SHAPE_PROXYTYPE;
+    }
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    {
+        if (!btCcdIsEmpty(*compound.getChildShape(i)))
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+btCcdShapeModel btCcdShapeCache::convert(const btCollisionShape& shape)
+{
+    btCcdShapeModel model;
     if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE)
     {
         const std::optional<std::uint64_t> key = RecentParts::keyOf(shape);
@@ -441,26 +458,29 @@ std::vector<btCcdShapePart> btCcdShapeCache::convert(const btCollisionShape& sha
             {
                 RecentParts::all().keep(*key, *part);
             }
-            parts.push_back(*std::move(part));
+            model.m_parts.push_back(*std::move(part));
         }
-        return parts;
+        return model;
     }
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     for (int i = 0; i < compound.getNumChildShapes(); ++i)
     {
-        const btCcdShapeModel* child = find(compound.getChildShape(i));
+        const btCollisionShape* shapeOfChild = compound.getChildShape(i);
+        const btCcdShapeModel* child = find(shapeOfChild);
         if (child == nullptr)
         {
-            return {};
+            model.m_uncovered = btCcdIsEmpty(*shapeOfChild) ? model.m_uncovered : shapeOfChild;
+            continue;
         }
+        model.m_uncovered = child->m_uncovered != nullptr ? child->m_uncovered : model.m_uncovered;
         const Eigen::Isometry3d X_SC = btCcdToEigen(compound.getChildTransform(i));
         for (const btCcdShapePart& part : child->m_parts)
         {
-            parts.push_back(part);
-            parts.back().X_SG = X_SC * part.X_SG;
+            model.m_parts.push_back(part);
+            model.m_parts.back().X_SG = X_SC * part.X_SG;
         }
     }
-    return parts;
+    return model;
 }
 
 void btCcdShapeCache::endRound()

@@ -39,6 +39,9 @@ struct btCcdTriangleId
     friend bool operator==(const btCcdTriangleId&, const btCcdTriangleId&) = default;
 };
 
+/// True if there is nothing that could meet anything: a compound without children, or btEmptyShape.
+[[nodiscard]] bool btCcdIsEmpty(const btCollisionShape& shape);
+
 class btCcdTiles;
 
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
@@ -86,6 +89,8 @@ struct btCcdShapeModel
     bool m_hasMesh = false;  ///< some part has no inside
     /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
     double m_ownMargin = std::numeric_limits<double>::infinity();
+    /// A child of a compound, also nested, that is not covered; null if all are.
+    const btCollisionShape* m_uncovered = nullptr;
     /// What the shape can lose, by motion or by sinking in, before another can pass it [m].
     double m_reserve = 0.0;
 };
@@ -111,6 +116,8 @@ private:
 ///
 /// Large height fields and stock meshes are converted piece by piece (btCcdTiles).
 ///
+/// Of a compound, the children that are covered are; what is empty needs no cover.
+///
 /// A model is kept while its shape is asked for now and then, and made again when what defines the
 /// shape changes: type, scaling, margin, bounds, children, mesh interface, number of points, and a
 /// sample of points and heights. All of the content is compared when an object with the shape comes
@@ -122,7 +129,7 @@ private:
 class btCcdShapeCache
 {
 public:
-    /// The model, or null if a part of the shape is not covered. Valid until the shape changes, is
+    /// The model, or null if no part of the shape is covered. Valid until the shape changes, is
     /// forgotten, or endRound() drops it.
     const btCcdShapeModel* find(const btCollisionShape* shape);
     /// Makes the model anew if anything about the shape has changed.
@@ -149,8 +156,8 @@ private:
     btCcdTreeStore m_trees;
     std::int64_t m_round = 1;  // 0: an entry that is not made yet
 
-    /// Empty if not covered.
-    std::vector<btCcdShapePart> convert(const btCollisionShape& shape);
+    /// Without parts if not covered.
+    btCcdShapeModel convert(const btCollisionShape& shape);
 };
 
 #endif  // BT_CCD_SHAPE_CACHE_H

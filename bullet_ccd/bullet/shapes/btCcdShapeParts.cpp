@@ -27,6 +27,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -231,15 +233,12 @@ btCcdShapePart conePart(const btConeShape& cone, btCcdTreeStore& trees)
     return convexPart(alongAxis(mesh, cone.getConeUpIndex()), double(cone.getMargin()), trees);
 }
 
-btCcdShapePart planePart(const btStaticPlaneShape& plane, btCcdTreeStore& trees)
+btCcdShapePart planePart(const btStaticPlaneShape& plane)
 {
-    constexpr double kHalf = 64.0;  // [m]
     const Eigen::Vector3d normal = btCcdToEigen(plane.getPlaneNormal()).normalized();
     btCcdShapePart part;
     part.m_isPlane = true;
-    part.m_tree = trees.tree(
-        {{{-kHalf, -kHalf, 0.0}, {kHalf, -kHalf, 0.0}, {kHalf, kHalf, 0.0}, {-kHalf, kHalf, 0.0}},
-         {Triangle{0, 1, 2}, Triangle{0, 2, 3}}});
+    part.m_tree = btCcdPlanePiece(0.0);
     part.X_SG.linear() =
         bullet_ccd::rotationBetween(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
     part.X_SG.translation() = double(plane.getPlaneConstant()) * normal;
@@ -342,7 +341,7 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
                 double(shape.getMargin()),
                 trees);
         case STATIC_PLANE_PROXYTYPE:
-            return planePart(static_cast<const btStaticPlaneShape&>(shape), trees);
+            return planePart(static_cast<const btStaticPlaneShape&>(shape));
         case TRIANGLE_MESH_SHAPE_PROXYTYPE:
         case MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE:
             return meshPart(
@@ -361,6 +360,26 @@ std::optional<btCcdShapePart> convert(const btCollisionShape& shape, btCcdTreeSt
     }
 }
 }  // namespace
+
+std::shared_ptr<const bullet_ccd::SsvTree> btCcdPlanePiece(double half)
+{
+    static std::mutex mutex;
+    static std::map<double, std::shared_ptr<const bullet_ccd::SsvTree>> pieces;
+    double size = 64.0;  // [m]
+    while (size < half && size < btCcdPlaneReach)
+    {
+        size *= 4.0;
+    }
+    const std::lock_guard lock(mutex);
+    std::shared_ptr<const bullet_ccd::SsvTree>& piece = pieces[size];
+    if (piece == nullptr)
+    {
+        piece = std::make_shared<const bullet_ccd::SsvTree>(bullet_ccd::buildSsvTree(
+            {{{-size, -size, 0.0}, {size, -size, 0.0}, {size, size, 0.0}, {-size, size, 0.0}},
+             {Triangle{0, 1, 2}, Triangle{0, 2, 3}}}));
+    }
+    return piece;
+}
 
 std::optional<btCcdShapePart> btCcdConvertShape(const btCollisionShape& shape,
                                                 btCcdTreeStore& trees)

@@ -9,4 +9,8 @@
 std::optional<btCcdShapePart> btCcdConvertShape(const btCollisionShape& shape,
                                                 btCcdTreeStore& trees);
 
+/// A piece of a plane, z = 0, that reaches at least so far from the middle; every size that is
+/// asked for is made once. What is larger is less exact: 64 m as a rule.
+[[nodiscard]] std::shared_ptr<const bullet_ccd::SsvTree> btCcdPlanePiece(double half);
+
 #endif  // BT_CCD_SHAPE_PARTS_H

@@ -179,6 +179,7 @@ const btCcdTiles::Piece& btCcdTiles::around(const Eigen::AlignedBox3d& box)
 
 const btCcdTiles::Piece& btCcdTiles::pieceAt(const Place& place)
 {
+    const std::lock_guard lock(m_mutex);
     const auto [found, isNew] = m_pieces.try_emplace(place);
     Piece& piece = found->second;
     if (isNew)

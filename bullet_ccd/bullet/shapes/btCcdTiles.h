@@ -8,6 +8,7 @@
 
 #include <array>
 #include <map>
+#include <mutex>
 
 class btConcaveShape;
 
@@ -60,6 +61,7 @@ private:
         }
     };
 
+    std::mutex m_mutex;  // of the pieces
     const btConcaveShape& m_shape;
     Eigen::AlignedBox3d m_box;  // of the shape
     Eigen::Array3d m_edge;      // of a tile at level 0; they double from level to level

@@ -1,7 +1,5 @@
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
-
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -22,12 +20,6 @@ Contexts& contexts()
 }
 }  // namespace
 
-bool btCcdIsEmpty(const btCollisionShape& shape)
-{
-    return shape.getShapeType() == COMPOUND_SHAPE_PROXYTYPE &&
-           static_cast<const btCompoundShape&>(shape).getNumChildShapes() == 0;
-}
-
 btCcdContext& btCcdContext::of(const btDispatcher& dispatcher)
 {
     const std::lock_guard lock(contexts().m_mutex);
@@ -47,15 +39,29 @@ void btCcdContext::release(const btDispatcher* dispatcher)
 
 const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
 {
+    // Discrete contacts may ask on several threads; models stay where they are.
+    const std::lock_guard lock(m_mutex);
     const btCcdShapeModel* model = m_shapes.find(shape);
-    if (model == nullptr && !btCcdIsEmpty(*shape) &&
-        m_reported.insert(shape->getShapeType()).second)
+    if (model == nullptr && !btCcdIsEmpty(*shape))
+    {
+        report(*shape, "it keeps");
+    }
+    else if (model != nullptr && model->m_uncovered != nullptr)
+    {
+        report(*model->m_uncovered, "as a child of a compound it keeps");
+    }
+    return model;
+}
+
+void btCcdContext::report(const btCollisionShape& shape, const char* keeps)
+{
+    if (m_reported.insert(shape.getShapeType()).second)
     {
         std::fprintf(stderr,
                      "bullet_ccd: %s (shape type %d) is not covered by continuous collision "
-                     "detection; it keeps Bullet's discrete contacts\n",
-                     shape->getName(),
-                     shape->getShapeType());
+                     "detection; %s Bullet's discrete contacts\n",
+                     shape.getName(),
+                     shape.getShapeType(),
+                     keeps);
     }
-    return model;
 }

@@ -6,12 +6,10 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
+#include <mutex>
 #include <set>
 
 class btDispatcher;
-
-/// Whether a shape is a compound without children, as a multibody's base without a shape has it.
-bool btCcdIsEmpty(const btCollisionShape& shape);
 
 /// One per dispatcher, made on demand. Algorithms come and go with pairs (contactTest makes one for
 /// a single question), so nothing that is costly to make lives in them.
@@ -37,6 +35,9 @@ public:
     const btCcdShapeModel* model(const btCollisionShape* shape);
 
 private:
+    void report(const btCollisionShape& shape, const char* keeps);
+
+    std::mutex m_mutex;
     std::set<int> m_reported;  // shape types
 };
 

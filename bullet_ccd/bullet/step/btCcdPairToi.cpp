@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
+#include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
 #include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/distance/tree_distance.h"
@@ -206,7 +207,7 @@ struct Pairs
                                    const btCcdObjectMotion& otherMotion)
         {
             std::vector<btCcdShapePart> found;
-            const bool isAll = other.m_isPlane || other.m_tiles != nullptr;
+            const bool isAll = other.m_tiles != nullptr;
             for (const btCcdTiles::Piece* piece : part.m_tiles->near(
                      isAll ? part.m_tiles->box() : pathIn(part, motion, other, otherMotion, near)))
             {
@@ -214,7 +215,12 @@ struct Pairs
             }
             return found;
         };
-        if (a.m_tiles == nullptr && b.m_tiles == nullptr)
+        if (a.m_isPlane || b.m_isPlane)
+        {
+            ask(a.m_isPlane ? wideEnough(a, m_motionA, b, m_motionB, near) : a,
+                b.m_isPlane ? wideEnough(b, m_motionB, a, m_motionA, near) : b);
+        }
+        else if (a.m_tiles == nullptr && b.m_tiles == nullptr)
         {
             ask(a, b);
         }
@@ -232,6 +238,24 @@ struct Pairs
                 ask(a, piece);
             }
         }
+    }
+
+    /// A plane with a piece that the other part does not leave, from above its middle.
+    static btCcdShapePart wideEnough(const btCcdShapePart& plane,
+                                     const btCcdObjectMotion& motion,
+                                     const btCcdShapePart& other,
+                                     const btCcdObjectMotion& otherMotion,
+                                     double near)
+    {
+        const btCcdBall ball = btCcdBallOf(other);
+        const Eigen::AlignedBox3d path = otherMotion.boxOf(ball.m_center, ball.m_radius + near);
+        const Eigen::Isometry3d X_WS = btCcdShapePoseAt(motion, 0.0);
+        const double farthest =
+            (path.center() - X_WS.translation()).norm() + 0.5 * path.diagonal().norm();
+        const double half = path.diagonal().norm() + motion.wayAt(farthest);
+        btCcdShapePart part = plane;
+        part.m_tree = btCcdPlanePiece(std::isfinite(half) ? half : 0.0);
+        return part;
     }
 
     /// A box in the mesh frame of a part that holds all points within `near` of another part, on

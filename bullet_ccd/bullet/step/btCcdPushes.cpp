@@ -18,18 +18,19 @@ void btCcdPushes::noteEnd()
     m_ends.reserve(std::size_t(bodies.size()));
     for (int i = 0; i < bodies.size(); ++i)
     {
-        m_ends.push_back({bodies[i], bodies[i]->getWorldTransform()});
+        m_ends.emplace(bodies[i], bodies[i]->getWorldTransform());
     }
 }
 
 void btCcdPushes::forget(const btCollisionObject& object)
 {
-    std::erase_if(m_ends, [&](const End& end) { return end.m_body == &object; });
+    m_ends.erase(btRigidBody::upcast(&object));
 }
 
 const std::vector<btCcdPushes::Push>& btCcdPushes::find(btScalar timeStep, bool integrated)
 {
     m_pushes.clear();
+    m_looked.clear();
     const btContactSolverInfo& info = m_world.getSolverInfo();
     if (m_ends.empty() || info.m_splitImpulse == 0)
     {
@@ -62,16 +63,13 @@ const std::vector<btCcdPushes::Push>& btCcdPushes::find(btScalar timeStep, bool 
 
 void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated)
 {
-    const auto end = std::find_if(
-        m_ends.begin(), m_ends.end(), [&](const End& known) { return known.m_body == body; });
-    if (end == m_ends.end() || end->m_pose == body->getWorldTransform() ||
-        std::any_of(m_pushes.begin(),
-                    m_pushes.end(),
-                    [&](const Push& push) { return push.m_body == body; }))
+    const auto end = m_ends.find(body);
+    if (end == m_ends.end() || end->second == body->getWorldTransform() ||
+        m_looked.count(body) != 0)
     {
         return;
     }
-    btVector3 pushed = body->getWorldTransform().getOrigin() - end->m_pose.getOrigin();
+    btVector3 pushed = body->getWorldTransform().getOrigin() - end->second.getOrigin();
     if (integrated)
     {
         pushed -= body->getLinearVelocity() * timeStep;
@@ -80,10 +78,11 @@ void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, boo
     {
         return;
     }
-    Push push{body, end->m_pose, {0, 0, 0}, {0, 0, 0}};
+    Push push{body, end->second, {0, 0, 0}, {0, 0, 0}};
     btTransformUtil::calculateVelocity(
-        end->m_pose, body->getWorldTransform(), timeStep, push.m_linear, push.m_angular);
+        end->second, body->getWorldTransform(), timeStep, push.m_linear, push.m_angular);
     m_pushes.push_back(push);
+    m_looked.insert(body);
 }
 
 btCcdPushed::btCcdPushed(btDiscreteDynamicsWorld& world,

@@ -4,6 +4,8 @@
 
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -36,15 +38,10 @@ public:
     [[nodiscard]] const std::vector<Push>& found() const { return m_pushes; }
 
 private:
-    struct End
-    {
-        const btRigidBody* m_body;
-        btTransform m_pose;
-    };
-
     btDiscreteDynamicsWorld& m_world;
-    std::vector<End> m_ends;
+    std::unordered_map<const btRigidBody*, btTransform> m_ends;
     std::vector<Push> m_pushes;
+    std::unordered_set<const btRigidBody*> m_looked;  // for them
 
     void look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated);
 };

@@ -142,7 +142,12 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
     else if (const btCcdShapeModel* model = m_context.model(&shape))
     {
         known.m_covered = true;
+        known.m_isMissed = model->m_uncovered != nullptr;
         known.m_outline = btCcdOutlineOf(*model);
+    }
+    else
+    {
+        known.m_isMissed = !btCcdIsEmpty(shape);
     }
     if (known.m_covered)
     {
@@ -177,8 +182,7 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
     }
     tracked.m_shape = shape.get();
     tracked.m_usable = shape->m_covered && isEnabled(&object);
-    const bool isLeftOut = !shape->m_covered && !btCcdIsEmpty(*tracked.m_collisionShape);
-    m_unsupported += isLeftOut ? 1 : 0;
+    m_unsupported += shape->m_isMissed ? 1 : 0;
 }
 
 void btCcdTracker::lookAtAll()

@@ -1,5 +1,6 @@
 #include "benchmarks/reference/bullet/scene.h"
 
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <gtest/gtest.h>
 
@@ -48,6 +49,24 @@ TEST(Plane, StopsAFastMeshHoweverFarFromItsOrigin)
     {
         EXPECT_LT(lowest(Kind::Stock, far), -1.0) << "stock Bullet stops it too";
         EXPECT_GT(lowest(Kind::World, far), 0.0) << far;
+    }
+}
+/// In a step it goes 300 m along the plane, and 2 m through it.
+TEST(Plane, StopsWhatGoesFarAlongIt)
+{
+    for (const Kind kind : {Kind::Stock, Kind::Action, Kind::World})
+    {
+        Scene scene(kind);
+        scene.body(scene.keep(std::make_unique<btStaticPlaneShape>(vec(0, 0, 1), btScalar(0.25))),
+                   0.0,
+                   poseAt(vec(0, 0, 0)));
+        btRigidBody* ball = scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(0.2))),
+                                       1.0,
+                                       poseAt(vec(0, 0, 1.25)));
+        ball->setLinearVelocity(vec(18000, 0, -120));
+        scene.step(1.0 / 60.0);
+        const double height = double(ball->getWorldTransform().getOrigin().z()) - 0.25;
+        EXPECT_EQ(height > 0.0, isOurs(kind)) << nameOf(kind) << ": " << height;
     }
 }
 }  // namespace bullet_ccd::tests
