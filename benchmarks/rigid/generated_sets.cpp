@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -229,6 +230,69 @@ std::optional<RigidQuery> drawTunnel(Random& random, const Bodies& bodies, bool 
     return query;
 }
 
+/// How far the mesh reaches along a direction from its origin.
+double reachOf(const SsvTree& tree, const Vector3d& direction)
+{
+    double reach = -std::numeric_limits<double>::infinity();
+    for (const Vector3d& vertex : tree.mesh().vertices)
+    {
+        reach = std::max(reach, direction.dot(vertex));
+    }
+    return reach;
+}
+
+/// A lies on B and is pressed or lifted by a part of the gap, slides along it and turns, or falls
+/// on it flat or almost. `segments` are those of a cylinder, which stands, lies on a face or on an
+/// edge; 0 for bodies with a face below.
+std::optional<RigidQuery> drawFlat(Random& random, const Bodies& bodies, int segments)
+{
+    Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+    if (segments > 0 && random.chance(0.6))
+    {
+        const double roll = random.chance(0.5) ? 0.0 : pi / segments;
+        turned = (AngleAxisd(0.5 * pi, Vector3d::UnitY()) * AngleAxisd(roll, Vector3d::UnitZ()))
+                     .toRotationMatrix();
+    }
+    if (random.chance(0.7))
+    {
+        turned = AngleAxisd(random.uniform(0.0, 2.0 * pi), Vector3d::UnitZ()) * turned;
+    }
+    const Vector3d up = Vector3d::UnitZ();
+    const double touching = reachOf(bodies.b, up) + reachOf(bodies.a, -(turned.transpose() * up));
+    const double side = bodies.sizeB;
+    const Vector3d aside(
+        random.uniform(-0.4, 0.4) * side, random.uniform(-0.4, 0.4) * side, touching);
+
+    double gap = random.logUniform(1e-7, 1e-2) * side;
+    Vector3d velocity = random.uniform(-2.0, 1.0) * gap * up;
+    Vector3d turn = Vector3d::Zero();
+    switch (random.integer(0, 2))
+    {
+        case 0:
+            break;
+        case 1:
+            velocity = side * Vector3d(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0);
+            turn = random.uniform(0.0, 1.0) * up;
+            break;
+        default:
+            gap = random.uniform(0.02, 1.0) * side;
+            velocity = -random.uniform(0.7, 2.0) * gap * up;
+            if (random.chance(0.5))
+            {
+                const double tilt = random.logUniform(1e-7, 1e-2);
+                turned = AngleAxisd(tilt, Vector3d::UnitX()) * turned;
+                gap += tilt * (bodies.radiusA + aside.norm());
+            }
+            break;
+    }
+    const Isometry3d X_WB = pose(random.rotation(), random.inBall(0.5 * bodies.radiusB));
+    RigidQuery query{.motionA = restAt(X_WB * pose(turned, aside + gap * up)),
+                     .motionB = restAt(X_WB)};
+    query.motionA.v_W = X_WB.linear() * velocity;
+    query.motionA.w_W = X_WB.linear() * turn;
+    return query;
+}
+
 /// Both bodies fly and turn.
 std::optional<RigidQuery> drawBoth(Random& random, const Bodies& bodies)
 {
@@ -273,6 +337,11 @@ const std::vector<Recipe>& recipes()
         return [isFlat](Random& random, const Bodies& bodies)
         { return drawTunnel(random, bodies, isFlat); };
     };
+    const auto flatOf = [](int segments)
+    {
+        return [segments](Random& random, const Bodies& bodies)
+        { return drawFlat(random, bodies, segments); };
+    };
     static const std::vector<Recipe> kRecipes{
         {"bunny_random", "bunny", "bunny", 300, 1, flightOf(2.0 * pi / 3.0)},
         {"bunny_near", "bunny", "bunny", 200, 2, drawNear},
@@ -291,6 +360,15 @@ const std::vector<Recipe>& recipes()
         {"pass_sphere_20k", "sphere_20k", "sphere_20k", 200, 10, flightOf(2.0)},
         {"pass_torus", "torus", "torus", 200, 11, flightOf(2.0)},
         {"pass_cylinder", "cylinder", "cylinder", 200, 12, flightOf(2.0)},
+        {"flat_plate_1k", "flat_plate_1k", "flat_plate_1k", 60, 13, flatOf(0)},
+        {"flat_plate_10k", "flat_plate_10k", "flat_plate_10k", 60, 13, flatOf(0)},
+        {"flat_plate_100k", "flat_plate_100k", "flat_plate_100k", 60, 13, flatOf(0)},
+        {"flat_box_1k", "flat_box_1k", "flat_box_1k", 60, 14, flatOf(0)},
+        {"flat_box_10k", "flat_box_10k", "flat_box_10k", 60, 14, flatOf(0)},
+        {"flat_box_100k", "flat_box_100k", "flat_box_100k", 60, 14, flatOf(0)},
+        {"flat_cylinder_1k", "flat_cylinder_1k", "flat_plate_1k", 60, 15, flatOf(24)},
+        {"flat_cylinder_10k", "flat_cylinder_10k", "flat_plate_10k", 60, 15, flatOf(72)},
+        {"flat_cylinder_100k", "flat_cylinder_100k", "flat_plate_100k", 60, 15, flatOf(228)},
     };
     return kRecipes;
 }

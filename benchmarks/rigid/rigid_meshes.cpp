@@ -126,4 +126,56 @@ TriangleMesh makePlate(int cells, double side, double thickness)
     }
     return mesh;
 }
+
+TriangleMesh makeGridBox(int cells, const Vector3d& halfExtents)
+{
+    TriangleMesh mesh;
+    const auto along = [cells](int i) { return 2.0 * i / cells - 1.0; };
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const int u = (axis + 1) % 3;
+        const int v = (axis + 2) % 3;
+        for (const double side : {-1.0, 1.0})
+        {
+            for (int i = 0; i < cells; ++i)
+            {
+                for (int j = 0; j < cells; ++j)
+                {
+                    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+                    for (const auto& [di, dj] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
+                    {
+                        Vector3d corner;
+                        corner[axis] = side * halfExtents[axis];
+                        corner[u] = along(i + di) * halfExtents[u];
+                        corner[v] = along(j + dj) * halfExtents[v];
+                        mesh.vertices.push_back(corner);
+                    }
+                    const int turn = side > 0.0 ? 1 : 3;
+                    addQuad(mesh, first, first + turn, first + 2, first + 4 - turn);
+                }
+            }
+        }
+    }
+    repairMesh(mesh);
+    return mesh;
+}
+
+TriangleMesh makeRingedCylinder(
+    double radius, double height, int segments, int ringsOnCap, int ringsAlong)
+{
+    std::vector<Eigen::Vector2d> profile{{0.0, -0.5 * height}};  // radius, z
+    for (int i = 1; i <= ringsOnCap; ++i)
+    {
+        profile.emplace_back(radius * i / ringsOnCap, -0.5 * height);
+    }
+    for (int i = 1; i <= ringsAlong; ++i)
+    {
+        profile.emplace_back(radius, height * (static_cast<double>(i) / ringsAlong - 0.5));
+    }
+    for (int i = ringsOnCap - 1; i >= 0; --i)
+    {
+        profile.emplace_back(radius * i / ringsOnCap, 0.5 * height);
+    }
+    return makeRevolved(profile, segments);
+}
 }  // namespace bullet_ccd::benchmarks

@@ -20,4 +20,12 @@ namespace bullet_ccd::benchmarks
 
 /// Closed thin box in the x-y plane, `cells` x `cells` cells a side.
 [[nodiscard]] TriangleMesh makePlate(int cells, double side, double thickness);
+
+/// Closed box centred at the origin with `cells` x `cells` cells on each side.
+[[nodiscard]] TriangleMesh makeGridBox(int cells, const Eigen::Vector3d& halfExtents);
+
+/// Closed cylinder about z, centred at the origin, with rings of triangles on its caps and along
+/// its height.
+[[nodiscard]] TriangleMesh makeRingedCylinder(
+    double radius, double height, int segments, int ringsOnCap, int ringsAlong);
 }  // namespace bullet_ccd::benchmarks

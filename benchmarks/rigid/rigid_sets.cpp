@@ -40,6 +40,9 @@ std::optional<int> sizeIn(const std::array<const char*, 6>& family, const std::s
                                  : std::optional(static_cast<int>(found - family.begin()));
 }
 
+/// Half-extents, with proportions that keep its faces' corners off each other's grids.
+const Eigen::Vector3d kFlatBox(60.0, 45.0, 33.0);
+
 TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
 {
     if (const std::optional<int> size = sizeIn(kKnotSizes, name))
@@ -59,6 +62,15 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
          [] {
              return makeBox({1.0, 0.6, 0.3});
          }},
+        {"flat_plate_1k", [] { return makePlate(15, 120.0, 0.2); }},
+        {"flat_plate_10k", [] { return makePlate(49, 120.0, 0.2); }},
+        {"flat_plate_100k", [] { return makePlate(157, 120.0, 0.2); }},
+        {"flat_box_1k", [] { return makeGridBox(9, kFlatBox); }},
+        {"flat_box_10k", [] { return makeGridBox(29, kFlatBox); }},
+        {"flat_box_100k", [] { return makeGridBox(91, kFlatBox); }},
+        {"flat_cylinder_1k", [] { return makeRingedCylinder(40.0, 100.0, 24, 4, 14); }},
+        {"flat_cylinder_10k", [] { return makeRingedCylinder(40.0, 100.0, 72, 14, 42); }},
+        {"flat_cylinder_100k", [] { return makeRingedCylinder(40.0, 100.0, 228, 40, 140); }},
         {"torus", [] { return makeTorus(80.0, 24.0, 128, 32); }},
         {"cylinder", [] { return makeCylinder(15.0, 225.0, 64); }},
         {"hull42", [] { return makeSphere(1.0, 1); }},

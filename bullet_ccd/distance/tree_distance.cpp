@@ -1,5 +1,6 @@
 #include "bullet_ccd/distance/tree_distance.h"
 
+#include "bullet_ccd/distance/extent.h"
 #include "bullet_ccd/distance/ssv_pair.h"
 #include "bullet_ccd/distance/triangle_distance.h"
 #include "bullet_ccd/math/check.h"
@@ -16,8 +17,26 @@ namespace bullet_ccd
 {
 namespace
 {
+/// A pair of nodes that a descent goes on with.
+struct Child
+{
+    double lowerBound;
+    double order;  ///< smallest first
+    std::int32_t nodeA;
+    std::int32_t nodeB;
+};
+
+/// A direction along which the closest pair so far is apart, and the gap along it from which on
+/// other pairs are no better.
+struct Tie
+{
+    Eigen::Vector3d inA = Eigen::Vector3d::Zero();
+    Eigen::Vector3d inB = Eigen::Vector3d::Zero();
+    double gap = std::numeric_limits<double>::infinity();
+};
+
 /// Depth-first descent over pairs of nodes that may be closer than `bound`; `leaf` gets the pair of
-/// triangles and may lower the bound.
+/// triangles and may lower the bound and set the tie.
 template <class Leaf>
 struct Descent
 {
@@ -28,6 +47,7 @@ struct Descent
     double bound;
     NodeMarks exempt;
     Leaf& leaf;
+    Tie tie{};
 
     [[nodiscard]] const SsvNode& nodeA(std::int32_t i) const
     {
@@ -42,6 +62,13 @@ struct Descent
         return separation(place(nodeA(a), R, p), place(nodeB(b)), bound);
     }
 
+    /// True if no pair of triangles below is nearer than the best by more than a tie allows: on
+    /// flat faces all would be looked at, because volumes in single precision blur what they bound.
+    [[nodiscard]] bool isNoBetter(std::int32_t a, std::int32_t b) const
+    {
+        return extentAlong(treeB, b, tie.inB).low - extentAlong(treeA, a, tie.inA).high >= tie.gap;
+    }
+
     void run(std::int32_t a, std::int32_t b)
     {
         const SsvNode& nodeOfA = nodeA(a);
@@ -54,31 +81,49 @@ struct Descent
         const bool openA =
             nodeOfB.isLeaf() || (!nodeOfA.isLeaf() && nodeOfA.size() >= nodeOfB.size());
         // The nearest first, so that the bound shrinks early: insertion into at most kArity places.
-        std::array<std::tuple<double, std::int32_t, std::int32_t>, kArity> children;
+        // Of volumes that overlap, or are equally far, the ones whose centers are nearest.
+        std::array<Child, kArity> children;
         const std::int32_t count = openA ? nodeOfA.count : nodeOfB.count;
         const PlacedSsv whole = openA ? place(nodeOfB) : place(nodeOfA, R, p);
         for (std::int32_t k = 0; k < count; ++k)
         {
             const std::int32_t childA = openA ? nodeOfA.first + k : a;
             const std::int32_t childB = openA ? b : nodeOfB.first + k;
-            const double apart = openA ? separation(place(nodeA(childA), R, p), whole, bound)
-                                       : separation(whole, place(nodeB(childB)), bound);
-            const std::tuple child(apart, childA, childB);
-            auto place = static_cast<std::size_t>(k);
-            for (; place > 0 && child < children[place - 1]; --place)
+            const PlacedSsv part = openA ? place(nodeA(childA), R, p) : place(nodeB(childB));
+            const double apart =
+                openA ? separation(part, whole, bound) : separation(whole, part, bound);
+            constexpr double kCenters = 0.01;
+            const Child child{.lowerBound = apart,
+                              .order = apart + kCenters * (part.center - whole.center).norm(),
+                              .nodeA = childA,
+                              .nodeB = childB};
+            auto at = static_cast<std::size_t>(k);
+            for (; at > 0 && child.order < children[at - 1].order; --at)
             {
-                children[place] = children[place - 1];
+                children[at] = children[at - 1];
             }
-            children[place] = child;
+            children[at] = child;
         }
         const std::span near(children.data(), static_cast<std::size_t>(count));
-        for (const auto& [lowerBound, childA, childB] : near)
+        for (const auto& [lowerBound, order, childA, childB] : near)
         {
-            if (lowerBound <= bound && bound >= 0.0 && !exempt.exempts(childA, childB))
+            if (lowerBound <= bound && bound >= 0.0 && !exempt.exempts(childA, childB) &&
+                !isNoBetter(childA, childB))
             {
                 run(childA, childB);
             }
         }
+    }
+
+    void setTie(const TrianglePair& best)
+    {
+        const Eigen::Vector3d across = (best.pointB - best.pointA).stableNormalized();
+        constexpr double kShare = 1e-6;
+        constexpr double kRounding = 1e-15;
+        tie = {.inA = R.transpose() * across,
+               .inB = across,
+               .gap = (1.0 - kShare) * best.distance + across.dot(p) -
+                      kRounding * (treeA.radius() + treeB.radius() + p.norm())};
     }
 
     /// Exact distance of two triangles by their slots, in the mesh frame of B; nothing if a look
@@ -153,6 +198,7 @@ TrianglePair treeDistance(const SsvTree& treeA,
                     best = *pair;
                     // Nothing is closer than touching: a negative bound ends the descent.
                     descent.bound = pair->distance > 0.0 ? pair->distance : -1.0;
+                    descent.setTie(*pair);
                 }
             });
     return best;

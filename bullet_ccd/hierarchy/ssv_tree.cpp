@@ -128,6 +128,7 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
     m_origin = bounds(m_mesh).center();
     placeCorners();
     fitNodes(branchesOf(m_nodes), m_corners, {roundedBox}, m_nodes);
+    findFaces();
 }
 
 SsvTree buildSsvTree(TriangleMesh mesh)
@@ -152,6 +153,7 @@ SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit)
     tree.placeCorners();
     tree.m_nodes.resize(topology.branches.size());
     fitNodes(topology.branches, tree.m_corners, fit, tree.m_nodes);
+    tree.findFaces();
     return tree;
 }
 }  // namespace bullet_ccd

@@ -7,10 +7,11 @@
 ///
 /// ssv_split orders the triangles and decides which are below which node. ssv_fit encloses the
 /// triangles of one node. ssv_tree puts the two together, and refit() repeats the fit only.
-/// ssv_tree_file keeps the result on disk.
+/// face_slabs knows the flat faces. ssv_tree_file keeps the result on disk.
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "bullet_ccd/hierarchy/face_slabs.h"
 #include "bullet_ccd/hierarchy/ssv_node.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
@@ -54,6 +55,8 @@ public:
     }
     /// Largest distance of a vertex of a triangle from origin() [m].
     [[nodiscard]] double radius() const { return m_radius; }
+    /// Where the largest flat faces are.
+    [[nodiscard]] const FaceSlabs& faceSlabs() const { return m_faces; }
 
     /// Moves the vertices of mesh() to `vertices` (mesh frame [m]) and fits every volume anew.
     ///
@@ -70,11 +73,13 @@ public:
 private:
     explicit SsvTree(TriangleMesh mesh);
     void placeCorners();
+    void findFaces() { m_faces = findFaceSlabs(m_nodes, m_corners); }
 
     TriangleMesh m_mesh;
     std::vector<SsvNode> m_nodes;
     std::vector<std::array<Eigen::Vector3d, 3>> m_corners;
     std::vector<std::int32_t> m_triangles;
+    FaceSlabs m_faces;
     Eigen::Vector3d m_origin = Eigen::Vector3d::Zero();
     double m_radius = 0.0;
 };

@@ -272,6 +272,7 @@ SsvTree loadSsvTree(TriangleMesh mesh, const fs::path& path)
         fail(path, std::string("damaged: the content does not match its checksum") + kRebuild);
     }
     tree.placeCorners();
+    tree.findFaces();
     return tree;
 }
 

@@ -3,6 +3,7 @@
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/ssv_pair.h"
+#include "tests/support/flat_plate.h"
 
 #include <gtest/gtest.h>
 
@@ -222,6 +223,22 @@ TEST(TrianglePairsWithin, FindsExactlyThePairsWithinTheThreshold)
     EXPECT_GT(found, candidates / 100);
     EXPECT_LT(found, candidates / 2);
     EXPECT_GT(scenesWithPairs, kScenes / 3);
+}
+
+TEST(TreeDistance, OfFlatPlatesIsThatOfTheLowestCorner)
+{
+    Random random(33);
+    const SsvTree a = buildSsvTree(flatPlate(60, 1.0));
+    const SsvTree b = buildSsvTree(flatPlate(70, 3.0));
+    for (int i = 0; i < 200; ++i)
+    {
+        const double gap = random.logUniform(1e-9, 1.0);
+        const double tilt = random.chance(0.5) ? 0.0 : random.logUniform(1e-12, 0.1);
+        const PlateAbovePlate scene(random, gap, tilt);
+        const TrianglePair pair = treeDistance(a, b, scene.X_BA, kInfinity);
+        EXPECT_NEAR(pair.distance, gap, 1e-6 * gap + 1e-14) << i << ": tilt " << tilt;
+        EXPECT_NEAR((pair.pointA - pair.pointB).norm(), pair.distance, 1e-14) << i;
+    }
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -2,6 +2,7 @@
 
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/mesh/make_mesh.h"
+#include "tests/support/flat_plate.h"
 #include "tests/support/tree_check.h"
 
 #include <gtest/gtest.h>
@@ -229,6 +230,71 @@ TEST(SsvTree, RejectsWhatCannotBeAMesh)
     EXPECT_THROW((void)buildSsvTree(mesh), std::invalid_argument);
     mesh.triangles[5][1] = -1;
     EXPECT_THROW((void)buildSsvTree(mesh), std::invalid_argument);
+}
+
+/// Every corner below the node is in its slabs, and touches both ends of each.
+void expectExactSlabs(const SsvTree& tree, std::int32_t index)
+{
+    const SsvNode& node = tree.nodes()[static_cast<std::size_t>(index)];
+    const FaceSlabs& faces = tree.faceSlabs();
+    for (std::size_t k = 0; k < faces.normals.size(); ++k)
+    {
+        const Slab slab = faces.ofNode(index)[k];
+        double low = std::numeric_limits<double>::infinity();
+        double high = -low;
+        std::vector<std::int32_t> open{index};
+        while (!open.empty())
+        {
+            const SsvNode& next = tree.nodes()[static_cast<std::size_t>(open.back())];
+            open.pop_back();
+            for (std::int32_t child = 0; child < next.count; ++child)
+            {
+                open.push_back(next.first + child);
+            }
+            for (std::size_t c = 0; next.isLeaf() && c < 3; ++c)
+            {
+                const double height = faces.normals[k].dot(tree.corners(next.first)[c]);
+                low = std::min(low, height);
+                high = std::max(high, height);
+            }
+        }
+        EXPECT_DOUBLE_EQ(slab.low, low);
+        EXPECT_DOUBLE_EQ(slab.high, high);
+    }
+    for (std::int32_t child = 0; child < node.count; ++child)
+    {
+        expectExactSlabs(tree, node.first + child);
+    }
+}
+
+TEST(SsvTree, KnowsItsFlatFacesExactly)
+{
+    Random random(4);
+    TriangleMesh sides = flatPlate(6, 1.0);
+    for (const Vector3d& axis : {Vector3d(Vector3d::UnitX()), Vector3d(Vector3d::UnitY())})
+    {
+        TriangleMesh side = flatPlate(6, 1.0);
+        transformMesh(side, Eigen::Affine3d(Eigen::AngleAxisd(1.5707963267948966, axis)));
+        appendMesh(sides, side);
+    }
+    const Eigen::Isometry3d X = random.pose(2.0);
+    transformMesh(sides, Eigen::Affine3d(X.matrix()));
+    SsvTree tree = buildSsvTree(sides);
+    ASSERT_EQ(tree.faceSlabs().normals.size(), 3u);
+    for (const Vector3d& normal : tree.faceSlabs().normals)
+    {
+        EXPECT_NEAR((X.linear().transpose() * normal).cwiseAbs().maxCoeff(), 1.0, 1e-15);
+    }
+    expectExactSlabs(tree, 0);
+    std::vector<Vector3d> moved = sides.vertices;
+    for (Vector3d& vertex : moved)
+    {
+        vertex = 2.0 * vertex + Vector3d(0.0, 3.0, 0.0);
+    }
+    tree.refit(moved);
+    expectExactSlabs(tree, 0);
+    EXPECT_TRUE(buildSsvTree(makeSphere(1.0, 4)).faceSlabs().empty());
+    EXPECT_TRUE(buildSsvTree(cube(1.0)).faceSlabs().empty());
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

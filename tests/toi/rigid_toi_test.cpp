@@ -8,6 +8,7 @@
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "tests/support/expect_honest.h"
+#include "tests/support/flat_plate.h"
 
 #include <gtest/gtest.h>
 
@@ -149,6 +150,86 @@ TEST(RigidToi, IsSeparatedUpToJustBeforeTheContact)
         EXPECT_TRUE(near || shorter.status == ToiStatus::Separated) << i;
     }
     EXPECT_GT(rerun, 200);
+}
+
+/// Of a plate of 28,800 triangles above another.
+class RigidToiOfFlatPlates : public testing::Test
+{
+protected:
+    /// @param v,w velocities in the frame of the lower plate
+    ToiResult query(const PlateAbovePlate& scene,
+                    const Eigen::Vector3d& v,
+                    const Eigen::Vector3d& w)
+    {
+        RigidBody upper{.tree = &m_a};
+        upper.motion = restAt(scene.X_WB * scene.X_BA);
+        upper.motion.v_W = scene.X_WB.linear() * v;
+        upper.motion.w_W = scene.X_WB.linear() * w;
+        const ToiResult result = rigidToi(
+            upper, {.tree = &m_b, .motion = restAt(scene.X_WB)}, {.tolerance = kTolerance}, m_work);
+        m_most = std::max(m_most, result.counters.nodePairs + result.counters.trianglePairs);
+        return result;
+    }
+
+    static constexpr double kTolerance = 2e-5;
+    Random m_random{74};
+    SsvTree m_a = buildSsvTree(flatPlate(120, 1.0));
+    SsvTree m_b = buildSsvTree(flatPlate(120, 3.0));
+    ToiWorkspace m_work;
+    std::int64_t m_most = 0;
+};
+
+TEST_F(RigidToiOfFlatPlates, IsThatOfTheLowestCornerWhereAllTie)
+{
+    for (int i = 0; i < 60; ++i)
+    {
+        const double gap = m_random.logUniform(1e-4, 1.0);
+        const double tilt = m_random.chance(0.6) ? 0.0 : m_random.logUniform(1e-12, 1e-2);
+        const PlateAbovePlate scene(m_random, gap, tilt);
+        const ToiResult hit = query(scene, {0.0, 0.0, -2.0 * gap}, Eigen::Vector3d::Zero());
+        ASSERT_EQ(hit.status, ToiStatus::Hit) << i;
+        EXPECT_LE(hit.time, 0.5 + 1e-12) << i;
+        EXPECT_GE(hit.time, 0.5 * (1.0 - 1e-3 * kTolerance / gap)) << i;
+        // Of the named triangles, which need not be those of the lowest corner.
+        EXPECT_GE(hit.gap, gap * (1.0 - 2.0 * hit.time) - 1e-12) << i;
+        EXPECT_LE(hit.gap, 2.0 * ToiOptions{}.aim * kTolerance) << i;
+    }
+    EXPECT_LT(m_most, 5000);
+}
+
+TEST_F(RigidToiOfFlatPlates, SlideAndTurnAtAnyGap)
+{
+    int touching = 0;
+    for (int i = 0; i < 60; ++i)
+    {
+        const double gap = m_random.logUniform(1e-7, 1e-2);
+        const PlateAbovePlate scene(m_random, gap, 0.0);
+        const ToiResult result = query(
+            scene, 0.5 * m_random.uniform(-1.0, 1.0) * Eigen::Vector3d::UnitX(), {0.0, 0.0, 0.7});
+        const bool touches = gap <= kTolerance;
+        touching += touches ? 1 : 0;
+        EXPECT_EQ(result.status, touches ? ToiStatus::TouchingLeaving : ToiStatus::Separated)
+            << i << ": gap " << gap;
+        EXPECT_LE(result.gap, gap) << i;
+    }
+    EXPECT_GT(touching, 10);
+    EXPECT_LT(touching, 50);
+    EXPECT_LT(m_most, 5000);
+}
+
+TEST_F(RigidToiOfFlatPlates, ArePressedFromAnyGapWithinTheTolerance)
+{
+    for (int i = 0; i < 30; ++i)
+    {
+        const double gap = m_random.logUniform(1e-7, 0.9 * kTolerance);
+        const PlateAbovePlate scene(m_random, gap, 0.0);
+        const ToiResult hit = query(scene, {0.1, 0.0, -2.0 * gap}, Eigen::Vector3d::Zero());
+        EXPECT_TRUE(isContact(hit.status)) << i << ": gap " << gap;
+        EXPECT_NE(hit.status, ToiStatus::Overlapping) << i << ": gap " << gap;
+        EXPECT_LE(hit.time, 0.5 + 1e-9) << i;
+        EXPECT_GE(hit.time, 0.49) << i;
+    }
+    EXPECT_LT(m_most, 5000);
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -114,6 +114,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_state.pair = kNone;
     m_batchPair = kNone;
     m_mayStartTouching = false;
+    m_hasFaces = false;
     m_treesUsed = 0;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -126,6 +127,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
                       .limits = {.floor = options.minimumSeparation,
                                  .threshold = options.minimumSeparation + options.tolerance,
                                  .aim = options.aim}};
+        m_hasFaces = m_hasFaces || !a.tree->faceSlabs().empty() || !b.tree->faceSlabs().empty();
         ScenePair& pair = m_pairs[i];
         pair.isRigid = std::holds_alternative<RigidMotion>(a.motion) &&
                        std::holds_alternative<RigidMotion>(b.motion);
@@ -337,6 +339,36 @@ void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
     batch.speedSlack[i] = up(kSingleRounding * (pair.speedScale + length(velocity)));
 }
 
+/// The step of a pair of nodes that single precision did not get far.
+float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters)
+{
+    const ScenePair& pair = m_pairs[static_cast<std::size_t>(p.pair)];
+    constexpr double kShort = 0.5;
+    const double size = static_cast<double>(nodeA(p).size() + nodeB(p).size());
+    const bool hasFaces = !pair.treeA->faceSlabs().empty() || !pair.treeB->faceSlabs().empty();
+    if (!hasFaces || static_cast<double>(step) * pair.speedScale > kShort * size)
+    {
+        return step;
+    }
+    const Step flat = flatStep(*pair.treeA,
+                               *pair.treeB,
+                               stateAt(p.pair, p.time, counters),
+                               pair.limits.margin(),
+                               p.nodeA,
+                               p.nodeB);
+    if (p.time == 0.0 && flat.gap <= pair.limits.threshold)
+    {
+        if (!pair.touchesAtStart)
+        {
+            return step;  // the triangles are to say whether they touch
+        }
+        m_mayStartTouching = true;
+    }
+    constexpr double kLong = 1e30;
+    constexpr double kRoundDown = 1.0 - 1e-7;
+    return std::max(step, static_cast<float>(kRoundDown * std::min(flat.time, kLong)));
+}
+
 void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
 {
     counters.nodePairs += static_cast<std::int64_t>(nodePairs.size());
@@ -376,6 +408,13 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
     }
     nodeSteps(m_batch);
     std::copy(m_batch.step, m_batch.step + nodePairs.size(), out);
+    if (m_hasFaces)
+    {
+        for (std::size_t i = 0; i < nodePairs.size(); ++i)
+        {
+            out[i] = flatStepOf(nodePairs[i], out[i], counters);
+        }
+    }
     for (std::size_t i = 0; i < nodePairs.size() && times[i] == 0.0; ++i)
     {
         const PairLimits& limits = m_pairs[static_cast<std::size_t>(nodePairs[i].pair)].limits;

@@ -41,7 +41,8 @@ struct ScenePair
     const SsvTree* treeA = nullptr;
     const SsvTree* treeB = nullptr;
     const PairMask* mask = nullptr;
-    bool sawTriangles = false;  ///< a pair of triangles was looked at
+    bool sawTriangles = false;    ///< a pair of triangles was looked at
+    bool touchesAtStart = false;  ///< a pair of triangles is within the tolerance at t = 0
     PairLimits limits;
     double speedScale = 0.0;  ///< relative speed of any two points, to compare with sizes [m]
 
@@ -119,6 +120,7 @@ private:
     void computeState(std::int32_t index, double t);
     void fillConstants(std::int32_t index);
     void fillLane(int lane, const NodePair& p, ToiCounters& counters);
+    [[nodiscard]] float flatStepOf(const NodePair& p, float step, ToiCounters& counters);
 
     std::span<const MovingBody> m_bodies;
     std::span<const BodyPair> m_bodyPairs;
@@ -134,6 +136,7 @@ private:
     PairState m_state;
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
+    bool m_hasFaces = false;           ///< of some tree
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd

@@ -1,5 +1,6 @@
 #include "bullet_ccd/toi/search/pair_step.h"
 
+#include "bullet_ccd/distance/extent.h"
 #include "bullet_ccd/distance/ssv_pair.h"
 #include "bullet_ccd/math/check.h"
 
@@ -196,6 +197,63 @@ Step nodeStep(const RelativeMotion& m, double margin, const SsvNode& nodeA, cons
             return false;
         });
     return step;
+}
+
+Step flatStep(const SsvTree& treeA,
+              const SsvTree& treeB,
+              const PairState& state,
+              double margin,
+              std::int32_t indexA,
+              std::int32_t indexB)
+{
+    const RelativeMotion& m = state.motion;
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
+    const Vector3d place = R * vector(m.armA) + vector(m.p);
+    const SsvNode& nodeA = treeA.nodes()[static_cast<std::size_t>(indexA)];
+    const SsvNode& nodeB = treeB.nodes()[static_cast<std::size_t>(indexB)];
+    const Vector3d centerA = Map<const Eigen::Vector3f>(nodeA.center).cast<double>();
+    const Vector3d centerB = Map<const Eigen::Vector3f>(nodeB.center).cast<double>();
+    const Vector3d across = centerB - (R * centerA + place);
+    Step best;
+    const auto consider = [&](const Vector3d& normal)
+    {
+        const Vector3d n = normal.dot(across) < 0.0 ? Vector3d(-normal) : normal;
+        const double gap = extentAlong(treeB, indexB, n).low - n.dot(place) -
+                           extentAlong(treeA, indexA, R.transpose() * n).high - state.rounding;
+        if (gap <= best.gap)
+        {
+            return;
+        }
+        best.gap = gap;
+        if (gap <= margin)
+        {
+            return;
+        }
+        const auto sizeA = static_cast<double>(nodeA.size());
+        const auto sizeB = static_cast<double>(nodeB.size());
+        const Vector3d armB = centerB + vector(m.armB);
+        const Vector3d orbitA = vector(m.wA).cross(R * (centerA + vector(m.armA)));
+        const Vector3d orbitB = vector(m.wB).cross(armB);
+        const double turnA = vector(m.wA).cross(n).norm();
+        const double turnB = vector(m.wB).cross(n).norm();
+        const double speed =
+            n.dot(vector(m.velocity) + orbitA - orbitB) + turnA * sizeA + turnB * sizeB;
+        const double bend = m.constant +
+                            m.perRadiusA * ((centerA + vector(m.radiusArmA)).norm() + sizeA) +
+                            m.perRadiusB * (armB.norm() + sizeB) +
+                            m.axisA * turnA * (orbitA.norm() + m.spinA * sizeA) +
+                            m.axisB * turnB * (orbitB.norm() + m.spinB * sizeB);
+        best.time = std::max(best.time, closingTime(gap - margin, speed, bend));
+    };
+    for (const Vector3d& normal : treeA.faceSlabs().normals)
+    {
+        consider(R * normal);
+    }
+    for (const Vector3d& normal : treeB.faceSlabs().normals)
+    {
+        consider(normal);
+    }
+    return best;
 }
 
 TriangleStep triangleStep(const SsvTree& treeA,

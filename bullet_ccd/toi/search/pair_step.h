@@ -57,6 +57,15 @@ struct TriangleStep
                             const SsvNode& nodeA,
                             const SsvNode& nodeB);
 
+/// Certified step of two nodes along the normals of the largest faces, in double precision: where
+/// flat lies on flat, the gap is smaller than what single precision can say.
+[[nodiscard]] Step flatStep(const SsvTree& treeA,
+                            const SsvTree& treeB,
+                            const PairState& state,
+                            double margin,
+                            std::int32_t nodeA,
+                            std::int32_t nodeB);
+
 /// Distance and certified step of two triangles in slots of the trees.
 /// @param apart they are known not to touch at this time
 [[nodiscard]] TriangleStep triangleStep(const SsvTree& treeA,

@@ -19,9 +19,11 @@ EarliestHit closestTriangles(const ScenePair& pair, const PairState& state, Earl
     X_BA.linear() = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
     X_BA.translation() = X_BA.linear() * (Map<const Vector3d>(m.armA) - pair.treeA->origin()) +
                          Map<const Vector3d>(m.p) + pair.treeB->origin();
+    // A little above, so that the first of many that are equally far bounds the others.
+    constexpr double kAbove = 1.0 + 1e-6;
     const TrianglePair closest =
-        treeDistance(*pair.treeA, *pair.treeB, X_BA, found.distance.distance);
-    if (closest.triangleA != kNone)
+        treeDistance(*pair.treeA, *pair.treeB, X_BA, kAbove * found.distance.distance);
+    if (closest.triangleA != kNone && closest.distance < found.distance.distance)
     {
         found.triangleA = closest.triangleA;
         found.triangleB = closest.triangleB;
@@ -78,13 +80,20 @@ bool advanceTriangles(SearchState& state, NodePair& p)
             *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
     };
     TriangleStep step = look();
+    const double distance = step.distance.distance;
+    // How long before they were near enough, too: a bound of the speed is known of rigid pairs.
+    const double nearer = pair.limits.near() - distance;
+    const double early =
+        pair.isRigid && nearer > 0.0 && pair.speedScale > 0.0 ? nearer / pair.speedScale : 0.0;
     const EarliestHit found{.time = p.time,
                             .pair = p.pair,
                             .triangleA = pair.treeA->triangle(slotA),
                             .triangleB = pair.treeB->triangle(slotB),
+                            .slotA = slotA,
+                            .slotB = slotB,
                             .distance = step.distance,
+                            .enough = std::max(p.time - early, 0.5 * p.time),
                             .atStart = p.time == 0.0};
-    const double distance = step.distance.distance;
     if (p.time == 0.0 && distance <= pair.limits.threshold)
     {
         // Nothing is closer than triangles that cross. Of masked meshes others may be closer that
@@ -97,6 +106,7 @@ bool advanceTriangles(SearchState& state, NodePair& p)
             return false;
         }
         state.start.touches = true;
+        pair.touchesAtStart = true;
         // Speeds below the rounding of the velocities are those of bodies that slide or rest.
         const bool closesIn = closingSpeed(pose.motion, step.distance) > 1e-12 * pair.speedScale;
         state.start.approaches = state.start.approaches || closesIn;
@@ -124,6 +134,19 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     p.lastStep = static_cast<float>(step.time);
     p.time = next;
     return true;
+}
+
+void moveHit(SearchState& state, double time)
+{
+    EarliestHit& hit = state.hit;
+    const ScenePair& pair = state.scene.pair(hit.pair);
+    const PairState& pose = state.scene.stateAt(hit.pair, time, state.counters);
+    constexpr bool kApart = true;  // the time is certified
+    hit.distance =
+        triangleStep(
+            *pair.treeA, *pair.treeB, pose, pair.limits.margin(), kApart, hit.slotA, hit.slotB)
+            .distance;
+    hit.time = time;
 }
 
 void searchScene(SearchState& state)

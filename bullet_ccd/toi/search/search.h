@@ -15,7 +15,10 @@ struct EarliestHit
     std::int32_t pair = kNone;
     std::int32_t triangleA = kNone;  ///< of the meshes
     std::int32_t triangleB = kNone;
+    std::int32_t slotA = kNone;
+    std::int32_t slotB = kNone;
     TriangleDistance distance{};  ///< points in B's tree
+    double enough = 2.0;          ///< from here on to `time` these triangles are near enough
     bool atStart = false;         ///< the bodies touch where the query begins
 
     [[nodiscard]] bool found() const { return pair != kNone; }
@@ -55,6 +58,9 @@ struct SearchState
 /// from there; false if it cannot touch before the end, is exempt, or is in contact, which is then
 /// noted in state.hit.
 [[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
+
+/// Moves the contact that was found back to a time from `state.hit.enough` on.
+void moveHit(SearchState& state, double time);
 
 /// The node pairs that the children of the larger node of `p` make, at the time of `p`.
 struct Opening

@@ -11,7 +11,10 @@ namespace
 /// Invariant: every pair of triangles that could touch before min(1, hit.time) is below a pair in
 /// the queue, or in the batch in hand, whose time is a lower bound of its contact. The search ends
 /// because every pair taken out either goes down one level of a finite tree or moves ahead by a
-/// step that is bounded below by its margin over the largest speed.
+/// step that is bounded below by its margin over the largest speed. Where many pairs touch at
+/// once, rounding puts some of them a little before the contact that was found: the search ends as
+/// soon as the earliest of them is past the time from which on that contact is near enough, and
+/// there is the answer.
 class BestFirst
 {
 public:
@@ -29,7 +32,7 @@ public:
                           .nodeB = 0,
                           .lastStep = std::numeric_limits<float>::infinity()});
         }
-        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.enough)
         {
             checkLimit(m_state, {.time = m_queue.time(), .pair = m_queue.top().pair});
             const std::size_t count = collect();
@@ -37,6 +40,10 @@ public:
             {
                 evaluate(count);
             }
+        }
+        if (!m_queue.empty() && m_queue.time() < m_state.hit.time)
+        {
+            moveHit(m_state, m_queue.time());
         }
     }
 
@@ -46,7 +53,7 @@ private:
     std::size_t collect()
     {
         std::size_t count = 0;
-        while (!m_queue.empty() && m_queue.time() < m_state.hit.time)
+        while (!m_queue.empty() && m_queue.time() < m_state.hit.enough)
         {
             NodePair p = m_queue.top();
             const SsvNode& a = m_state.scene.nodeA(p);
