@@ -42,6 +42,7 @@ ORDER = [
     "grasp/approach",
     "grasp/closing",
     "grasp/force",
+    "grasp/squeeze",
     "grasp/quality",
     "grasp/check",
     "grasp/planner",
@@ -49,6 +50,7 @@ ORDER = [
     "grasp/grasp.h",
     "grasp/report",
     "grasp/sim",
+    "grasp/trial",
     "grasp/examples",
     "python/src",
     "python/pybullet",
@@ -91,6 +93,7 @@ ADAPTER = {room for room in ORDER if re.match(r"bullet_ccd/bullet\b", room)}
 BULLET_ROOMS = ADAPTER | {
     "bullet_ccd/examples",
     "grasp/sim",
+    "grasp/trial",
     "python/pybullet",
     "benchmarks/reference/audit",
     "benchmarks/reference/bullet",

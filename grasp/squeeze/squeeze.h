@@ -1,0 +1,70 @@
+/// How hard each joint of a hand has to press so that a grasp holds firmly.
+#pragma once
+
+#include "bullet_ccd/export.h"
+#include "grasp/grasp_types.h"
+#include "grasp/hand/hand_model.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::grasp
+{
+/// What a squeeze is for.
+struct SqueezeOptions
+{
+    double mass = 0.5;      ///< of the object [kg]
+    double friction = 0.5;  ///< Coulomb coefficient
+    /// The normal forces add up to this times weight / friction, where the efforts allow it. Two
+    /// opposite fingers need 1.
+    double firmness = 4.0;
+    /// Efforts of the independent joints in place of those of the hand [N m or N]; empty: none.
+    std::vector<double> efforts{};
+};
+
+/// The effort of a joint, and whether it is the robot's own.
+struct JointEffort
+{
+    double limit = 0.0;  ///< [N m or N]
+    /// The robot says none, 0, or more than any finger has (kMostTorque, kMostForce): the limit is
+    /// kUsualTorque or kUsualForce then.
+    bool isAssumed = false;
+};
+inline constexpr double kMostTorque = 20.0;  ///< [N m]
+inline constexpr double kMostForce = 500.0;  ///< [N]
+inline constexpr double kUsualTorque = 1.0;  ///< [N m]
+inline constexpr double kUsualForce = 40.0;  ///< [N]
+
+/// One entry per independent joint (independentJoints()).
+[[nodiscard]] BULLET_CCD_API std::vector<JointEffort> jointEfforts(const KinematicTree& tree);
+
+/// A controller of this stiffness gives the full effort at such an error of position.
+inline constexpr double kFullEffortAngle = 0.2;  ///< [rad]
+inline constexpr double kFullEffortWay = 0.01;   ///< [m]
+
+/// Entries are those of independentJoints().
+struct Squeeze
+{
+    std::string reason;  ///< why there is none; empty: there is one
+    std::vector<JointEffort> efforts;
+    std::vector<double> torques;    ///< that press the contacts together [N m or N]
+    std::vector<double> stiffness;  ///< of the position controller [N m/rad or N/m]
+    std::vector<double> targets;    ///< positions that make it press so [rad or m]
+    double normalForce = 0.0;       ///< sum over the contacts [N]
+
+    [[nodiscard]] bool exists() const { return reason.empty(); }
+};
+
+/// Finds contact forces that balance each other with the largest margin to slip (the objective Firm
+/// of grasp_forces.h) within the efforts, and the joint torques J^T f and targets q + J^T f /
+/// stiffness that give them. The torque of a mimic joint is that of the joint it follows. Targets
+/// may lie beyond the limits of a joint.
+///
+/// There is none if the contacts cannot press against each other within friction, or if the efforts
+/// are too small for 1.2 times weight / friction. `reason` says which.
+/// Throws std::invalid_argument for a mass or friction that is not positive.
+[[nodiscard]] BULLET_CCD_API Squeeze squeezeOf(const HandModel& hand,
+                                               const Grasp& grasp,
+                                               const SqueezeOptions& options);
+}  // namespace bullet_ccd::grasp
