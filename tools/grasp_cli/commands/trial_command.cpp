@@ -219,7 +219,7 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         "for bad input.\n"
         "\n"
         "Example:\n"
-        "  grasp trial out/grasps.jsonl --rank 1 --protocol six --protocol shake --mass 0.25");
+        "  grasp trial out/grasps.jsonl --protocol six --protocol shake --mass 0.25");
     const auto arguments = std::make_shared<TrialArguments>();
     addRecordOptions(*command, arguments->records);
     addChoiceOptions(*command, arguments->choice);
