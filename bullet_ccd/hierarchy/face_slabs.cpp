@@ -2,6 +2,8 @@
 
 #include "bullet_ccd/hierarchy/ssv_node.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
