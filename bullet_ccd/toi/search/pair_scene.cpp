@@ -115,6 +115,8 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_batchPair = kNone;
     m_mayStartTouching = false;
     m_hasFaces = false;
+    m_flatTries = 0;
+    m_flatHelps = 0;
     m_treesUsed = 0;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -366,7 +368,10 @@ float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters
     }
     constexpr double kLong = 1e30;
     constexpr double kRoundDown = 1.0 - 1e-7;
-    return std::max(step, static_cast<float>(kRoundDown * std::min(flat.time, kLong)));
+    const auto longer = static_cast<float>(kRoundDown * std::min(flat.time, kLong));
+    ++m_flatTries;
+    m_flatHelps += longer > step ? 1 : 0;
+    return std::max(step, longer);
 }
 
 void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
@@ -408,7 +413,12 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
     }
     nodeSteps(m_batch);
     std::copy(m_batch.step, m_batch.step + nodePairs.size(), out);
-    if (m_hasFaces)
+    // Most queries are answered before this costs less than it saves.
+    constexpr std::int64_t kManyPairs = 1000;
+    // Nor where it turns out not to help.
+    constexpr std::int64_t kTries = 16;
+    const bool helps = m_flatTries < kTries || 4 * m_flatHelps > m_flatTries;
+    if (m_hasFaces && helps && counters.nodePairs > kManyPairs)
     {
         for (std::size_t i = 0; i < nodePairs.size(); ++i)
         {

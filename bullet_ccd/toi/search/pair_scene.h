@@ -137,6 +137,8 @@ private:
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
     bool m_hasFaces = false;           ///< of some tree
+    std::int64_t m_flatTries = 0;      ///< steps that were looked at along faces, in this query
+    std::int64_t m_flatHelps = 0;      ///< of which became longer
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd
