@@ -147,7 +147,8 @@ TEST(WorldsOfOurs, SettleABodyThatMeetsItsLimitOfImpacts)
         // It has lost its approach, and need not be held.
         EXPECT_EQ(counters.m_clamps, 0);
         EXPECT_EQ(counters.m_lostTime, 0.0);
-        EXPECT_NEAR(double(ball->getLinearVelocity().z()), 0.0, 1e-6);
+        // In single precision 100 m/s are rounded to 8e-6 m/s.
+        EXPECT_NEAR(double(ball->getLinearVelocity().z()), 0.0, 1e-4);
         EXPECT_LE(std::abs(double(ball->getWorldTransform().getOrigin().z())), 0.005 + 1e-4);
     }
 }
