@@ -2,4 +2,5 @@
 #pragma once
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/io/urdf_file.h"

@@ -1,5 +1,6 @@
 #include "grasp/hand/hand_file.h"
 
+#include "bullet_ccd/io/robot_file.h"
 #include "grasp/hand/srdf_file.h"
 #include "grasp/hand/srdf_to_hand.h"
 
@@ -74,7 +75,7 @@ HandModel loadHand(const std::filesystem::path& urdf,
                    const std::optional<std::filesystem::path>& srdf,
                    const std::filesystem::path& shareFolder)
 {
-    HandModel hand = emptyHand(loadUrdf(urdf));
+    HandModel hand = emptyHand(loadRobot(urdf));
     std::error_code error;
     std::filesystem::path beside = urdf;
     beside.replace_extension(".srdf");
@@ -107,6 +108,6 @@ HandModel loadHand(const std::filesystem::path& urdf,
 
 HandModel inferHand(const std::filesystem::path& urdf)
 {
-    return inferred(emptyHand(loadUrdf(urdf)));
+    return inferred(emptyHand(loadRobot(urdf)));
 }
 }  // namespace bullet_ccd::grasp

@@ -281,7 +281,7 @@ void addRobots(py::module_& module)
             [](const std::filesystem::path& path)
             {
                 const py::gil_scoped_release release;
-                return std::make_unique<Robot>(loadUrdf(path));
+                return std::make_unique<Robot>(loadRobot(path));
             },
             py::arg("path"))
         .def_property_readonly("name", [](const Robot& robot) { return robot.model.name; })

@@ -432,7 +432,9 @@ void addArticulatedCommand(CLI::App& app, int& exitCode)
         "articulated", "Finds the first contacts of a robot with obstacles and with itself.");
     command->footer(kArticulatedFooter);
     const auto arguments = std::make_shared<ArticulatedArguments>();
-    command->add_option("ROBOT", arguments->urdf, "The robot.")->type_name("URDF")->required();
+    command->add_option("ROBOT", arguments->urdf, "The robot: URDF, xacro or MJCF.")
+        ->type_name("ROBOT")
+        ->required();
     addMotionOptions(*command, *arguments);
     addWorldOptions(*command, *arguments);
     addToiOptions(*command, arguments->toi);

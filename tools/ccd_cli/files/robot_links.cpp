@@ -1,5 +1,6 @@
 #include "tools/ccd_cli/files/robot_links.h"
 
+#include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/motion/joint_motion.h"
 #include "grasp/hand/srdf_file.h"
 
@@ -169,7 +170,7 @@ ArticulatedBody RobotLinks::body(const JointMotion& motion) const
 RobotLinks loadRobotLinks(const std::filesystem::path& urdf)
 {
     RobotLinks links;
-    links.robot = loadUrdf(urdf);
+    links.robot = loadRobot(urdf);
     links.notes = links.robot.notes;
     for (TriangleMesh& mesh : links.robot.linkMeshes)
     {

@@ -91,7 +91,7 @@ fs::path resolveHand(const std::string& nameOrPath)
 {
     if (fs::exists(nameOrPath))
     {
-        return existingFile(nameOrPath, "URDF file");
+        return existingFile(nameOrPath, "URDF or MJCF file");
     }
     const fs::path share = shareFolder();
     const fs::path shipped = share / "robots" / nameOrPath / (nameOrPath + ".urdf");

@@ -17,7 +17,9 @@ template <typename Names>
 void addInputOptions(CLI::App& command, Names& hand, Names& object, double& objectScale)
 {
     const std::string more = std::is_same_v<Names, std::string> ? "" : " It may be repeated.";
-    command.add_option("--hand", hand, "A URDF file, or the name of a hand that ships." + more)
+    command
+        .add_option(
+            "--hand", hand, "A URDF, xacro or MJCF file, or the name of a hand that ships." + more)
         ->type_name("HAND")
         ->required()
         ->group("Input");

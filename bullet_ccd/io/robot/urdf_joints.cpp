@@ -1,6 +1,7 @@
-#include "bullet_ccd/io/urdf_joints.h"
+#include "bullet_ccd/io/robot/urdf_joints.h"
 
-#include "bullet_ccd/io/urdf_geometry.h"
+#include "bullet_ccd/io/robot/robot_parts.h"
+#include "bullet_ccd/io/robot/urdf_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -185,78 +186,7 @@ void resolveMimics(const urdf::ModelInterface& model, const std::string& file, K
     }
 }
 
-/// Mimics that leave their own limits while the joint they follow stays within its own: usually a
-/// wrong sign.
-void noteMimicLimits(const KinematicTree& tree, std::vector<std::string>& notes)
-{
-    // Multipliers and limits are printed with a few digits.
-    constexpr double kTolerance = 0.01;
-    std::vector<std::string> names;
-    for (const Link& link : tree.links)
-    {
-        const Joint& joint = link.joint;
-        if (joint.mimicOf == kNone)
-        {
-            continue;
-        }
-        const Joint& driver = tree.links[static_cast<std::size_t>(joint.mimicOf)].joint;
-        for (const double q : {driver.lower, driver.upper})
-        {
-            const double mimicked = joint.mimicMultiplier * q + joint.mimicOffset;
-            if (mimicked < joint.lower - kTolerance || mimicked > joint.upper + kTolerance)
-            {
-                names.push_back(joint.name);
-                break;
-            }
-        }
-    }
-    if (!names.empty())
-    {
-        notes.push_back("mimic joints leave their own limits, which are ignored: " +
-                        listNames(names));
-    }
-}
-
-void noteUnlimited(const KinematicTree& tree, std::vector<std::string>& notes)
-{
-    std::vector<std::string> effort;
-    std::vector<std::string> velocity;
-    for (const Link& link : tree.links)
-    {
-        if (link.joint.isMovable() && std::isinf(link.joint.maxEffort))
-        {
-            effort.push_back(link.joint.name);
-        }
-        if (link.joint.isMovable() && std::isinf(link.joint.maxVelocity))
-        {
-            velocity.push_back(link.joint.name);
-        }
-    }
-    if (!effort.empty())
-    {
-        notes.push_back("effort limit 0 or missing, taken as unlimited: " + listNames(effort));
-    }
-    if (!velocity.empty())
-    {
-        notes.push_back("velocity limit 0 or missing, taken as unlimited: " + listNames(velocity));
-    }
-}
 }  // namespace
-
-std::string listNames(const std::vector<std::string>& names)
-{
-    constexpr std::size_t kMaxNames = 8;
-    std::string text;
-    for (std::size_t i = 0; i < std::min(names.size(), kMaxNames); ++i)
-    {
-        text += (i == 0 ? "" : ", ") + names[i];
-    }
-    if (names.size() > kMaxNames)
-    {
-        text += " and " + std::to_string(names.size() - kMaxNames) + " more";
-    }
-    return text;
-}
 
 KinematicTree buildTree(const urdf::ModelInterface& model,
                         const std::string& file,

@@ -1,13 +1,10 @@
-#include "bullet_ccd/io/urdf_geometry.h"
+#include "bullet_ccd/io/robot/urdf_geometry.h"
 
-#include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/io/urdf_file.h"
 #include "bullet_ccd/mesh/make_mesh.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 #include <stdexcept>
 #include <system_error>
 
@@ -15,41 +12,6 @@ namespace bullet_ccd
 {
 namespace
 {
-/// Half the angle between neighbouring vertices at which a chord is kPrimitiveChordError below its
-/// circle.
-double chordHalfAngle(double radius)
-{
-    return std::acos(1.0 - std::min(1.0, kPrimitiveChordError / radius));
-}
-
-int cylinderSegments(double radius)
-{
-    constexpr double kMinSegments = 12.0;
-    constexpr double kMaxSegments = 4096.0;
-    return static_cast<int>(std::clamp(
-        std::ceil(std::numbers::pi / chordHalfAngle(radius)), kMinSegments, kMaxSegments));
-}
-
-int sphereSubdivisions(double radius)
-{
-    // Circumscribed angle of an icosahedron's face. A subdivision halves it, but for the middle of
-    // the face, which keeps up to 1.2 times that.
-    constexpr double kFaceAngle = 37.38 * std::numbers::pi / 180.0;
-    constexpr double kUnevenness = 1.2;
-    constexpr double kMaxSubdivisions = 6.0;
-    const double needed = std::log2(kUnevenness * kFaceAngle / chordHalfAngle(radius));
-    return static_cast<int>(std::clamp(std::ceil(needed), 1.0, kMaxSubdivisions));
-}
-
-void requirePositive(double value, const std::string& what)
-{
-    if (!(value > 0.0) || !std::isfinite(value))
-    {
-        throw std::runtime_error(what + " is " + std::to_string(value) +
-                                 ": give a finite number > 0");
-    }
-}
-
 /// All folders in which package `name` is looked for, in this order.
 std::vector<std::filesystem::path> packageFolders(const std::filesystem::path& urdf,
                                                   const std::string& name)
@@ -145,42 +107,9 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose, const std::string& where)
 
 TriangleMesh UrdfGeometry::meshOf(const urdf::Mesh& mesh, const std::string& where)
 {
-    const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
-    for (int k = 0; k < 3; ++k)
-    {
-        if (!(std::abs(scale[k]) > 0.0) || !std::isfinite(scale[k]))
-        {
-            throw std::runtime_error(where + ": mesh '" + mesh.filename + "': scale " + "xyz"[k] +
-                                     " is " + std::to_string(scale[k]) +
-                                     ": give a finite number other than 0");
-        }
-    }
     const std::filesystem::path path = resolveMesh(m_urdf, mesh.filename, where);
-    // The size goes into the reader, so that its notes speak of metres; proportions and mirroring
-    // are applied to what it returns.
-    const double size = scale.cwiseAbs().maxCoeff();
-    const std::pair<std::string, double> key(path.lexically_normal().string(), size);
-    auto found = m_meshes.find(key);
-    if (found == m_meshes.end())
-    {
-        MeshFile file;
-        try
-        {
-            file = loadMeshFile(path, {.scale = size});
-        }
-        catch (const std::runtime_error& error)
-        {
-            throw std::runtime_error(where + ": mesh " + error.what());
-        }
-        for (const std::string& note : file.notes)
-        {
-            m_notes.push_back("mesh " + mesh.filename + ": " + note);
-        }
-        found = m_meshes.emplace(key, std::move(file.mesh)).first;
-    }
-    TriangleMesh result = found->second;
-    transformMesh(result, Eigen::Affine3d(Eigen::Scaling(Eigen::Vector3d(scale / size))));
-    return result;
+    const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
+    return m_files.load(path, mesh.filename, scale, where);
 }
 
 TriangleMesh UrdfGeometry::geometryMesh(const urdf::Geometry& geometry, const std::string& where)
@@ -191,7 +120,7 @@ TriangleMesh UrdfGeometry::geometryMesh(const urdf::Geometry& geometry, const st
         {
             const auto& sphere = static_cast<const urdf::Sphere&>(geometry);
             requirePositive(sphere.radius, where + ": sphere: radius");
-            return makeSphere(sphere.radius, sphereSubdivisions(sphere.radius));
+            return sphereMesh(sphere.radius);
         }
         case urdf::Geometry::BOX:
         {
@@ -208,8 +137,7 @@ TriangleMesh UrdfGeometry::geometryMesh(const urdf::Geometry& geometry, const st
             const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
             requirePositive(cylinder.radius, where + ": cylinder: radius");
             requirePositive(cylinder.length, where + ": cylinder: length");
-            return makeCylinder(
-                cylinder.radius, cylinder.length, cylinderSegments(cylinder.radius));
+            return cylinderMesh(cylinder.radius, cylinder.length);
         }
         case urdf::Geometry::MESH:
             return meshOf(static_cast<const urdf::Mesh&>(geometry), where);
@@ -233,18 +161,7 @@ TriangleMesh UrdfGeometry::linkMesh(const urdf::Link& link)
         transformMesh(mesh, Eigen::Affine3d(toEigen(collision->origin, where + ": collision")));
         appendMesh(all, mesh);
     }
-    if (!all.triangles.empty())
-    {
-        // Finite factors can still overflow when they are multiplied.
-        try
-        {
-            checkMesh(all, where);
-        }
-        catch (const std::invalid_argument& error)
-        {
-            throw std::runtime_error(error.what());
-        }
-    }
+    requireFiniteMesh(all, where);
     return all;
 }
 }  // namespace bullet_ccd

@@ -1,13 +1,13 @@
 /// Collision geometry of URDF links: where mesh files are, and what primitives become.
 #pragma once
 
+#include "bullet_ccd/io/robot/robot_parts.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 #include <urdf_model/link.h>
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +25,7 @@ public:
     [[nodiscard]] TriangleMesh linkMesh(const urdf::Link& link);
 
     /// What the mesh files had to tell, one line each.
-    [[nodiscard]] const std::vector<std::string>& notes() const { return m_notes; }
+    [[nodiscard]] const std::vector<std::string>& notes() const { return m_files.notes(); }
 
 private:
     [[nodiscard]] TriangleMesh geometryMesh(const urdf::Geometry& geometry,
@@ -33,9 +33,7 @@ private:
     [[nodiscard]] TriangleMesh meshOf(const urdf::Mesh& mesh, const std::string& where);
 
     std::filesystem::path m_urdf;
-    /// By path and scale factor.
-    std::map<std::pair<std::string, double>, TriangleMesh> m_meshes;
-    std::vector<std::string> m_notes;
+    MeshFiles m_files;
 };
 
 /// The pose as Eigen has it. Throws std::runtime_error starting with `where` if it is not finite.

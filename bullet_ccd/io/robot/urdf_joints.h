@@ -16,7 +16,4 @@ namespace bullet_ccd
 [[nodiscard]] KinematicTree buildTree(const urdf::ModelInterface& model,
                                       const std::string& file,
                                       std::vector<std::string>& notes);
-
-/// "a, b, c": at most eight names, then "and n more".
-[[nodiscard]] std::string listNames(const std::vector<std::string>& names);
 }  // namespace bullet_ccd

@@ -1,0 +1,340 @@
+#include "bullet_ccd/io/robot/mjcf_tree.h"
+#include "bullet_ccd/io/robot/robot_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <utility>
+
+namespace bullet_ccd
+{
+namespace
+{
+using tinyxml2::XMLElement;
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+/// A fixed tendon: its length is the sum of joint positions times coefficients.
+using FixedTendon = std::vector<std::pair<std::int32_t, double>>;
+
+class Couplings
+{
+public:
+    Couplings(MjcfDocument& document, MjcfTree& tree)
+        : m_document(document),
+          m_tree(tree.robot.tree),
+          m_notes(tree.robot.notes),
+          m_reference(tree.reference),
+          m_isDriven(tree.robot.tree.size(), false)
+    {
+    }
+
+    void read()
+    {
+        readTendons();
+        readActuators();
+        for (const XMLElement* e : m_document.entries("equality"))
+        {
+            readEquality(*e);
+        }
+        for (const std::string& name : m_drivenTendons)
+        {
+            shareTendon(m_tendons.at(name));
+        }
+        flattenMimics();
+        leaveOutOthers();
+    }
+
+private:
+    Joint& joint(std::int32_t link) { return m_tree.links[static_cast<std::size_t>(link)].joint; }
+
+    std::int32_t findJoint(const MjcfElement& element, const char* attribute)
+    {
+        const std::string name = element.text(attribute).value_or("");
+        const std::int32_t link = m_tree.findJoint(name);
+        if (link == kNone)
+        {
+            // It may belong to an object of the scene that was left out.
+            m_document.leftOut(std::string(element.tag()) + " of joint '" + name +
+                               "', which no link has");
+        }
+        return link;
+    }
+
+    void readTendons()
+    {
+        for (const XMLElement* e : m_document.entries("tendon"))
+        {
+            const MjcfElement element(m_document, *e, "main");
+            if (element.tag() != "fixed")
+            {
+                m_document.leftOut("<" + std::string(element.tag()) + "> of <tendon>");
+                continue;
+            }
+            FixedTendon& tendon = m_tendons[element.name()];
+            for (const XMLElement* j = e->FirstChildElement("joint"); j != nullptr;
+                 j = j->NextSiblingElement("joint"))
+            {
+                // These joints are names, not joints with defaults.
+                const char* const name = j->Attribute("joint");
+                const std::int32_t link = m_tree.findJoint(name == nullptr ? "" : name);
+                const double coefficient = j->DoubleAttribute("coef", 0.0);
+                if (link == kNone || coefficient == 0.0 || !std::isfinite(coefficient))
+                {
+                    element.fail("joint '" + std::string(name == nullptr ? "" : name) +
+                                     "' does not exist, or its coef is 0",
+                                 "name a joint, and a coefficient other than 0");
+                }
+                tendon.emplace_back(link, coefficient);
+            }
+        }
+    }
+
+    void limitEffort(std::int32_t link, double effort)
+    {
+        m_isDriven[static_cast<std::size_t>(link)] = true;
+        joint(link).maxEffort = std::min(joint(link).maxEffort, effort);
+    }
+
+    /// The largest force at the joint or tendon.
+    static double effortOf(const MjcfElement& element)
+    {
+        const auto gear = element.numbers("gear", 1);
+        const double factor = std::abs(gear ? gear->front() : 1.0);
+        const auto largest = [&](const char* range, const char* limited)
+        {
+            const auto values =
+                element.isLimited(limited, range) ? element.numbers(range, 2) : std::nullopt;
+            return values ? factor * std::max(std::abs((*values)[0]), std::abs((*values)[1]))
+                          : kUnlimited;
+        };
+        const double force = largest("forcerange", "forcelimited");
+        return element.tag() == "motor" ? std::min(force, largest("ctrlrange", "ctrllimited"))
+                                        : force;
+    }
+
+    void readActuators()
+    {
+        for (const XMLElement* e : m_document.entries("actuator"))
+        {
+            const MjcfElement element(m_document, *e, "main");
+            const double effort = effortOf(element);
+            const std::optional<std::string> tendon = element.text("tendon");
+            if (element.text("joint") || element.text("jointinparent"))
+            {
+                const std::int32_t link =
+                    findJoint(element, element.text("joint") ? "joint" : "jointinparent");
+                if (link != kNone)
+                {
+                    limitEffort(link, effort);
+                }
+            }
+            else if (tendon && m_tendons.contains(*tendon))
+            {
+                for (const auto& [link, coefficient] : m_tendons[*tendon])
+                {
+                    limitEffort(link, std::abs(coefficient) * effort);
+                }
+                m_drivenTendons.push_back(*tendon);
+            }
+            else
+            {
+                m_document.leftOut("actuator '" + element.name() +
+                                   "', which drives no joint and no fixed tendon");
+            }
+        }
+        for (std::size_t i = 1; i < m_tree.size(); ++i)
+        {
+            m_isDriven[i] = m_isDriven[i] && m_tree.links[i].joint.isMovable();
+        }
+    }
+
+    void readEquality(const XMLElement& e)
+    {
+        const MjcfElement element(m_document, e, "main");
+        if (element.text("active") == "false")
+        {
+            return;
+        }
+        std::vector<double> polynomial{0.0, 1.0, 0.0, 0.0, 0.0};
+        if (const auto given = element.numbers("polycoef", 1))
+        {
+            std::copy_n(
+                given->begin(), std::min<std::size_t>(given->size(), 5), polynomial.begin());
+        }
+        if (element.tag() == "joint")
+        {
+            equateJoints(element, polynomial);
+        }
+        else if (element.tag() == "tendon" && !element.text("tendon2"))
+        {
+            holdTendon(element, polynomial[0]);
+        }
+        else
+        {
+            m_document.leftOut("<" + std::string(element.tag()) + "> of <equality>" +
+                               (element.name().empty() ? "" : " '" + element.name() + "'"));
+        }
+    }
+
+    void equateJoints(const MjcfElement& element, const std::vector<double>& polynomial)
+    {
+        const std::int32_t first = findJoint(element, "joint1");
+        if (first == kNone)
+        {
+            return;
+        }
+        const double offset = reference(first) + polynomial[0];
+        if (!element.text("joint2"))
+        {
+            // Held where it is: no joint any more.
+            Link& link = m_tree.links[static_cast<std::size_t>(first)];
+            link.X_PL0 = linkInParent(link, offset);
+            const std::string name = link.joint.name;
+            link.joint = {};
+            link.joint.name = name;
+            return;
+        }
+        const std::int32_t second = findJoint(element, "joint2");
+        if (second == kNone)
+        {
+            return;
+        }
+        if (polynomial[2] != 0.0 || polynomial[3] != 0.0 || polynomial[4] != 0.0)
+        {
+            m_document.leftOut("terms beyond the linear one of polycoef between '" +
+                               joint(first).name + "' and '" + joint(second).name + "'");
+        }
+        // q1 - r1 = a0 + a1 (q2 - r2)
+        follow(first, second, polynomial[1], offset - polynomial[1] * reference(second));
+    }
+
+    /// A tendon of constant length couples two joints.
+    void holdTendon(const MjcfElement& element, double change)
+    {
+        const auto found = m_tendons.find(element.text("tendon1").value_or(""));
+        if (found == m_tendons.end() || found->second.size() != 2)
+        {
+            m_document.leftOut("<tendon> of <equality>, which is no fixed tendon of two joints");
+            return;
+        }
+        const auto [a, ca] = found->second[0];
+        const auto [b, cb] = found->second[1];
+        // ca (qa - ra) + cb (qb - rb) = change
+        follow(b, a, -ca / cb, reference(b) + (change + ca * reference(a)) / cb);
+    }
+
+    /// The joints of a tendon that a motor pulls, and nothing else couples, share the way.
+    void shareTendon(const FixedTendon& tendon)
+    {
+        const auto driver = [&](std::int32_t link)
+        {
+            for (std::size_t steps = 0; joint(link).mimicOf != kNone && steps < m_tree.size();
+                 ++steps)
+            {
+                link = joint(link).mimicOf;
+            }
+            return link;
+        };
+        std::vector<std::string> names;
+        for (std::size_t i = 1; i < tendon.size(); ++i)
+        {
+            const auto [first, c0] = tendon.front();
+            const auto [link, c] = tendon[i];
+            if (driver(link) != driver(first))
+            {
+                follow(link, first, c / c0, reference(link) - c / c0 * reference(first));
+                names.push_back(joint(link).name);
+            }
+        }
+        if (!names.empty())
+        {
+            m_notes.push_back("joints on one tendon move in proportion to its coefficients, with " +
+                              joint(tendon.front().first).name + ": " + listNames(names));
+        }
+    }
+
+    /// follower = multiplier * leader + offset, or the other way round if the follower follows
+    /// another one already, or is the one that a motor drives.
+    void follow(std::int32_t follower, std::int32_t leader, double multiplier, double offset)
+    {
+        const auto isFree = [&](std::int32_t link)
+        { return joint(link).isMovable() && joint(link).mimicOf == kNone; };
+        const bool prefersOther =
+            !isFree(follower) || (m_isDriven[static_cast<std::size_t>(follower)] &&
+                                  !m_isDriven[static_cast<std::size_t>(leader)]);
+        if (prefersOther && isFree(leader) && multiplier != 0.0)
+        {
+            std::swap(follower, leader);
+            offset = -offset / multiplier;
+            multiplier = 1.0 / multiplier;
+        }
+        bool loops = !isFree(follower);
+        for (std::int32_t link = leader; link != kNone && !loops; link = joint(link).mimicOf)
+        {
+            loops = link == follower;
+        }
+        if (loops || !joint(leader).isMovable())
+        {
+            m_document.leftOut("the coupling of '" + joint(follower).name + "' and '" +
+                               joint(leader).name + "', which others contradict");
+            return;
+        }
+        joint(follower).mimicOf = leader;
+        joint(follower).mimicMultiplier = multiplier;
+        joint(follower).mimicOffset = offset;
+    }
+
+    /// A joint follows one that follows none.
+    void flattenMimics()
+    {
+        for (std::size_t i = 1; i < m_tree.size(); ++i)
+        {
+            Joint& own = m_tree.links[i].joint;
+            while (own.mimicOf != kNone && joint(own.mimicOf).mimicOf != kNone)
+            {
+                const Joint& next = joint(own.mimicOf);
+                own.mimicOffset += own.mimicMultiplier * next.mimicOffset;
+                own.mimicMultiplier *= next.mimicMultiplier;
+                own.mimicOf = next.mimicOf;
+            }
+        }
+    }
+
+    void leaveOutOthers()
+    {
+        for (const XMLElement* e : m_document.entries("contact"))
+        {
+            m_document.leftOut("<" + std::string(e->Name()) + "> of <contact>");
+        }
+        for (const char* const section : {"deformable", "extension"})
+        {
+            for (const XMLElement* e : m_document.entries(section))
+            {
+                m_document.leftOut("<" + std::string(e->Name()) + "> of <" + section + ">");
+            }
+        }
+    }
+
+    [[nodiscard]] double reference(std::int32_t link) const
+    {
+        return m_reference[static_cast<std::size_t>(link)];
+    }
+
+    MjcfDocument& m_document;
+    KinematicTree& m_tree;
+    std::vector<std::string>& m_notes;
+    const std::vector<double>& m_reference;
+    std::vector<bool> m_isDriven;
+    std::map<std::string, FixedTendon> m_tendons;
+    std::vector<std::string> m_drivenTendons;
+};
+}  // namespace
+
+void coupleMjcf(MjcfDocument& document, MjcfTree& tree)
+{
+    Couplings(document, tree).read();
+}
+}  // namespace bullet_ccd

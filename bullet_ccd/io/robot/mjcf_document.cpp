@@ -1,0 +1,568 @@
+#include "bullet_ccd/io/robot/mjcf_document.h"
+
+#include "bullet_ccd/io/nearest_name.h"
+#include "bullet_ccd/io/number_text.h"
+#include "bullet_ccd/io/robot/robot_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace bullet_ccd
+{
+namespace
+{
+using tinyxml2::XMLElement;
+
+/// Attributes that are read, and those that say nothing about links, joints, geometry or efforts.
+/// All others are named as left out.
+const std::map<std::string_view, std::set<std::string_view>>& knownAttributes()
+{
+    static const std::set<std::string_view> kPose = {
+        "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis"};
+    static const auto withPose = [](std::set<std::string_view> names)
+    {
+        names.insert(kPose.begin(), kPose.end());
+        return names;
+    };
+    static const std::set<std::string_view> kActuator = {
+        "name",        "class",        "group",       "nsample",      "interp",     "delay",
+        "ctrllimited", "forcelimited", "actlimited",  "ctrlrange",    "forcerange", "actrange",
+        "lengthrange", "gear",         "cranklength", "joint",        "tendon",     "jointinparent",
+        "cranksite",   "slidersite",   "site",        "refsite",      "user",       "kp",
+        "kv",          "dampratio",    "timeconst",   "inheritrange", "biastype",   "biasprm",
+        "gaintype",    "gainprm",      "dyntype",     "dynprm",       "actdim",     "actearly",
+        "range",       "force",        "scale",       "lmin",         "lmax",       "vmax",
+        "fpmax",       "fvmax",        "diameter",    "area",         "bias",       "gain",
+        "body"};
+    static const std::map<std::string_view, std::set<std::string_view>> kKnown = {
+        {"body", withPose({"name", "childclass", "mocap", "gravcomp", "sleep", "user"})},
+        {"frame", withPose({"name", "childclass"})},
+        {"inertial", withPose({"mass", "diaginertia", "fullinertia"})},
+        {"joint",
+         {"name",
+          "class",
+          "type",
+          "group",
+          "pos",
+          "axis",
+          "limited",
+          "range",
+          "ref",
+          "actuatorfrcrange",
+          "actuatorfrclimited",
+          "actuatorgravcomp",
+          "springdamper",
+          "solreflimit",
+          "solimplimit",
+          "solreffriction",
+          "solimpfriction",
+          "stiffness",
+          "springref",
+          "armature",
+          "damping",
+          "frictionloss",
+          "margin",
+          "user"}},
+        {"freejoint", {"name", "group", "align"}},
+        {"geom", withPose({"name",     "class",  "type",     "contype",      "conaffinity",
+                           "condim",   "group",  "priority", "size",         "material",
+                           "friction", "mass",   "density",  "shellinertia", "solmix",
+                           "solref",   "solimp", "margin",   "gap",          "fromto",
+                           "mesh",     "hfield", "rgba",     "fitscale",     "user"})},
+        {"mesh",
+         {"name",
+          "class",
+          "file",
+          "scale",
+          "refpos",
+          "refquat",
+          "smoothnormal",
+          "maxhullvert",
+          "vertex",
+          "face",
+          "normal",
+          "texcoord",
+          "inertia",
+          "content_type",
+          "material"}},
+        {"general", kActuator},
+        {"motor", kActuator},
+        {"position", kActuator},
+        {"velocity", kActuator},
+        {"intvelocity", kActuator},
+        {"damper", kActuator},
+        {"cylinder", kActuator},
+        {"muscle", kActuator},
+        {"adhesion", kActuator},
+    };
+    return kKnown;
+}
+
+bool isActuator(std::string_view tag)
+{
+    static const std::set<std::string_view> kTags = {"general",
+                                                     "motor",
+                                                     "position",
+                                                     "velocity",
+                                                     "damper",
+                                                     "intvelocity",
+                                                     "cylinder",
+                                                     "muscle",
+                                                     "adhesion"};
+    return kTags.contains(tag);
+}
+
+/// Actuators of all kinds share their defaults.
+std::string defaultKey(std::string_view tag, const char* attribute)
+{
+    return std::string(isActuator(tag) ? "general" : tag) + "." + attribute;
+}
+
+void noteUnknown(MjcfDocument& document, const XMLElement& element)
+{
+    const auto known = knownAttributes().find(element.Name());
+    if (known == knownAttributes().end())
+    {
+        return;
+    }
+    for (const tinyxml2::XMLAttribute* a = element.FirstAttribute(); a != nullptr; a = a->Next())
+    {
+        if (!known->second.contains(a->Name()))
+        {
+            document.leftOut(std::string("attribute ") + a->Name() + " of <" + element.Name() +
+                             ">");
+        }
+    }
+}
+
+void loadXml(tinyxml2::XMLDocument& document, const std::filesystem::path& path)
+{
+    const std::string content = readText(path);
+    requireShallowXml(content, path.string());
+    if (document.Parse(content.c_str(), content.size()) != tinyxml2::XML_SUCCESS)
+    {
+        throw std::runtime_error(path.string() + ": not XML: " + document.ErrorStr() +
+                                 ": correct the file");
+    }
+}
+
+Eigen::Matrix3d about(const Eigen::Vector3d& axis, double angle)
+{
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+}  // namespace
+
+MjcfElement::MjcfElement(MjcfDocument& document,
+                         const XMLElement& xml,
+                         const std::string& childClass)
+    : m_document(&document), m_xml(&xml), m_class(childClass)
+{
+    if (const char* const own = xml.Attribute("class"))
+    {
+        m_class = own;
+    }
+    if (!document.hasClass(m_class))
+    {
+        const std::string nearest = nearestName(m_class, document.classNames());
+        fail("class '" + m_class + "' does not exist", "did you mean '" + nearest + "'?");
+    }
+    noteUnknown(document, xml);
+}
+
+std::string MjcfElement::name() const
+{
+    const char* const value = m_xml->Attribute("name");
+    return value == nullptr ? "" : value;
+}
+
+std::optional<std::string> MjcfElement::text(const char* attribute) const
+{
+    if (const char* const value = m_xml->Attribute(attribute))
+    {
+        return value;
+    }
+    return m_document->defaultOf(m_class, tag(), attribute);
+}
+
+std::optional<std::vector<double>> MjcfElement::parsed(const char* attribute,
+                                                       const std::string& value,
+                                                       std::size_t least) const
+{
+    std::vector<double> result;
+    std::string_view rest = value;
+    while (true)
+    {
+        const std::size_t begin = rest.find_first_not_of(" \t\r\n");
+        if (begin == std::string_view::npos)
+        {
+            break;
+        }
+        rest.remove_prefix(begin);
+        const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r\n"));
+        const std::optional<double> number = parseNumber<double>(word);
+        if (!number || !std::isfinite(*number))
+        {
+            fail(std::string(attribute) + " holds " + quoted(word), "give finite numbers");
+        }
+        result.push_back(*number);
+        rest.remove_prefix(word.size());
+    }
+    if (result.size() < least)
+    {
+        fail(std::string(attribute) + " holds " + std::to_string(result.size()) + " numbers",
+             "give " + std::to_string(least));
+    }
+    return result;
+}
+
+std::optional<std::vector<double>> MjcfElement::numbers(const char* attribute,
+                                                        std::size_t least) const
+{
+    const std::optional<std::string> value = text(attribute);
+    return value ? parsed(attribute, *value, least) : std::nullopt;
+}
+
+std::optional<double> MjcfElement::number(const char* attribute) const
+{
+    const auto values = numbers(attribute, 1);
+    return values ? std::optional(values->front()) : std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> MjcfElement::vector(const char* attribute) const
+{
+    const auto values = numbers(attribute, 3);
+    return values ? std::optional(Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]))
+                  : std::nullopt;
+}
+
+Eigen::Matrix3d MjcfElement::orientation() const
+{
+    // What the element itself says comes before what its class says in another way.
+    const auto says = [&](const char* attribute, bool own)
+    { return own ? m_xml->Attribute(attribute) != nullptr : text(attribute).has_value(); };
+    const auto direction = [&](const char* attribute, const Eigen::Vector3d& v)
+    {
+        if (!(v.norm() > 1e-9))
+        {
+            fail(std::string(attribute) + " has no direction", "give a vector other than 0");
+        }
+        return Eigen::Vector3d(v.normalized());
+    };
+    for (const bool own : {true, false})
+    {
+        if (says("axisangle", own))
+        {
+            const std::vector<double> v = *numbers("axisangle", 4);
+            return about(direction("axisangle", {v[0], v[1], v[2]}), m_document->radians(v[3]));
+        }
+        if (says("xyaxes", own))
+        {
+            const std::vector<double> v = *numbers("xyaxes", 6);
+            const Eigen::Vector3d x = direction("xyaxes", {v[0], v[1], v[2]});
+            const Eigen::Vector3d second(v[3], v[4], v[5]);
+            const Eigen::Vector3d y = direction("xyaxes", second - x * x.dot(second));
+            Eigen::Matrix3d R;
+            R << x, y, x.cross(y);
+            return R;
+        }
+        if (says("zaxis", own))
+        {
+            const Eigen::Vector3d z = direction("zaxis", *vector("zaxis"));
+            return rotationToZ(z);
+        }
+        if (says("euler", own))
+        {
+            const Eigen::Vector3d angles = *vector("euler");
+            const std::string& sequence = m_document->compiler("eulerseq");
+            Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+            for (int k = 0; k < 3; ++k)
+            {
+                const char letter = sequence[static_cast<std::size_t>(k)];
+                const int axis = (letter | 0x20) - 'x';
+                const Eigen::Matrix3d turn =
+                    about(Eigen::Vector3d::Unit(axis), m_document->radians(angles[k]));
+                // Small letters turn with the frame, capitals stay with the parent.
+                R = letter >= 'x' ? Eigen::Matrix3d(R * turn) : Eigen::Matrix3d(turn * R);
+            }
+            return R;
+        }
+        if (says("quat", own))
+        {
+            const std::vector<double> v = *numbers("quat", 4);
+            const Eigen::Quaterniond q(v[0], v[1], v[2], v[3]);
+            if (!(q.norm() > 1e-9))
+            {
+                fail("quat is 0", "give w x y z of a rotation");
+            }
+            return q.normalized().toRotationMatrix();
+        }
+    }
+    return Eigen::Matrix3d::Identity();
+}
+
+Eigen::Isometry3d MjcfElement::pose() const
+{
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() = orientation();
+    X.translation() = vector("pos").value_or(Eigen::Vector3d::Zero());
+    return X;
+}
+
+bool MjcfElement::isLimited(const char* attribute, const char* range) const
+{
+    const std::string value = text(attribute).value_or("auto");
+    if (value != "true" && value != "false" && value != "auto")
+    {
+        fail(std::string(attribute) + " is " + quoted(std::string_view(value)),
+             "use true, false or auto");
+    }
+    return value == "true" || (value == "auto" && m_document->autoLimits() && text(range));
+}
+
+std::string MjcfElement::where() const
+{
+    const std::string own = name();
+    const char* const className = m_xml->Attribute("class");
+    return m_document->path().string() + ": " + std::string(tag()) +
+           (!own.empty()           ? " '" + own + "'"
+            : className != nullptr ? " of class '" + std::string(className) + "'"
+                                   : "");
+}
+
+void MjcfElement::fail(const std::string& what, const std::string& remedy) const
+{
+    throw std::runtime_error(where() + ": " + what + ": " + remedy);
+}
+
+Eigen::Matrix3d rotationToZ(const Eigen::Vector3d& z)
+{
+    // The shortest turn; about x if z points down.
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
+    const double sine = axis.norm();
+    return sine > 1e-10 ? about(axis / sine, std::atan2(sine, z.z()))
+                        : about(Eigen::Vector3d::UnitX(), z.z() > 0.0 ? 0.0 : std::acos(-1.0));
+}
+
+MjcfDocument::MjcfDocument(std::filesystem::path path) : m_path(std::move(path))
+{
+    loadXml(m_xml, m_path);
+    if (root() == nullptr)
+    {
+        throw std::runtime_error(m_path.string() + ": no <mujoco> element: is this MJCF?");
+    }
+    m_included.push_back(std::filesystem::absolute(m_path).lexically_normal().string());
+    expandIncludes(*m_xml.FirstChildElement("mujoco"));
+    readCompiler();
+    m_classes["main"];
+    for (const XMLElement* e = root()->FirstChildElement("default"); e != nullptr;
+         e = e->NextSiblingElement("default"))
+    {
+        readDefaults(*e, "main", true);
+    }
+}
+
+void MjcfDocument::expandIncludes(XMLElement& element)
+{
+    XMLElement* child = element.FirstChildElement();
+    while (child != nullptr)
+    {
+        XMLElement* const next = child->NextSiblingElement();
+        if (std::string_view(child->Name()) != "include")
+        {
+            expandIncludes(*child);
+            child = next;
+            continue;
+        }
+        const char* const name = child->Attribute("file");
+        if (name == nullptr)
+        {
+            throw std::runtime_error(m_path.string() + ": include: no file: name one");
+        }
+        const std::filesystem::path file = m_path.parent_path() / name;
+        const std::string key = std::filesystem::absolute(file).lexically_normal().string();
+        if (std::ranges::find(m_included, key) != m_included.end())
+        {
+            throw std::runtime_error(m_path.string() + ": include '" + name +
+                                     "': the file is included already: include it once");
+        }
+        m_included.push_back(key);
+        tinyxml2::XMLDocument included;
+        loadXml(included, file);
+        const XMLElement* const root = included.RootElement();
+        tinyxml2::XMLNode* after = child;
+        XMLElement* first = nullptr;
+        for (const XMLElement* e = root == nullptr ? nullptr : root->FirstChildElement();
+             e != nullptr;
+             e = e->NextSiblingElement())
+        {
+            after = element.InsertAfterChild(after, e->DeepClone(&m_xml));
+            first = first == nullptr ? after->ToElement() : first;
+        }
+        element.DeleteChild(child);
+        // What was put in may include in turn.
+        child = first == nullptr ? next : first;
+    }
+}
+
+void MjcfDocument::readCompiler()
+{
+    m_compiler = {{"angle", "degree"},
+                  {"eulerseq", "xyz"},
+                  {"autolimits", "true"},
+                  {"meshdir", ""},
+                  {"assetdir", ""},
+                  {"strippath", "false"},
+                  {"inertiafromgeom", "auto"},
+                  {"coordinate", "local"},
+                  {"settotalmass", "-1"}};
+    static const std::set<std::string_view> kWithoutMeaning = {"texturedir",
+                                                               "discardvisual",
+                                                               "usethread",
+                                                               "fusestatic",
+                                                               "boundmass",
+                                                               "boundinertia",
+                                                               "balanceinertia",
+                                                               "fitaabb",
+                                                               "alignfree",
+                                                               "saveinertial",
+                                                               "convexhull"};
+    for (const XMLElement* e = root()->FirstChildElement("compiler"); e != nullptr;
+         e = e->NextSiblingElement("compiler"))
+    {
+        for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a != nullptr; a = a->Next())
+        {
+            if (m_compiler.contains(a->Name()))
+            {
+                m_compiler[a->Name()] = a->Value();
+            }
+            else if (!kWithoutMeaning.contains(a->Name()))
+            {
+                leftOut(std::string("attribute ") + a->Name() + " of <compiler>");
+            }
+        }
+    }
+    const auto require = [&](const std::string& attribute, bool isGood, const std::string& remedy)
+    {
+        if (!isGood)
+        {
+            throw std::runtime_error(m_path.string() + ": compiler: " + attribute + " is " +
+                                     quoted(std::string_view(m_compiler[attribute])) + ": " +
+                                     remedy);
+        }
+    };
+    const std::string& angle = m_compiler["angle"];
+    require("angle", angle == "degree" || angle == "radian", "use degree or radian");
+    m_inDegrees = angle == "degree";
+    const std::string& sequence = m_compiler["eulerseq"];
+    require("eulerseq",
+            sequence.size() == 3 && sequence.find_first_not_of("xyzXYZ") == std::string::npos,
+            "use three of the letters xyzXYZ");
+    require("coordinate", m_compiler["coordinate"] == "local", "use local coordinates");
+    if (m_compiler["settotalmass"] != "-1")
+    {
+        leftOut("settotalmass of <compiler>");
+    }
+}
+
+void MjcfDocument::readDefaults(const XMLElement& element, const std::string& parent, bool isTop)
+{
+    const char* const named = element.Attribute("class");
+    if (named == nullptr && !isTop)
+    {
+        throw std::runtime_error(m_path.string() +
+                                 ": default: no class: name it, only the outermost may have none");
+    }
+    const std::string name = named == nullptr ? "main" : named;
+    // The outermost one has every element that names no class, whatever it is called itself.
+    if (isTop && name != "main")
+    {
+        m_classes[name].parent = "main";
+    }
+    DefaultClass& own = m_classes[isTop ? "main" : name];
+    own.parent = isTop ? "" : parent;
+    for (const XMLElement* e = element.FirstChildElement(); e != nullptr;
+         e = e->NextSiblingElement())
+    {
+        if (std::string_view(e->Name()) == "default")
+        {
+            readDefaults(*e, isTop ? "main" : name, false);
+            continue;
+        }
+        noteUnknown(*this, *e);
+        for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a != nullptr; a = a->Next())
+        {
+            own.values[defaultKey(e->Name(), a->Name())] = a->Value();
+        }
+    }
+}
+
+std::string MjcfDocument::modelName() const
+{
+    const char* const name = root()->Attribute("model");
+    return name == nullptr ? "robot" : name;
+}
+
+std::vector<const XMLElement*> MjcfDocument::sections(const char* name) const
+{
+    std::vector<const XMLElement*> found;
+    for (const XMLElement* s = root()->FirstChildElement(name); s != nullptr;
+         s = s->NextSiblingElement(name))
+    {
+        found.push_back(s);
+    }
+    return found;
+}
+
+std::vector<const XMLElement*> MjcfDocument::entries(const char* section) const
+{
+    std::vector<const XMLElement*> found;
+    for (const XMLElement* s : sections(section))
+    {
+        for (const XMLElement* e = s->FirstChildElement(); e != nullptr;
+             e = e->NextSiblingElement())
+        {
+            found.push_back(e);
+        }
+    }
+    return found;
+}
+
+std::optional<std::string> MjcfDocument::defaultOf(const std::string& className,
+                                                   std::string_view tag,
+                                                   const char* attribute) const
+{
+    const std::string key = defaultKey(tag, attribute);
+    for (std::string name = className; !name.empty();)
+    {
+        const DefaultClass& own = m_classes.at(name);
+        const auto found = own.values.find(key);
+        if (found != own.values.end())
+        {
+            return found->second;
+        }
+        name = own.parent;
+    }
+    return std::nullopt;
+}
+
+std::vector<std::string> MjcfDocument::classNames() const
+{
+    std::vector<std::string> names;
+    for (const auto& [name, unused] : m_classes)
+    {
+        names.push_back(name);
+    }
+    return names;
+}
+
+void MjcfDocument::leftOut(const std::string& what)
+{
+    if (std::ranges::find(m_leftOut, what) == m_leftOut.end())
+    {
+        m_leftOut.push_back(what);
+    }
+}
+}  // namespace bullet_ccd
