@@ -7,7 +7,5 @@
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
-#include "bullet_ccd/bullet/btCcdImpact.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
-#include "bullet_ccd/bullet/btCcdStopLink.h"

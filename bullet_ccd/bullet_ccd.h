@@ -7,14 +7,10 @@
 #pragma once
 
 #include "bullet_ccd/contact/contacts.h"
-#include "bullet_ccd/deformable/deformable_surface.h"
 #include "bullet_ccd/deformable/deformable_toi.h"
-#include "bullet_ccd/deformable/elementary_toi.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/mesh/make_mesh.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
-#include "bullet_ccd/motion/joint_motion.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/articulated_toi.h"

@@ -3,4 +3,3 @@
 
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/io/robot_file.h"
-#include "bullet_ccd/io/urdf_file.h"

@@ -4,17 +4,12 @@
 /// The simulated closing is in grasp/sim/hand_simulation.h. It needs Bullet; link grasp::sim.
 #pragma once
 
-#include "grasp/approach/approach_motion.h"
-#include "grasp/approach/approach_options.h"
+#include "grasp/approach/approach.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/closing/closing.h"
-#include "grasp/closing/kinematic_closing.h"
 #include "grasp/force/grasp_forces.h"
-#include "grasp/force/hand_jacobian.h"
 #include "grasp/formats/grasp_file.h"
 #include "grasp/grasp_types.h"
-#include "grasp/hand/hand_file.h"
 #include "grasp/hand/hand_model.h"
-#include "grasp/planner/close_at_pose.h"
 #include "grasp/planner/grasp_planner.h"
 #include "grasp/quality/wrench_space.h"

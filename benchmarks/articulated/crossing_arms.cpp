@@ -1,7 +1,7 @@
 #include "benchmarks/articulated/crossing_arms.h"
 
 #include "benchmarks/reference/scenes/random.h"
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/io/mesh_file.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #include "benchmarks/articulated/human_places.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tools/support/csv_table.h"
 #include "tools/support/pose_text.h"
 

@@ -1,7 +1,7 @@
 /// A recorded human of 15 links among 16 chessmen on their board.
 #pragma once
 
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <Eigen/Geometry>

@@ -4,7 +4,7 @@
 
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/support/table.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <cstdint>

@@ -7,7 +7,7 @@
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>

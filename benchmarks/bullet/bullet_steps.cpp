@@ -4,7 +4,7 @@
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

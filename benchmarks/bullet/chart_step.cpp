@@ -5,7 +5,7 @@
 #include "benchmarks/reference/scenes/shapes.h"
 #include "benchmarks/support/chart.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>

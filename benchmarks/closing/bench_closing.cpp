@@ -7,7 +7,7 @@
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/io/mesh_file.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 
 #include <algorithm>
 #include <cmath>

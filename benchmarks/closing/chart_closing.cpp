@@ -4,7 +4,7 @@
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/support/chart.h"
 #include "bullet_ccd/io/mesh_file.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/support/timing.h"
-#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach.h"
 #include "grasp/approach/approach_sampler.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "benchmarks/deformable/deforming_scenes.h"
 
 #include "benchmarks/reference/scenes/random.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>

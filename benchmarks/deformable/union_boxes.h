@@ -8,7 +8,7 @@
 /// before the distance has been used up at the largest relative speed.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>

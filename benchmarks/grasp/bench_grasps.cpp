@@ -4,7 +4,7 @@
 #include "benchmarks/grasp/summaries.h"
 #include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "tools/grasp_cli/options/config_option.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"

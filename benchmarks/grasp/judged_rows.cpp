@@ -3,9 +3,9 @@
 #include "benchmarks/closing/discrete_closing.h"
 #include "benchmarks/grasp/closing_verdict.h"
 #include "benchmarks/support/timing.h"
-#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach.h"
 #include "grasp/approach/approach_sampler.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tools/grasp_cli/plan/plan_run.h"
 

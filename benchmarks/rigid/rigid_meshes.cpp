@@ -1,6 +1,6 @@
 #include "benchmarks/rigid/rigid_meshes.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 #include "benchmarks/rigid/rigid_meshes.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/math/check.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tools/support/csv_table.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // stock Bullet lets pass through each other; here no two of them ever intersect.
 #include "benchmarks/reference/audit/world_audit.h"
 #include "bullet_ccd/examples/example_support.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <cstdio>
 

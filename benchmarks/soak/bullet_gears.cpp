@@ -3,7 +3,7 @@
 // tooth goes by in every step.
 #include "benchmarks/reference/audit/world_audit.h"
 #include "bullet_ccd/examples/example_support.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <cmath>
 #include <cstdio>

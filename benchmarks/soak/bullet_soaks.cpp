@@ -3,7 +3,7 @@
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/soak/bullet_hand_scene.h"
 #include "benchmarks/soak/household_bin.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "tools/support/progress_line.h"
 
 #include <cmath>

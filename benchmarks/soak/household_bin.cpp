@@ -2,7 +2,7 @@
 
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "robots/shapes/household_objects.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 
 #include "benchmarks/closing/closing_run.h"
 #include "benchmarks/reference/scenes/random.h"
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/approach/approach_motion.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/approach/approach.h"
+#include "grasp/closing/closing.h"
 
 #include <algorithm>
 #include <array>

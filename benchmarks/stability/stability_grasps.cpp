@@ -7,8 +7,8 @@
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/io/mesh_file.h"
-#include "grasp/closing/kinematic_closing.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/closing/closing.h"
+#include "grasp/hand/hand_model.h"
 
 #include <algorithm>
 #include <array>

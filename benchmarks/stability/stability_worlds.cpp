@@ -2,7 +2,7 @@
 
 #include "benchmarks/reference/bullet/missiles.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>

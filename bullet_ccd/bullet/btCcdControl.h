@@ -1,10 +1,12 @@
-/// Settings, counters and the way through a step, which the worlds and the action have in common.
+/// Impacts, the listener that is told of them, and the settings, counters and the way through a
+/// step which the worlds and the action have in common.
 #ifndef BT_CCD_CONTROL_H
 #define BT_CCD_CONTROL_H
 
-#include "bullet_ccd/bullet/btCcdImpact.h"
+#include "bullet_ccd/bullet/btCcdPrecision.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <LinearMath/btVector3.h>
 
 #include <cstdint>
 #include <functional>
@@ -14,6 +16,56 @@ class btCcdContext;
 class btCcdStep;
 class btIDebugDraw;
 class btMultiBody;
+
+/// Two colliders that have come too near each other.
+struct btCcdImpact
+{
+    /// Link index of a collider that belongs to no multibody.
+    static constexpr int kNoLink = -2;
+
+    btCollisionObject* m_objectA;
+    btCollisionObject* m_objectB;
+    int m_linkA;  ///< of a multibody; -1: its base
+    int m_linkB;
+    btScalar m_time;     ///< since the step began [s]
+    btVector3 m_pointA;  ///< closest points at that time, in the world [m]
+    btVector3 m_pointB;
+    btVector3 m_normal;  ///< unit, from A to B
+};
+
+/// What happens to a pair after its impact.
+enum class btCcdAfterImpact
+{
+    Solve,     ///< the solver answers at once and the step goes on; an action can only hold
+    Hold,      ///< the two bodies stand still for the rest of the step
+    Continue,  ///< the listener has stopped or turned the motion; the step goes on for both
+};
+
+/// What becomes of a body that has used up its part of the btCcdBudget, in this order.
+enum class btCcdYield
+{
+    Settled,   ///< has lost its spin and its approach, and goes on
+    Held,      ///< stands still for the rest of the step
+    Carried,   ///< goes along with the kinematic object that pressed on it
+    Squeezed,  ///< is caught between kinematic objects, or one of them and what is fixed: it stands
+               ///< still, they go on into it, and Bullet's contacts have it
+};
+
+/// Is told of impacts while a step is under way. The bodies are where they are at the time of the
+/// impact. An action tells of impacts after the step, with the bodies put back to where they met.
+struct btCcdImpactListener
+{
+    virtual ~btCcdImpactListener() = default;
+    /// May change velocities, but must not add or remove objects. It is safe but slow to return
+    /// Continue without having ended the approach: the pair is met again a little nearer.
+    virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
+    /// The body of this collider has met its limits at the impact.
+    virtual void onYield(const btCollisionObject& /*object*/,
+                         btCcdYield /*how*/,
+                         const btCcdImpact& /*impact*/)
+    {
+    }
+};
 
 /// Counts of what was done since the world or action was made or the counters were reset.
 struct btCcdCounters
@@ -120,5 +172,14 @@ private:
     btCcdContext& m_context;
     int m_drawLevel = 0;
 };
+
+/// Freezes `link` and all its ancestors. They become kinematic with zero velocity, so Bullet leaves
+/// their joints out of the dynamics, and what they carry cannot push them away. A motor at zero
+/// velocity, or equal limits, would yield under load. The base becomes kinematic, too, which is
+/// exact only for a fixed base. setLinkDynamicType(i, CF_DYNAMIC_OBJECT) and setBaseDynamicType()
+/// undo it.
+/// @return false, with nothing done, if one of these links or the base has no collider
+/// @param link -1: the base alone
+BULLET_CCD_API bool btCcdStopLink(btMultiBody& body, int link);
 
 #endif  // BT_CCD_CONTROL_H

@@ -1,4 +1,4 @@
-#include "bullet_ccd/bullet/btCcdStopLink.h"
+#include "bullet_ccd/bullet/btCcdControl.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 

@@ -1,5 +1,4 @@
-#include "bullet_ccd/deformable/deformable_surface.h"
-
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/surface_data.h"
 #include "bullet_ccd/math/check.h"
 

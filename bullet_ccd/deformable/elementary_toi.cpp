@@ -1,5 +1,4 @@
-#include "bullet_ccd/deformable/elementary_toi.h"
-
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/exact_contact.h"
 #include "bullet_ccd/deformable/moving_polygon.h"
 #include "bullet_ccd/deformable/pursue.h"

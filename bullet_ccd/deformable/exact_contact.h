@@ -8,7 +8,7 @@
 /// theorem, from whole numbers alone. Takes tens of microseconds, so it is asked last.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 
 namespace bullet_ccd
 {

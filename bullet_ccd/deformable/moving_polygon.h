@@ -2,7 +2,7 @@
 /// it is certainly apart from the origin. Internal to the room.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,7 +1,7 @@
 /// The search in time for the first contact of one pair of features. Internal to the room.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 
 namespace bullet_ccd
 {

@@ -4,7 +4,7 @@
 /// is together in memory.
 #pragma once
 
-#include "bullet_ccd/deformable/deformable_surface.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
 
 #include <Eigen/Core>

@@ -1,5 +1,6 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
+#include "bullet_ccd/hierarchy/face_slabs.h"
 #include "bullet_ccd/hierarchy/ssv_fit.h"
 #include "bullet_ccd/hierarchy/ssv_split.h"
 #include "bullet_ccd/math/check.h"
@@ -112,6 +113,11 @@ void SsvTree::placeCorners()
         }
     }
     m_radius = std::sqrt(radiusSquared);
+}
+
+void SsvTree::findFaces()
+{
+    m_faces = findFaceSlabs(m_nodes, m_corners);
 }
 
 void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)

@@ -11,7 +11,6 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
-#include "bullet_ccd/hierarchy/face_slabs.h"
 #include "bullet_ccd/hierarchy/ssv_node.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
@@ -27,6 +26,35 @@ namespace bullet_ccd
 {
 /// Largest number of children of a node.
 constexpr std::int32_t kArity = 4;
+
+/// low <= n.x <= high for all points x of some triangles along a unit direction n [m].
+struct Slab
+{
+    double low;
+    double high;
+};
+
+/// The normals of the largest faces, and how far every node of a hierarchy reaches along them, in
+/// double precision: volumes in single precision blur it, and where flat lies on flat nothing else
+/// decides.
+///
+/// Guarantee: slabs are exact up to a few roundings of double precision. A normal belongs to at
+/// least kLeastTriangles triangles of a sample of the mesh; a curved mesh has none.
+struct FaceSlabs
+{
+    static constexpr std::size_t kMostNormals = 3;
+    static constexpr std::int32_t kLeastTriangles = 8;
+
+    std::vector<Eigen::Vector3d> normals{};  ///< unit, in the frame of the tree
+    std::vector<Slab> slabs{};               ///< for every node one along every normal
+
+    [[nodiscard]] bool empty() const { return normals.empty(); }
+    [[nodiscard]] std::span<const Slab> ofNode(std::int32_t node) const
+    {
+        return std::span(slabs).subspan(static_cast<std::size_t>(node) * normals.size(),
+                                        normals.size());
+    }
+};
 
 struct SsvFit;  // private
 
@@ -73,7 +101,7 @@ public:
 private:
     explicit SsvTree(TriangleMesh mesh);
     void placeCorners();
-    void findFaces() { m_faces = findFaceSlabs(m_nodes, m_corners); }
+    void findFaces();
 
     TriangleMesh m_mesh;
     std::vector<SsvNode> m_nodes;

@@ -1,9 +1,8 @@
-#include "bullet_ccd/io/urdf_file.h"
-
 #include "bullet_ccd/io/robot/robot_format.h"
 #include "bullet_ccd/io/robot/robot_parts.h"
 #include "bullet_ccd/io/robot/urdf_geometry.h"
 #include "bullet_ccd/io/robot/urdf_joints.h"
+#include "bullet_ccd/io/robot_file.h"
 
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>

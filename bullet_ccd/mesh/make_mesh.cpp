@@ -1,6 +1,5 @@
-#include "bullet_ccd/mesh/make_mesh.h"
-
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <algorithm>
 #include <cmath>

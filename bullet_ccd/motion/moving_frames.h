@@ -5,7 +5,7 @@
 /// and no general rotation. A root that moves contributes up to two frames: a slide and a turn.
 #pragma once
 
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <span>
 #include <vector>

@@ -11,7 +11,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/toi.h"
 

@@ -1,7 +1,7 @@
 /// Lines along which a hand comes at points of an object, and the limits of a user.
 #pragma once
 
-#include "grasp/approach/approach_options.h"
+#include "grasp/approach/approach.h"
 #include "grasp/approach/draws.h"
 #include "grasp/approach/object_shape.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
-#include "grasp/approach/approach_options.h"
+#include "grasp/approach/approach.h"
 #include "grasp/approach/object_shape.h"
 #include "grasp/hand/hand_model.h"
 

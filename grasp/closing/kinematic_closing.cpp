@@ -1,7 +1,6 @@
-#include "grasp/closing/kinematic_closing.h"
-
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "grasp/closing/closing.h"
 #include "grasp/closing/closing_drives.h"
 #include "grasp/closing/closing_groups.h"
 #include "grasp/closing/swept_boxes.h"

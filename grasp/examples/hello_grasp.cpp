@@ -1,8 +1,8 @@
 #include <bullet_ccd/io/mesh_file.h>
 
 #include <cstdio>
-#include <grasp/closing/kinematic_closing.h>
-#include <grasp/hand/hand_file.h>
+#include <grasp/closing/closing.h>
+#include <grasp/hand/hand_model.h>
 #include <grasp/planner/grasp_planner.h>
 
 int main(int count, char** files)  // hello_grasp HAND.urdf OBJECT.obj: the grasps of 20 candidates

@@ -1,6 +1,5 @@
-#include "grasp/force/hand_jacobian.h"
-
 #include "bullet_ccd/math/check.h"
+#include "grasp/force/grasp_forces.h"
 
 #include <algorithm>
 

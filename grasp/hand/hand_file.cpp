@@ -1,6 +1,5 @@
-#include "grasp/hand/hand_file.h"
-
 #include "bullet_ccd/io/robot_file.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_file.h"
 #include "grasp/hand/srdf_to_hand.h"
 

@@ -1,6 +1,6 @@
 #include "grasp/hand/hand_inference.h"
 
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 /// use.
 #pragma once
 
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "grasp/hand/hand_model.h"
 
 #include <string>

@@ -2,7 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "grasp/hand/self_pairs.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <algorithm>
 #include <set>

@@ -1,4 +1,4 @@
-/// SRDF as a file says it: names and numbers, checked for form only (see hand_file.h for meaning).
+/// SRDF as a file says it: names and numbers, checked for form only (see hand_model.h for meaning).
 #pragma once
 
 #include "bullet_ccd/export.h"

@@ -1,7 +1,7 @@
 #include "grasp/hand/srdf_to_hand.h"
 
 #include "bullet_ccd/io/nearest_name.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "grasp/hand/hand_inference.h"
 #include "grasp/hand/preshape_search.h"
 #include "grasp/hand/self_pairs.h"

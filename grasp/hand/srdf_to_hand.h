@@ -6,8 +6,8 @@
 
 namespace bullet_ccd::grasp
 {
-/// Fills a hand of which `robot`, `trees` and `linkTrees` are set; see hand_file.h. An empty `srdf`
-/// (with `file` set for messages) means: infer everything.
-/// Throws std::runtime_error: "<file>: <element>: <what, value>: <remedy>".
+/// Fills a hand of which `robot`, `trees` and `linkTrees` are set; see hand_model.h. An empty
+/// `srdf` (with `file` set for messages) means: infer everything. Throws std::runtime_error:
+/// "<file>: <element>: <what, value>: <remedy>".
 void applySrdf(const Srdf& srdf, HandModel& hand);
 }  // namespace bullet_ccd::grasp

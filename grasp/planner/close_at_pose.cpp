@@ -1,7 +1,6 @@
-#include "grasp/planner/close_at_pose.h"
-
 #include "bullet_ccd/math/check.h"
 #include "grasp/check/penetration_check.h"
+#include "grasp/planner/grasp_planner.h"
 #include "grasp/planner/plan_candidate.h"
 
 #include <array>

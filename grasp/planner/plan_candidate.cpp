@@ -1,7 +1,7 @@
 #include "grasp/planner/plan_candidate.h"
 
 #include "bullet_ccd/contact/contacts.h"
-#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach.h"
 
 #include <algorithm>
 #include <array>

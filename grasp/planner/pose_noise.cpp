@@ -1,7 +1,7 @@
 #include "grasp/planner/pose_noise.h"
 
 #include "bullet_ccd/math/check.h"
-#include "grasp/planner/close_at_pose.h"
+#include "grasp/planner/grasp_planner.h"
 
 #include <algorithm>
 #include <random>

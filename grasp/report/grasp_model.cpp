@@ -2,7 +2,7 @@
 
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/report/gltf_builder.h"
 #include "grasp/report/grasp_scene.h"

@@ -3,7 +3,7 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/math/check.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -2,7 +2,6 @@
 
 #include "bullet_ccd/math/check.h"
 #include "grasp/force/grasp_forces.h"
-#include "grasp/force/hand_jacobian.h"
 
 #include <algorithm>
 #include <cmath>

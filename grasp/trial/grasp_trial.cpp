@@ -1,7 +1,7 @@
 #include "grasp/trial/grasp_trial.h"
 
 #include "bullet_ccd/math/check.h"
-#include "grasp/force/hand_jacobian.h"
+#include "grasp/force/grasp_forces.h"
 #include "grasp/sim/trial_world.h"
 
 #include <algorithm>

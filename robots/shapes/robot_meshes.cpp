@@ -1,6 +1,6 @@
 #include "robots/shapes/robot_meshes.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "robots/shapes/polygonize.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // Runs the program as a user does and looks at exit codes, messages and files.
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 

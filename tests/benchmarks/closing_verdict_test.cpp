@@ -1,8 +1,8 @@
 #include "benchmarks/grasp/closing_verdict.h"
 
 #include "benchmarks/closing/discrete_closing.h"
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // What the stability of grasps rests on: errors of poses, statistics, meshes, and the methods.
 #include "benchmarks/stability/stability_closings.h"
 #include "benchmarks/support/timing.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <cmath>

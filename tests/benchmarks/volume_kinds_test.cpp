@@ -3,7 +3,7 @@
 #include "benchmarks/rigid/volume_kinds.h"
 
 #include "benchmarks/reference/scenes/shapes.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/tree_check.h"
 
 #include <gtest/gtest.h>

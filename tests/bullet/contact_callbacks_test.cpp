@@ -1,7 +1,7 @@
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>

@@ -1,7 +1,7 @@
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/bullet/recording_drawer.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>

@@ -2,7 +2,7 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/bullet/recording_drawer.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>

@@ -4,7 +4,7 @@
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/contact/contacts.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 

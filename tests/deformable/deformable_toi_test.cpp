@@ -3,7 +3,7 @@
 #include "bullet_ccd/deformable/deformable_toi.h"
 
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "tests/deformable/deformable_scenes.h"
 #include "tests/support/test_data.h"

@@ -1,8 +1,7 @@
 /// elementaryToi() on contacts that are exact by construction, against dense sampling, and its
 /// exact decision against gaps of one rounding unit.
-#include "bullet_ccd/deformable/elementary_toi.h"
-
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/exact_contact.h"
 #include "tests/support/test_data.h"
 

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Queries must not depend on how the volumes came about: a refitted hierarchy gives the answers of
 // one that was built.
 #include "bullet_ccd/hierarchy/ssv_tree.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/tree_check.h"
 
 #include <gtest/gtest.h>

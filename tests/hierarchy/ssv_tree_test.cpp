@@ -1,7 +1,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include "benchmarks/reference/scenes/shapes.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/flat_plate.h"
 #include "tests/support/tree_check.h"
 

@@ -1,7 +1,7 @@
 // Files that take long to read: 250 MiB, and 50 MiB six times at once.
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/io/reader_process.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/io/mesh_texts.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,6 +1,6 @@
 #include "bullet_ccd/io/mesh_file.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/io/mesh_texts.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,6 +1,6 @@
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/io/robot_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/io/mjcf_texts.h"
 #include "tests/support/temp_folder.h"
 
@@ -163,8 +163,8 @@ TEST(MjcfFile, OrientationsMeanWhatTheyMeanInMuJoCo)
     const auto turned = [](const std::string& attribute, const std::string& compiler = "")
     {
         const RobotModel robot =
-            loadMjcfText(mjcf("<body name=\"p\"><geom size=\"0.01\"/><body name=\"x\" " + attribute +
-                                  "><geom size=\"0.01\"/></body></body>",
+            loadMjcfText(mjcf("<body name=\"p\"><geom size=\"0.01\"/><body name=\"x\" " +
+                                  attribute + "><geom size=\"0.01\"/></body></body>",
                               "<compiler " + compiler + "/>"));
         return Eigen::Matrix3d(robot.tree.links[1].X_PL0.linear());
     };

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 
 #include <cmath>
 #include <filesystem>

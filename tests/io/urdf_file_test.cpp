@@ -1,5 +1,4 @@
-#include "bullet_ccd/io/urdf_file.h"
-
+#include "bullet_ccd/io/robot_file.h"
 #include "tests/io/mesh_texts.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

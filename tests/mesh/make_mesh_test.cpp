@@ -1,6 +1,6 @@
 // Every maker against the exact volume and inertia of the polyhedron it makes (not of the smooth
 // shape that the polyhedron approximates).
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 

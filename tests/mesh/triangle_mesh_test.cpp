@@ -1,7 +1,5 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
-
 #include <gtest/gtest.h>
 
 #include <gmock/gmock.h>

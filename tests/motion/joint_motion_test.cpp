@@ -1,7 +1,6 @@
-#include "bullet_ccd/motion/joint_motion.h"
-
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/scenes/random_trees.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// MJCF as this library reads it against MuJoCo's own reading.
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/io/robot_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/io/mjcf_texts.h"
 #include "tests/io/mjcf_writer.h"
 #include "tests/support/temp_folder.h"

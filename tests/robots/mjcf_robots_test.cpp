@@ -1,8 +1,8 @@
 /// The shipped hands, written as MJCF in the style of Menagerie.
 #include "bullet_ccd/io/robot_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/kinematic_closing.h"
-#include "grasp/hand/hand_file.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/planner/grasp_planner.h"
 #include "tests/io/mjcf_writer.h"
 #include "tests/support/temp_folder.h"

@@ -1,8 +1,8 @@
 // The robots as the build writes them: description and meshes together.
 #include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "tests/robots/mesh_checks.h"
 
 #include <gtest/gtest.h>

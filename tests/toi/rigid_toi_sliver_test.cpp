@@ -4,7 +4,7 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/triangle_distance.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/toi/kernels/triangle_approach.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 

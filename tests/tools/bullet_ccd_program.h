@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"

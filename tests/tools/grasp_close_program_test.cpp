@@ -1,7 +1,7 @@
 // `grasp close`: the shipped parallel gripper, whose joint position is the distance of its pads
 // from the middle, on a box. So all that comes out is known beforehand.
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 

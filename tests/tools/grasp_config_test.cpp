@@ -1,6 +1,6 @@
 // Options from a file, --config: the same as on the command line, or an error that names the line.
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 

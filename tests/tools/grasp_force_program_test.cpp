@@ -1,6 +1,6 @@
 // `grasp force` and `grasp quality` as a user runs them, on grasps planned once.
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 

@@ -1,6 +1,6 @@
 // `grasp plan` stopped by a time limit or killed, and gone on with: it ends as if nothing had been.
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 

@@ -2,7 +2,7 @@
 #include "benchmarks/reference/bullet/tunnelling.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <cmath>
 #include <initializer_list>

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/bullet/tunnelling.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 
 #include "benchmarks/reference/scenes/articulated_scene.h"
 #include "benchmarks/reference/scenes/rigid_scene.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/toi/toi.h"
 
 #include <optional>

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "benchmarks/reference/scenes/random.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <vector>
 

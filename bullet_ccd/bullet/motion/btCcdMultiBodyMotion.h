@@ -14,7 +14,7 @@
 #define BT_CCD_MULTI_BODY_MOTION_H
 
 #include "bullet_ccd/bullet/btCcdPrecision.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 

@@ -7,7 +7,7 @@
 #include "bullet_ccd/bullet/shapes/btCcdTriangles.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>

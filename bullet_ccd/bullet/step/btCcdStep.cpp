@@ -1,7 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdStep.h"
 
+#include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/bullet/btCcdStopLink.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>

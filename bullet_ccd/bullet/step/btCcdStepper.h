@@ -3,7 +3,7 @@
 #define BT_CCD_STEPPER_H
 
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
-#include "bullet_ccd/bullet/btCcdImpact.h"
+#include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>

@@ -1,7 +1,7 @@
 #include "bullet_ccd/io/robot/mjcf_geometry.h"
 
 #include "bullet_ccd/io/nearest_name.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <cmath>
 #include <cstdint>

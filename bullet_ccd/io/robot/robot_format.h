@@ -1,7 +1,7 @@
 /// Which language a robot's file is written in.
 #pragma once
 
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #include "bullet_ccd/io/robot/robot_parts.h"
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,7 +1,7 @@
 /// What the readers of robots share: meshes of primitives, mesh files, inertials, notes.
 #pragma once
 
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/kinematic_tree.h"
 

@@ -1,6 +1,6 @@
 #include "bullet_ccd/io/robot/urdf_geometry.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/shapes/btCcdHullMesh.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 

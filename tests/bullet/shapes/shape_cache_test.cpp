@@ -4,7 +4,7 @@
 #include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
 #include "bullet_ccd/bullet/shapes/btCcdShapeOutline.h"
 #include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>

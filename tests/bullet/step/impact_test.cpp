@@ -1,5 +1,5 @@
 #include "benchmarks/reference/bullet/scene.h"
-#include "bullet_ccd/bullet/btCcdStopLink.h"
+#include "bullet_ccd/bullet/btCcdControl.h"
 
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>

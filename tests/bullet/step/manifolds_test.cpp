@@ -5,7 +5,7 @@
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/contact/contact_outline.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>

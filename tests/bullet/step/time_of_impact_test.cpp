@@ -5,7 +5,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

@@ -1,7 +1,7 @@
 #include "benchmarks/reference/bullet/mechanics.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/bullet/mechanics.h"
 #include "benchmarks/reference/bullet/pile.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>

@@ -1,6 +1,6 @@
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/reference/scenes/shapes.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>

@@ -1,5 +1,5 @@
 #include "benchmarks/reference/bullet/mechanics.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofConstraint.h>

@@ -1,6 +1,6 @@
 // Hands that follow paths until their first contact.
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/approach/approach_motion.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/approach/approach.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "grasp/approach/approach_sampler.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/approach/object_shape.h"
 #include "tests/grasp/planner/test_hands.h"
 

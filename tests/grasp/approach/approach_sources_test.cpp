@@ -1,5 +1,5 @@
 // Where approaches come from, and the limits that a user sets them.
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/approach/approach_sampler.h"
 #include "tests/grasp/planner/test_hands.h"
 

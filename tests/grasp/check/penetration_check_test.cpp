@@ -1,7 +1,7 @@
 #include "grasp/check/penetration_check.h"
 
 #include "bullet_ccd/distance/triangle_distance.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/check/box_grid.h"
 #include "grasp/check/closed_surface.h"
 #include "grasp/check/sign_test.h"

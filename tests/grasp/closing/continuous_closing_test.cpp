@@ -1,6 +1,6 @@
 // What holds for closing engines that jump over nothing.
 #include "benchmarks/reference/scenes/shapes.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tests/grasp/closing/closing_engine.h"
 #include "tests/grasp/closing/finger_hand.h"

@@ -3,8 +3,8 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "grasp/check/penetration_check.h"
-#include "grasp/closing/kinematic_closing.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/closing/closing.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tests/support/test_data.h"
 

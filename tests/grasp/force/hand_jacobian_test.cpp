@@ -1,6 +1,5 @@
-#include "grasp/force/hand_jacobian.h"
-
 #include "benchmarks/reference/scenes/random.h"
+#include "grasp/force/grasp_forces.h"
 
 #include <gtest/gtest.h>
 

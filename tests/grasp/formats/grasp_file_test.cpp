@@ -1,7 +1,7 @@
 #include "grasp/formats/grasp_file.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
 #include "grasp/formats/content_hash.h"
 #include "grasp/formats/grasp_recorder.h"
 #include "tests/grasp/planner/test_hands.h"

@@ -1,7 +1,7 @@
 // Reads isaac_grasp files back with yaml-cpp.
 #include "grasp/formats/isaac_grasp_file.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

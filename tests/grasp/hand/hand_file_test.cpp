@@ -1,5 +1,4 @@
-#include "grasp/hand/hand_file.h"
-
+#include "grasp/hand/hand_model.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>

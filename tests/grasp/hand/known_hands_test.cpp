@@ -1,5 +1,5 @@
-#include "grasp/hand/hand_file.h"
 #include "grasp/hand/hand_inference.h"
+#include "grasp/hand/hand_model.h"
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 #include "grasp/hand/preshape_search.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
 #include "grasp/formats/content_hash.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/hand/self_pairs.h"
 #include "grasp/hand/srdf_writer.h"
 #include "grasp/hand/trial_grasps.h"

@@ -3,7 +3,7 @@
 
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/shapes.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_file.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

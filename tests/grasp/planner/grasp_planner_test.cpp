@@ -1,10 +1,10 @@
 #include "grasp/planner/grasp_planner.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/check/penetration_check.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 #include "grasp/planner/plan_candidate.h"
 #include "tests/grasp/planner/test_hands.h"
 

@@ -1,8 +1,8 @@
 #include "grasp/planner/pose_noise.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
-#include "grasp/closing/kinematic_closing.h"
-#include "grasp/planner/close_at_pose.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
+#include "grasp/planner/grasp_planner.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "tests/grasp/planner/test_hands.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <numbers>
 

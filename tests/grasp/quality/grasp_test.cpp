@@ -1,4 +1,4 @@
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/grasp_types.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Reads .glb files back byte by byte, and with assimp, as viewers do.
 #include "grasp/report/grasp_model.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/grasp/planner/test_hands.h"
 #include "tests/grasp/report/report_scene.h"
 

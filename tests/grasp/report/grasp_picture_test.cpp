@@ -1,6 +1,6 @@
 #include "grasp/report/grasp_picture.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/report/grasp_scene.h"
 #include "tests/grasp/planner/test_hands.h"
 #include "tests/grasp/report/report_scene.h"

@@ -1,6 +1,6 @@
 #include "tests/grasp/report/report_scene.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "grasp/report/viewer_page.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/report/closing_spans.h"
 #include "grasp/report/packed_mesh.h"
 #include "tests/grasp/report/report_scene.h"

@@ -1,6 +1,6 @@
 #include "grasp/trial/grasp_trial.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>

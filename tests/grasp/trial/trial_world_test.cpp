@@ -1,6 +1,6 @@
 #include "grasp/sim/trial_world.h"
 
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/grasp/planner/test_hands.h"
 #include "tests/support/test_data.h"
 

@@ -3,7 +3,7 @@
 #include "benchmarks/reference/oracles/brute_force_distance.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 

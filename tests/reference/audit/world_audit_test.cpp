@@ -1,7 +1,7 @@
 #include "benchmarks/reference/audit/world_audit.h"
 
 #include "bullet_ccd/examples/example_support.h"
-#include "bullet_ccd/mesh/make_mesh.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>

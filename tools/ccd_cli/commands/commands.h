@@ -3,7 +3,7 @@
 /// code.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/toi/toi.h"
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
 /// Files of elementary queries: pairs of features whose vertices move on straight lines.
 #pragma once
 
-#include "bullet_ccd/deformable/elementary_toi.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
 
 #include <cstddef>
 #include <filesystem>

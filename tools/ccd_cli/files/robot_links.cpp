@@ -1,7 +1,7 @@
 #include "tools/ccd_cli/files/robot_links.h"
 
 #include "bullet_ccd/io/robot_file.h"
-#include "bullet_ccd/motion/joint_motion.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "grasp/hand/srdf_file.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 /// about their joints.
 #pragma once
 
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <filesystem>

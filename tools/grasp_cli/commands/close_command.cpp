@@ -1,5 +1,5 @@
 #include "grasp/check/penetration_check.h"
-#include "grasp/planner/close_at_pose.h"
+#include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/path_file.h"
 #include "tools/grasp_cli/options/input_options.h"

@@ -1,4 +1,4 @@
-#include "grasp/force/hand_jacobian.h"
+#include "grasp/force/grasp_forces.h"
 #include "tools/grasp_cli/answers/force_report.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/contact_options.h"

@@ -1,4 +1,4 @@
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_writer.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
@@ -199,7 +199,9 @@ int show(const HandArguments& arguments)
 
 void addShowOptions(CLI::App& command, HandArguments& arguments)
 {
-    command.add_option("hand", arguments.hand, "A URDF, xacro or MJCF file, or the name of a hand that ships.")
+    command
+        .add_option(
+            "hand", arguments.hand, "A URDF, xacro or MJCF file, or the name of a hand that ships.")
         ->type_name("HAND");
     command
         .add_option("--srdf",
@@ -247,7 +249,8 @@ void addInitCommand(CLI::App& hand, int& exitCode)
     auto* command = hand.add_subcommand(
         "init", "Writes what is inferred of a hand as an SRDF with comments, to be corrected.");
     command->footer(
-        "Everything is inferred from the URDF or MJCF alone, whatever SRDF there is. An SRDF beside the "
+        "Everything is inferred from the URDF or MJCF alone, whatever SRDF there is. An SRDF "
+        "beside the "
         "URDF that has its name is found by all verbs.\n"
         "\n"
         "Exit codes: 0 if it is written, 2 for wrong options, 3 for bad input and for an output "
@@ -256,7 +259,10 @@ void addInitCommand(CLI::App& hand, int& exitCode)
         "Example:\n"
         "  grasp hand init my_hand.urdf -o my_hand.srdf");
     const auto arguments = std::make_shared<InitArguments>();
-    command->add_option("hand", arguments->hand, "A URDF, xacro or MJCF file, or the name of a hand that ships.")
+    command
+        ->add_option("hand",
+                     arguments->hand,
+                     "A URDF, xacro or MJCF file, or the name of a hand that ships.")
         ->type_name("HAND")
         ->required();
     command->add_option("-o,--output", arguments->output, "The file. Default: it is printed.")

@@ -1,4 +1,4 @@
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 #include "grasp/planner/pose_noise.h"
 #include "grasp/quality/exact_epsilon.h"
 #include "grasp/quality/force_closure.h"

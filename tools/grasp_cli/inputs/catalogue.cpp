@@ -1,7 +1,7 @@
 #include "tools/grasp_cli/inputs/catalogue.h"
 
 #include "bullet_ccd/io/mesh_file.h"
-#include "grasp/hand/hand_file.h"
+#include "grasp/hand/hand_model.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -125,7 +125,8 @@ LoadedHand loadNamedHand(const std::string& nameOrPath, const fs::path& srdf)
 {
     const fs::path file = fs::absolute(resolveHand(nameOrPath)).lexically_normal();
     LoadedHand loaded{.hand = grasp::loadHand(
-        file, srdf.empty() ? std::nullopt : std::optional(srdf), shareFolder()), .file = file};
+                          file, srdf.empty() ? std::nullopt : std::optional(srdf), shareFolder()),
+                      .file = file};
     if (fs::path& used = loaded.hand.srdfFile; !used.empty())
     {
         used = fs::absolute(used).lexically_normal();

@@ -1,7 +1,7 @@
 /// The option --effort: torque limits of joints, in place of what the URDF says.
 #pragma once
 
-#include "bullet_ccd/io/urdf_file.h"
+#include "bullet_ccd/io/robot_file.h"
 #include "grasp/force/grasp_forces.h"
 
 #include <string>

@@ -1,7 +1,7 @@
 #include "tools/grasp_cli/plan/plan_run.h"
 
 #include "bullet_ccd/io/nearest_name.h"
-#include "grasp/closing/kinematic_closing.h"
+#include "grasp/closing/closing.h"
 #include "grasp/sim/hand_simulation.h"
 #include "tools/support/progress_line.h"
 #include "tools/support/stopwatch.h"

@@ -1,4 +1,4 @@
-#include "grasp/approach/approach_motion.h"
+#include "grasp/approach/approach.h"
 
 #include "bullet_ccd/math/check.h"
 
