@@ -31,7 +31,7 @@ public:
         {
             const NodePair p = queue.top();
             queue.pop();
-            checkLimit(m_state, p);
+            checkLimit(m_state, p.time, p.pair);
             if (m_state.scene.isExempt(p))
             {
                 continue;
@@ -252,7 +252,7 @@ ArticulatedToiResult firstOrderToi(const ArticulatedBody& body,
     }
 
     SearchState state;
-    state.options = options;
+    state.reset(options);
     state.scene.reset(bodies, pairs, options);
     ArticulatedToiResult result;
     try
@@ -275,10 +275,10 @@ ArticulatedToiResult firstOrderToi(const ArticulatedBody& body,
                                        .time = hit.time});
         }
     }
-    catch (const IterationLimitReached& limit)
+    catch (const GaveUp& end)
     {
-        result.status = ToiStatus::IterationLimit;
-        result.time = limit.time;
+        result.status = end.status;
+        result.time = end.time;
     }
     static_cast<ToiCounters&>(result.counters) = state.counters;
     result.counters.pairs = std::ssize(pairs);

@@ -137,7 +137,7 @@ public:
         if (!findTasks() || !examineTasks(result))
         {
             result.contacts.clear();
-            result.status = ToiStatus::IterationLimit;
+            result.status = m_isStopped ? ToiStatus::Stopped : ToiStatus::IterationLimit;
             result.time = 0.0;
             return result;
         }
@@ -210,7 +210,16 @@ private:
             result.contacts.insert(
                 result.contacts.end(), search.contacts().begin(), search.contacts().end());
         }
-        return m_examined.load() <= m_options.maxIterations;
+        return m_examined.load() <= m_options.maxIterations && !m_isStopped;
+    }
+
+    [[nodiscard]] bool mustStop()
+    {
+        if (m_options.stop.isGiven() && m_options.stop.isDue())
+        {
+            m_isStopped = true;
+        }
+        return m_isStopped;
     }
 
     void examineSome(FeatureSearch& search)
@@ -224,7 +233,7 @@ private:
             counted = now;
         };
         for (std::size_t begin = m_next.fetch_add(kTasksAtOnce);
-             begin < tasks.size() && m_examined.load() <= m_options.maxIterations;
+             begin < tasks.size() && m_examined.load() <= m_options.maxIterations && !mustStop();
              begin = m_next.fetch_add(kTasksAtOnce))
         {
             const std::size_t end = std::min(begin + kTasksAtOnce, tasks.size());
@@ -243,6 +252,7 @@ private:
     FeatureSearchState m_state;
     std::atomic<std::size_t> m_next = 0;
     std::atomic<std::int64_t> m_examined = 0;
+    std::atomic<bool> m_isStopped = false;
 };
 }  // namespace
 

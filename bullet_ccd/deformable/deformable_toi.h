@@ -205,6 +205,7 @@ struct DeformableOptions
     /// Contacts for which this is true do not count: pins, seams between bodies. Called from all
     /// threads, and only for contacts; none is exempt if it is empty.
     std::function<bool(const DeformableContact&)> isExempt = nullptr;
+    StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped
 };
 
 /// What a query cost.
@@ -218,8 +219,8 @@ struct DeformableCounters
 /// Contacts of a step.
 struct DeformableResult
 {
-    /// That of the first contact; Separated without one. IterationLimit without contacts: the query
-    /// gave up, nothing is known.
+    /// That of the first contact; Separated without one. IterationLimit or Stopped without
+    /// contacts: the query gave up, nothing is known.
     ToiStatus status = ToiStatus::Separated;
     double time = 1.0;  ///< certified: no contact before it
     /// By time, then kind, bodies and vertices.

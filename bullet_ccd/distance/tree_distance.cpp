@@ -17,6 +17,9 @@ namespace bullet_ccd
 {
 namespace
 {
+/// A pair of triangles is no better than another if it is nearer by less than this share.
+constexpr double kTieShare = 1e-6;
+
 /// A pair of nodes that a descent goes on with.
 struct Child
 {
@@ -47,6 +50,11 @@ struct Descent
     double bound;
     NodeMarks exempt;
     Leaf& leaf;
+    StopCondition stop{};
+    std::int32_t untilCheck =
+        std::numeric_limits<std::int32_t>::max();  // of `stop`, if it is given
+    bool isStopped = false;
+    double skipped = std::numeric_limits<double>::infinity();  // bound of what was not looked at
     Tie tie{};
 
     [[nodiscard]] const SsvNode& nodeA(std::int32_t i) const
@@ -67,6 +75,18 @@ struct Descent
     [[nodiscard]] bool isNoBetter(std::int32_t a, std::int32_t b) const
     {
         return extentAlong(treeB, b, tie.inB).low - extentAlong(treeA, a, tie.inA).high >= tie.gap;
+    }
+
+    /// Looks at the clock now and then.
+    [[nodiscard]] bool mustStop()
+    {
+        constexpr std::int32_t kPairsBetween = 256;
+        if (--untilCheck < 0)
+        {
+            untilCheck = kPairsBetween;
+            isStopped = isStopped || stop.isDue();
+        }
+        return isStopped;
     }
 
     void run(std::int32_t a, std::int32_t b)
@@ -110,6 +130,11 @@ struct Descent
             if (lowerBound <= bound && bound >= 0.0 && !exempt.exempts(childA, childB) &&
                 !isNoBetter(childA, childB))
             {
+                if (mustStop())
+                {
+                    skipped = std::min(skipped, lowerBound);
+                    continue;
+                }
                 run(childA, childB);
             }
         }
@@ -118,11 +143,10 @@ struct Descent
     void setTie(const TrianglePair& best)
     {
         const Eigen::Vector3d across = (best.pointB - best.pointA).stableNormalized();
-        constexpr double kShare = 1e-6;
         constexpr double kRounding = 1e-15;
         tie = {.inA = R.transpose() * across,
                .inB = across,
-               .gap = (1.0 - kShare) * best.distance + across.dot(p) -
+               .gap = (1.0 - kTieShare) * best.distance + across.dot(p) -
                       kRounding * (treeA.radius() + treeB.radius() + p.norm())};
     }
 
@@ -149,13 +173,21 @@ struct Descent
     }
 };
 
+/// What a descent left out.
+struct Skipped
+{
+    bool isStopped = false;
+    double lowerBound = std::numeric_limits<double>::infinity();
+};
+
 template <class Leaf>
-void descend(const SsvTree& treeA,
-             const SsvTree& treeB,
-             const Eigen::Isometry3d& X_BA,
-             double bound,
-             const NodeMarks& exempt,
-             Leaf leaf)
+Skipped descend(const SsvTree& treeA,
+                const SsvTree& treeB,
+                const Eigen::Isometry3d& X_BA,
+                double bound,
+                const NodeMarks& exempt,
+                const StopCondition& stop,
+                Leaf leaf)
 {
     require(!treeA.nodes().empty() && !treeB.nodes().empty(),
             "distance of meshes: a hierarchy is empty: build it with buildSsvTree()");
@@ -170,13 +202,56 @@ void descend(const SsvTree& treeA,
                           .p = X_BA * treeA.origin() - treeB.origin(),
                           .bound = bound,
                           .exempt = exempt,
-                          .leaf = leaf};
-    if (descent.separationOf(0, 0) <= bound && !exempt.exempts(0, 0))
+                          .leaf = leaf,
+                          .stop = stop};
+    if (stop.isGiven())
     {
-        descent.run(0, 0);
+        descent.untilCheck = 0;
     }
+    const double apart = descent.separationOf(0, 0);
+    if (apart <= bound && !exempt.exempts(0, 0))
+    {
+        descent.skipped = descent.mustStop() ? apart : descent.skipped;
+        if (!descent.isStopped)
+        {
+            descent.run(0, 0);
+        }
+    }
+    return {.isStopped = descent.isStopped, .lowerBound = descent.skipped};
 }
 }  // namespace
+
+DistanceBounds distanceBounds(const SsvTree& treeA,
+                              const SsvTree& treeB,
+                              const Eigen::Isometry3d& X_BA,
+                              double upperBound,
+                              const StopCondition& stop,
+                              const NodeMarks& exempt)
+{
+    TrianglePair best{.distance = upperBound};
+    const Skipped skipped =
+        descend(treeA,
+                treeB,
+                X_BA,
+                upperBound,
+                exempt,
+                stop,
+                [&](auto& descent, std::int32_t a, std::int32_t b)
+                {
+                    const std::optional<TrianglePair> pair = descent.measure(a, b);
+                    if (pair && pair->distance < best.distance)
+                    {
+                        best = *pair;
+                        // Nothing is closer than touching: a negative bound ends the descent.
+                        descent.bound = pair->distance > 0.0 ? pair->distance : -1.0;
+                        descent.setTie(*pair);
+                    }
+                });
+    const double looked = (1.0 - kTieShare) * best.distance;
+    return {.nearest = best,
+            .lowerBound = std::max(0.0, std::min(looked, skipped.lowerBound)),
+            .isComplete = !skipped.isStopped};
+}
 
 TrianglePair treeDistance(const SsvTree& treeA,
                           const SsvTree& treeB,
@@ -184,24 +259,7 @@ TrianglePair treeDistance(const SsvTree& treeA,
                           double upperBound,
                           const NodeMarks& exempt)
 {
-    TrianglePair best{.distance = upperBound};
-    descend(treeA,
-            treeB,
-            X_BA,
-            upperBound,
-            exempt,
-            [&](auto& descent, std::int32_t a, std::int32_t b)
-            {
-                const std::optional<TrianglePair> pair = descent.measure(a, b);
-                if (pair && pair->distance < best.distance)
-                {
-                    best = *pair;
-                    // Nothing is closer than touching: a negative bound ends the descent.
-                    descent.bound = pair->distance > 0.0 ? pair->distance : -1.0;
-                    descent.setTie(*pair);
-                }
-            });
-    return best;
+    return distanceBounds(treeA, treeB, X_BA, upperBound, {}, exempt).nearest;
 }
 
 void trianglePairsWithin(const SsvTree& treeA,
@@ -215,6 +273,7 @@ void trianglePairsWithin(const SsvTree& treeA,
             treeB,
             X_BA,
             threshold,
+            {},
             {},
             [&](auto& descent, std::int32_t a, std::int32_t b)
             {

@@ -3,6 +3,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/math/stop_condition.h"
 
 #include <Eigen/Geometry>
 
@@ -50,6 +51,22 @@ struct NodeMarks
                                                        const Eigen::Isometry3d& X_BA,
                                                        double upperBound,
                                                        const NodeMarks& exempt = {});
+
+/// A distance as far as it was found out.
+struct DistanceBounds
+{
+    TrianglePair nearest;     ///< that was found; as treeDistance() says it if complete
+    double lowerBound = 0.0;  ///< no pair of triangles is nearer [m]
+    bool isComplete = true;   ///< false if the query was stopped before the nearest was known
+};
+
+/// treeDistance() that can be stopped. What was not looked at by then is bounded by its volumes.
+[[nodiscard]] BULLET_CCD_API DistanceBounds distanceBounds(const SsvTree& treeA,
+                                                           const SsvTree& treeB,
+                                                           const Eigen::Isometry3d& X_BA,
+                                                           double upperBound,
+                                                           const StopCondition& stop,
+                                                           const NodeMarks& exempt = {});
 
 /// Appends to `pairs` all pairs of triangles at a distance <= `threshold` [m], in the order of
 /// (triangleA, triangleB). Points are in the frame of B.

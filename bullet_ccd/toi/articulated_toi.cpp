@@ -43,10 +43,10 @@ public:
         {
             process(0.0, 1.0, 0, count, 0);
         }
-        catch (const IterationLimitReached& limit)
+        catch (const GaveUp& end)
         {
-            m_result.status = ToiStatus::IterationLimit;
-            m_result.time = limit.time;
+            m_result.status = end.status;
+            m_result.time = end.time;
             m_result.contacts.clear();
         }
         countPairs(count);
@@ -58,10 +58,7 @@ private:
     {
         const ToiOptions& toi = m_options.toi;
         m_culling.reset(m_body, m_environment, toi.minimumSeparation + toi.tolerance);
-        m_state.hit = {};
-        m_state.start = {};
-        m_state.counters = {};
-        m_state.options = toi;
+        m_state.reset(toi);
         m_scratch.candidates.clear();
         m_scratch.relaxed.clear();
         m_scratch.bodies.clear();

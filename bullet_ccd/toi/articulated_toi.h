@@ -203,8 +203,8 @@ struct ContactSequenceOptions
 
 struct ContactSequence
 {
-    /// Hit if contacts were found, Separated if there were none. Overlapping and IterationLimit end
-    /// the sequence where they occur.
+    /// Hit if contacts were found, Separated if there were none. Overlapping, IterationLimit and
+    /// Stopped end the sequence where they occur.
     ToiStatus status = ToiStatus::Separated;
     /// In the order of time. Each contact is listed once, with its time and the joint that had to
     /// stop.

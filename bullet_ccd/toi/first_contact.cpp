@@ -131,12 +131,7 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
 {
     checkQuery(bodies, pairs, options);
     SearchState& state = work.scratch().state;
-    state.hit = {};
-    state.start = {};
-    state.counters = {};
-    state.begin = 0.0;
-    state.end = 1.0;
-    state.options = options;
+    state.reset(options);
     state.scene.reset(bodies, pairs, options);
     FirstContactResult result;
     try
@@ -144,11 +139,11 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
         searchScene(state);
         result = describe(state);
     }
-    catch (const IterationLimitReached& limit)
+    catch (const GaveUp& end)
     {
-        result.status = ToiStatus::IterationLimit;
-        result.time = limit.time;
-        result.pair = limit.pair;
+        result.status = end.status;
+        result.time = end.time;
+        result.pair = end.pair;
     }
     result.counters = state.counters;
     result.startsTouching = state.start.touches;

@@ -43,7 +43,9 @@ public:
         {
             if (m_best.queries >= m_options.maxQueries || !improve())
             {
-                m_best.status = ToiStatus::IterationLimit;
+                m_best.status = m_isStopped || m_contact.status == ToiStatus::Stopped
+                                    ? ToiStatus::Stopped
+                                    : ToiStatus::IterationLimit;
                 break;
             }
         }
@@ -57,6 +59,7 @@ private:
     ToiWorkspace& m_work;
     LeastDistanceResult m_best;
     FirstContactResult m_contact;  // of the last query
+    bool m_isStopped = false;      // in a search for the distance at one time
 
     [[nodiscard]] std::array<const MovingBody*, 2> bodiesOf(std::int32_t pair) const
     {
@@ -72,11 +75,15 @@ private:
         const Eigen::Isometry3d X_WA = geometryPoseAt(*a, time);
         const Eigen::Isometry3d X_WB = geometryPoseAt(*b, time);
         const PairMask* mask = m_pairs[static_cast<std::size_t>(pair)].mask;
-        const TrianglePair near = treeDistance(*a->tree,
-                                               *b->tree,
-                                               X_WB.inverse() * X_WA,
-                                               m_best.found,
-                                               mask != nullptr ? mask->nodeMarks() : NodeMarks{});
+        const DistanceBounds bounds =
+            distanceBounds(*a->tree,
+                           *b->tree,
+                           X_WB.inverse() * X_WA,
+                           m_best.found,
+                           m_options.stop,
+                           mask != nullptr ? mask->nodeMarks() : NodeMarks{});
+        m_isStopped = m_isStopped || !bounds.isComplete;
+        const TrianglePair& near = bounds.nearest;
         if (near.triangleA == kNone)
         {
             return false;
@@ -193,7 +200,8 @@ private:
                                  m_pairs,
                                  {.tolerance = 0.25 * m_options.tolerance,
                                   .minimumSeparation = separation,
-                                  .maxIterations = m_options.maxIterations},
+                                  .maxIterations = m_options.maxIterations,
+                                  .stop = m_options.stop},
                                  m_work);
         ++m_best.queries;
         m_best.counters.nodePairs += m_contact.counters.nodePairs;
@@ -210,7 +218,7 @@ private:
     /// Goes on from the contact of the last query; false if that is of no use.
     bool improve()
     {
-        if (m_contact.pair == kNone || m_contact.status == ToiStatus::IterationLimit)
+        if (m_contact.pair == kNone || gaveUp(m_contact.status))
         {
             return false;
         }

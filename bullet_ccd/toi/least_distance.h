@@ -28,12 +28,14 @@ struct LeastDistanceOptions
     double enough = std::numeric_limits<double>::infinity();
     std::int64_t maxIterations = ToiOptions{}.maxIterations;  ///< of one time-of-impact query
     int maxQueries = 100;                                     ///< time-of-impact queries
+    StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped
 };
 
 struct LeastDistanceResult
 {
     /// Separated: complete. Overlapping: complete, and the surfaces intersect at `time`.
-    /// IterationLimit: the query gave up, and `distance` is what is certified nevertheless.
+    /// IterationLimit or Stopped: the query gave up; `distance` is what is certified nevertheless,
+    /// and `found` what was found by then.
     ToiStatus status = ToiStatus::Separated;
     /// Certified: no tested pair comes closer at any time [m]. If the query is complete, this is at
     /// most the tolerance below the true least distance or `enough`, whichever is smaller, and

@@ -37,7 +37,7 @@ struct RigidBody
 /// First time in [0, 1] at which two rigidly moving meshes come within `options.tolerance`.
 ///
 /// Guarantee: no contact for t in [0, result.time); ToiStatus says what each outcome promises.
-/// @param options tolerance [m], minimum separation [m], iteration limit
+/// @param options tolerance [m], minimum separation [m], iteration limit, deadline
 /// @param work    scratch, reusable; one per thread
 /// Throws std::invalid_argument for motions that are not finite or a tolerance that is not
 /// positive.
@@ -132,13 +132,13 @@ struct FirstContactResult : ToiResult
 };
 
 /// First time in [0, 1] at which one of `pairs` comes within the tolerance. The status is one of
-/// Separated, Hit, Overlapping and IterationLimit.
+/// Separated, Hit, Overlapping, IterationLimit and Stopped.
 ///
 /// Guarantee: no contact of any pair for t in [0, result.time); ToiStatus says what each outcome
 /// promises. The answer does not depend on the order of the pairs, except which of two simultaneous
 /// contacts is named. Links of one tree are compared in the frame of their deepest common ancestor,
 /// so common motion costs nothing.
-/// @param options tolerance [m], minimum separation [m], iteration limit
+/// @param options tolerance [m], minimum separation [m], iteration limit, deadline
 /// @param work    scratch, reusable; one per thread
 /// @pre  the tree of every body is non-null
 /// Throws std::invalid_argument for motions that are not finite or a tolerance that is not

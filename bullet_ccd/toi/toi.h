@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "bullet_ccd/math/stop_condition.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -23,6 +24,7 @@ enum class ToiStatus : std::uint8_t
     TouchingLeaving,   ///< s < d <= s + e at t = 0, and d does not shrink to s: like Separated
     TouchingPressing,  ///< s < d <= s + e at t = 0, approaching, and d shrinks to s: like Hit
     IterationLimit,    ///< the query gave up; d > s in [0, time]
+    Stopped,           ///< the deadline passed, or the query was cancelled; d > s in [0, time]
 };
 
 /// True for the outcomes at which the bodies must not move on: `time` is the last certified time.
@@ -30,6 +32,12 @@ enum class ToiStatus : std::uint8_t
 {
     return status == ToiStatus::Hit || status == ToiStatus::Overlapping ||
            status == ToiStatus::TouchingPressing;
+}
+
+/// True for the outcomes that leave open what happens after `time`.
+[[nodiscard]] constexpr bool gaveUp(ToiStatus status)
+{
+    return status == ToiStatus::IterationLimit || status == ToiStatus::Stopped;
 }
 
 /// How a query searches space and time. All strategies give the same guarantees.
@@ -61,6 +69,7 @@ struct ToiOptions
     double aim = 1.0 / 4096.0;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
+    StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped
 };
 
 /// What a query cost.

@@ -207,6 +207,7 @@ RejectReason rejectReasonOf(ToiStatus status, RejectReason overlap)
         case ToiStatus::Overlapping:
             return overlap;
         case ToiStatus::IterationLimit:
+        case ToiStatus::Stopped:
             return RejectReason::IterationLimit;
         case ToiStatus::Separated:
         case ToiStatus::Hit:

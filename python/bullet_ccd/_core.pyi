@@ -33,6 +33,7 @@ class Status(_Enumeration):
     TOUCHING_LEAVING: "Status"  #: within the tolerance at the start, and never nearer
     TOUCHING_PRESSING: "Status"  #: within the tolerance at the start, and coming nearer: like HIT
     ITERATION_LIMIT: "Status"  #: gave up; d > s up to time
+    STOPPED: "Status"  #: the time limit passed; d > s up to time
 
 class Strategy(_Enumeration):
     """How a query searches space and time. All strategies give the same guarantees."""
@@ -165,7 +166,8 @@ class Distance:
 class LeastDistance:
     @property
     def status(self) -> Status:
-        """SEPARATED; OVERLAPPING if the surfaces intersect; ITERATION_LIMIT if the query gave up."""
+        """SEPARATED; OVERLAPPING if the surfaces intersect; ITERATION_LIMIT or STOPPED if the query
+        gave up."""
     @property
     def distance(self) -> float:
         """Certified: never closer; at most the tolerance below the truth [m]."""
@@ -203,18 +205,21 @@ class Contact:
 
 def toi(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = None,
         motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
-        minimum_separation: float = 0.0, strategy: Strategy = ..., max_iterations: int = ...) -> ToiResult:
+        minimum_separation: float = 0.0, strategy: Strategy = ..., max_iterations: int = ...,
+        time_limit: float = ...) -> ToiResult:
     """When two moving meshes come within the tolerance [m] for the first time.
 
     A motion is a Motion, or a pose for a body at rest. Raises ValueError for poses that are no rotation
-    and translation, for what is not finite, and for a tolerance that is not positive.
+    and translation, for what is not finite, and for a tolerance that is not positive. After time_limit
+    [s] the query ends with Status.STOPPED and the time up to which the meshes are certified.
     """
 
 def toi_batch(mesh_a: Mesh, mesh_b: Mesh, motions_a: Union[Motions, Motion, Pose] = None,
               motions_b: Union[Motions, Motion, Pose] = None, *, tolerance: float = ...,
               minimum_separation: float = 0.0, strategy: Strategy = ...,
-              max_iterations: int = ...) -> Dict[str, NDArray[Any]]:
-    """toi() for n motions at once, on all cores. The answers are those of toi(), bit for bit.
+              max_iterations: int = ..., time_limit: float = ...) -> Dict[str, NDArray[Any]]:
+    """toi() for n motions at once, on all cores. The answers are those of toi(), bit for bit. The time
+    limit [s] is that of the whole batch: what is not answered by then is Status.STOPPED.
 
     Returns arrays with n rows by name: status (numbers of Status), is_contact, time, gap, triangle_a,
     triangle_b, point_a, point_b, normal.
@@ -226,7 +231,7 @@ def distance(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = Non
 
 def least_distance(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = None,
                    motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
-                   enough: float = ...) -> LeastDistance:
+                   enough: float = ..., time_limit: float = ...) -> LeastDistance:
     """The smallest distance of two meshes over the whole motion; larger ones than enough [m] are not
     looked for."""
 
@@ -236,7 +241,8 @@ def contacts(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = Non
 
 def first_contact(bodies: Sequence[Tuple[Mesh, Union[Motion, Pose]]],
                   pairs: Optional[Sequence[Tuple[int, int]]] = None, *, tolerance: float = ...,
-                  minimum_separation: float = 0.0, max_iterations: int = ...) -> FirstContact:
+                  minimum_separation: float = 0.0, max_iterations: int = ...,
+                  time_limit: float = ...) -> FirstContact:
     """The first contact among many moving bodies; pairs are indices, by default all pairs."""
 
 class LinkContact:
@@ -301,7 +307,7 @@ def articulated_toi(robot: Robot, start: Positions, end: Positions,
                     obstacles: Sequence[Tuple[Mesh, Union[Motion, Pose]]], *, root_start: Pose = None,
                     root_end: Pose = None, self_pairs: Sequence[Tuple[str, str]] = ...,
                     tolerance: float = ..., minimum_separation: float = 0.0,
-                    max_iterations: int = ...) -> ArticulatedToiResult:
+                    max_iterations: int = ..., time_limit: float = ...) -> ArticulatedToiResult:
     """When a link of a moving robot first meets an obstacle or a link that it is paired with.
 
     Positions are a dictionary by joint, an array in the order of Robot.joint_names, or None; joints that

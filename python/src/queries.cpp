@@ -31,12 +31,14 @@ RigidBody bodyOf(const SsvTree& tree, const RigidMotion& motion)
 ToiOptions optionsOf(double tolerance,
                      double minimumSeparation,
                      ToiStrategy strategy,
-                     std::int64_t maxIterations)
+                     std::int64_t maxIterations,
+                     double timeLimit)
 {
     return {.tolerance = tolerance,
             .minimumSeparation = minimumSeparation,
             .strategy = strategy,
-            .maxIterations = maxIterations};
+            .maxIterations = maxIterations,
+            .stop = stopAfter(timeLimit)};
 }
 
 ToiResult toi(const SsvTree& meshA,
@@ -46,13 +48,15 @@ ToiResult toi(const SsvTree& meshA,
               double tolerance,
               double minimumSeparation,
               ToiStrategy strategy,
-              std::int64_t maxIterations)
+              std::int64_t maxIterations,
+              double timeLimit)
 {
     const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
     const RigidBody b = bodyOf(meshB, motionOf(motionB, "motion_b"));
     const py::gil_scoped_release release;
-    return rigidToi(
-        a, b, optionsOf(tolerance, minimumSeparation, strategy, maxIterations), workspace());
+    const ToiOptions options =
+        optionsOf(tolerance, minimumSeparation, strategy, maxIterations, timeLimit);
+    return rigidToi(a, b, options, workspace());
 }
 
 /// Many motions: n of them, or one for all queries.
@@ -200,16 +204,19 @@ py::dict toiBatch(const SsvTree& meshA,
                   double tolerance,
                   double minimumSeparation,
                   ToiStrategy strategy,
-                  std::int64_t maxIterations)
+                  std::int64_t maxIterations,
+                  double timeLimit)
 {
     const Motions a = motionsOf(motionsA, "motions_a");
     const Motions b = motionsOf(motionsB, "motions_b");
     const std::size_t count =
         commonSize({{"motions_a", a.items.size()}, {"motions_b", b.items.size()}});
-    const ToiOptions options = optionsOf(tolerance, minimumSeparation, strategy, maxIterations);
+    ToiOptions options =
+        optionsOf(tolerance, minimumSeparation, strategy, maxIterations, timeLimit);
     std::vector<ToiResult> results(count);
     const auto work = [&](const std::atomic<bool>& stop)
     {
+        options.stop.isCancelled = &stop;
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, count),
             [&](const tbb::blocked_range<std::size_t>& range)
@@ -284,7 +291,8 @@ FirstContact firstContactOf(
     const std::optional<std::vector<std::pair<std::int32_t, std::int32_t>>>& pairs,
     double tolerance,
     double minimumSeparation,
-    std::int64_t maxIterations)
+    std::int64_t maxIterations,
+    double timeLimit)
 {
     std::vector<MovingBody> moving;
     for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -324,7 +332,7 @@ FirstContact firstContactOf(
         }
     }
     const ToiOptions options =
-        optionsOf(tolerance, minimumSeparation, ToiStrategy::BestFirst, maxIterations);
+        optionsOf(tolerance, minimumSeparation, ToiStrategy::BestFirst, maxIterations, timeLimit);
     FirstContactResult result;
     {
         const py::gil_scoped_release release;
@@ -344,12 +352,16 @@ LeastDistanceResult leastDistanceOf(const SsvTree& meshA,
                                     const py::object& motionA,
                                     const py::object& motionB,
                                     double tolerance,
-                                    double enough)
+                                    double enough,
+                                    double timeLimit)
 {
     const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
     const RigidBody b = bodyOf(meshB, motionOf(motionB, "motion_b"));
     const py::gil_scoped_release release;
-    return leastDistance(a, b, {.tolerance = tolerance, .enough = enough}, workspace());
+    return leastDistance(a,
+                         b,
+                         {.tolerance = tolerance, .enough = enough, .stop = stopAfter(timeLimit)},
+                         workspace());
 }
 
 void addQueryResults(py::module_& module)
@@ -373,7 +385,8 @@ void addQueryResults(py::module_& module)
         .value("OVERLAPPING", ToiStatus::Overlapping)
         .value("TOUCHING_LEAVING", ToiStatus::TouchingLeaving)
         .value("TOUCHING_PRESSING", ToiStatus::TouchingPressing)
-        .value("ITERATION_LIMIT", ToiStatus::IterationLimit);
+        .value("ITERATION_LIMIT", ToiStatus::IterationLimit)
+        .value("STOPPED", ToiStatus::Stopped);
     py::enum_<ToiStrategy>(module, "Strategy")
         .value("BEST_FIRST", ToiStrategy::BestFirst)
         .value("INTERVAL", ToiStrategy::Interval)
@@ -476,7 +489,8 @@ void addQueries(py::module_& module)
                py::arg("tolerance") = options.tolerance,
                py::arg("minimum_separation") = options.minimumSeparation,
                py::arg("strategy") = options.strategy,
-               py::arg("max_iterations") = options.maxIterations);
+               py::arg("max_iterations") = options.maxIterations,
+               py::arg("time_limit") = kInfinity);
     module.def("toi_batch",
                &toiBatch,
                py::arg("mesh_a").none(false),
@@ -487,7 +501,8 @@ void addQueries(py::module_& module)
                py::arg("tolerance") = options.tolerance,
                py::arg("minimum_separation") = options.minimumSeparation,
                py::arg("strategy") = options.strategy,
-               py::arg("max_iterations") = options.maxIterations);
+               py::arg("max_iterations") = options.maxIterations,
+               py::arg("time_limit") = kInfinity);
     module.def("distance",
                &distance,
                py::arg("mesh_a").none(false),
@@ -504,7 +519,8 @@ void addQueries(py::module_& module)
                py::arg("motion_b") = py::none(),
                py::kw_only(),
                py::arg("tolerance") = options.tolerance,
-               py::arg("enough") = kInfinity);
+               py::arg("enough") = kInfinity,
+               py::arg("time_limit") = kInfinity);
     module.def("contacts",
                &contacts,
                py::arg("mesh_a").none(false),
@@ -523,6 +539,7 @@ void addQueries(py::module_& module)
                py::kw_only(),
                py::arg("tolerance") = options.tolerance,
                py::arg("minimum_separation") = options.minimumSeparation,
-               py::arg("max_iterations") = options.maxIterations);
+               py::arg("max_iterations") = options.maxIterations,
+               py::arg("time_limit") = kInfinity);
 }
 }  // namespace bullet_ccd::python

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <pybind11/stl.h>
@@ -181,7 +182,8 @@ ArticulatedAnswer articulatedToiOf(
     const std::vector<LinkNames>& selfPairs,
     double tolerance,
     double minimumSeparation,
-    std::int64_t maxIterations)
+    std::int64_t maxIterations,
+    double timeLimit)
 {
     JointMotion motion{
         .root = motionBetween(poseOf(rootStart, "root_start"),
@@ -210,7 +212,8 @@ ArticulatedAnswer articulatedToiOf(
     }
     const ToiOptions options{.tolerance = tolerance,
                              .minimumSeparation = minimumSeparation,
-                             .maxIterations = maxIterations};
+                             .maxIterations = maxIterations,
+                             .stop = stopAfter(timeLimit)};
     ArticulatedToiResult result;
     {
         const py::gil_scoped_release release;
@@ -314,6 +317,7 @@ void addRobots(py::module_& module)
                py::arg("self_pairs") = py::list(),
                py::arg("tolerance") = options.tolerance,
                py::arg("minimum_separation") = options.minimumSeparation,
-               py::arg("max_iterations") = options.maxIterations);
+               py::arg("max_iterations") = options.maxIterations,
+               py::arg("time_limit") = std::numeric_limits<double>::infinity());
 }
 }  // namespace bullet_ccd::python

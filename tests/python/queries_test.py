@@ -49,6 +49,8 @@ def test_statuses():
     assert ccd.toi(box(), box(), at(1 + 1e-6)).status == ccd.Status.TOUCHING_LEAVING
     assert ccd.toi(box(), box(), ccd.Motion(at(3), velocity=(-4, 0, 0)),
                    max_iterations=1).status == ccd.Status.ITERATION_LIMIT
+    stopped = ccd.toi(box(), box(), ccd.Motion(at(3), velocity=(-4, 0, 0)), time_limit=0.0)
+    assert (stopped.status, stopped.time) == (ccd.Status.STOPPED, 0.0)
 
 
 def test_motions_between_poses_end_there():

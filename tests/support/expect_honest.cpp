@@ -66,6 +66,7 @@ void expectHonest(const RigidScene& scene,
             EXPECT_LE(oracleDistanceAt(a, b, 0.0), rounding) << what;
             break;
         case ToiStatus::IterationLimit:
+        case ToiStatus::Stopped:
             ADD_FAILURE() << what << ": gave up";
             break;
     }

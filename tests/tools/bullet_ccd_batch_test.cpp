@@ -320,10 +320,13 @@ TEST_F(BulletCcdBatch, ATimeLimitKeepsWhatWasAnsweredAndSaysHowMuch)
                              twistsRow("third", fallingCube(4.0), {});
     const Outcome stopped = batch(text, "--time-limit 1e-9 --summary");
     EXPECT_EQ(stopped.exitCode, 0);
-    EXPECT_EQ(stopped.err, "bullet-ccd batch: stopped after 1 of 3 queries\n");
-    EXPECT_THAT(stopped.out, HasSubstr("rows: 1\nhit: 1\n"));
+    EXPECT_EQ(stopped.err, "bullet-ccd batch: stopped after 0 of 3 queries\n");
+    EXPECT_THAT(stopped.out, HasSubstr("rows: 1\nhit: 0\n"));
+    EXPECT_THAT(stopped.out, HasSubstr("stopped: 1\n"));
     ASSERT_EQ(rows().size(), 1U);
     EXPECT_EQ(rows()[0].at("id"), "first");
+    EXPECT_EQ(rows()[0].at("status"), "stopped");
+    EXPECT_EQ(number(rows()[0], "toi"), 0.0);
     EXPECT_EQ(batch(text, "--time-limit 1e6").err, "");
     EXPECT_EQ(rows().size(), 3U);
 }
@@ -356,8 +359,9 @@ TEST_F(BulletCcdBatch, CtrlCKeepsWhatWasAnswered)
     EXPECT_LE(rows().size(), 1000U);
     for (const Row& row : rows())
     {
-        EXPECT_EQ(row.at("status"), "hit");
-        EXPECT_GT(number(row, "microseconds"), 0.0);
+        const bool isLast = row.at("id") == rows().back().at("id");
+        EXPECT_TRUE(row.at("status") == "hit" || (isLast && row.at("status") == "stopped"));
+        EXPECT_TRUE(number(row, "microseconds") > 0.0 || isLast);
     }
 }
 }  // namespace

@@ -55,6 +55,7 @@ TEST(ResultText, WithoutContactTheCellsOfItAreEmpty)
     }
     EXPECT_EQ(resultRow("x", answerOf(ToiStatus::IterationLimit), false),
               "x,iteration_limit,0.25,,,,,,,,23,12.5");
+    EXPECT_EQ(resultRow("x", answerOf(ToiStatus::Stopped), false), "x,stopped,0.25,,,,,,,,23,12.5");
 }
 
 TEST(ResultText, EveryRowHasAsManyCellsAsTheHeader)
@@ -68,7 +69,8 @@ TEST(ResultText, EveryRowHasAsManyCellsAsTheHeader)
                                        ToiStatus::Overlapping,
                                        ToiStatus::TouchingLeaving,
                                        ToiStatus::TouchingPressing,
-                                       ToiStatus::IterationLimit})
+                                       ToiStatus::IterationLimit,
+                                       ToiStatus::Stopped})
         {
             EXPECT_EQ(csvCells(resultRow("x", answerOf(status), warm))->size(), columns);
         }
@@ -95,6 +97,8 @@ TEST(ResultText, TheReadableFormSaysWhatIsCertain)
                 HasSubstr("a distance of 0.5 is never reached"));
     EXPECT_THAT(readableText(answerOf(ToiStatus::IterationLimit), {}, {}),
                 HasSubstr("raise --max-iterations"));
+    EXPECT_THAT(readableText(answerOf(ToiStatus::Stopped), {}, {}),
+                HasSubstr("not reached before t = 0.25, what follows is unknown: raise --time"));
 }
 
 FeatureContact someContact(std::int32_t vertex)

@@ -15,17 +15,23 @@ constexpr std::array kStopSignals{SIGINT, SIGTERM};
 constexpr int kSignalBase = 128;
 
 std::atomic<int> stopSignal = 0;
-static_assert(std::atomic<int>::is_always_lock_free);  // so that a handler may set it
+std::atomic<bool> isSignalled = false;
+// So that a handler may set them.
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
 extern "C" void noteSignal(int signal)
 {
     stopSignal = signal;
+    isSignalled = true;
 }
 }  // namespace
 
-StopRequest::StopRequest(double timeLimit) : m_timeLimit(timeLimit)
+StopRequest::StopRequest(double timeLimit)
+    : m_condition(timeLimit > 0.0 ? stopAfter(timeLimit) : StopCondition{})
 {
+    m_condition.isCancelled = &isSignalled;
     stopSignal = 0;
+    isSignalled = false;
     for (const int signal : kStopSignals)
     {
         struct sigaction action = {};
@@ -56,11 +62,6 @@ StopRequest::~StopRequest()
 bool StopRequest::isInterrupted() const
 {
     return stopSignal != 0;
-}
-
-bool StopRequest::isDue() const
-{
-    return isInterrupted() || (m_timeLimit > 0.0 && m_watch.seconds() >= m_timeLimit);
 }
 
 int StopRequest::finish(std::string_view command,

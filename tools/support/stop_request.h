@@ -1,7 +1,7 @@
 /// Long commands that end early and keep what they have.
 #pragma once
 
-#include "tools/support/stopwatch.h"
+#include "bullet_ccd/math/stop_condition.h"
 
 #include <cstddef>
 #include <string>
@@ -29,7 +29,9 @@ public:
     /// A signal came. Thread-safe.
     [[nodiscard]] bool isInterrupted() const;
     /// A signal came, or the time is over. Thread-safe.
-    [[nodiscard]] bool isDue() const;
+    [[nodiscard]] bool isDue() const { return m_condition.isDue(); }
+    /// For queries, so that a long one ends, too. Not to be used after this object.
+    [[nodiscard]] const StopCondition& condition() const { return m_condition; }
 
     /// To be called last. If not everything was done, prints "<command>: stopped after 3 of 10
     /// queries" to stderr. Returns `exitCode`, or, if it was a signal that stopped the command, 128
@@ -41,8 +43,7 @@ public:
                              int exitCode) const;
 
 private:
-    double m_timeLimit = 0.0;
-    Stopwatch m_watch;
+    StopCondition m_condition;
 };
 
 /// --time-limit. `what` says what ends, for example "Begin no further query".

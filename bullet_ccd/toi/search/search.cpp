@@ -69,6 +69,7 @@ bool advanceTriangles(SearchState& state, NodePair& p)
         return false;
     }
     ++state.counters.trianglePairs;
+    checkLimit(state, state.certified, p.pair);
     ScenePair& pair = state.scene.pair(p.pair);
     pair.sawTriangles = true;
     const PairState& pose = state.scene.stateAt(p.pair, p.time, state.counters);
@@ -125,7 +126,7 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     if (stalls)
     {
         // Apart, but neither time nor the coordinates resolve how much: nothing can be said.
-        throw IterationLimitReached{.time = state.certified, .pair = p.pair};
+        throw GaveUp{.time = state.certified, .pair = p.pair};
     }
     if (p.time + step.time > state.end)
     {
@@ -186,11 +187,29 @@ FirstContactResult describeHit(SearchState& state)
     return result;
 }
 
-void checkLimit(const SearchState& state, const NodePair& earliest)
+void SearchState::reset(const ToiOptions& asked)
 {
-    if (state.counters.nodePairs + state.counters.trianglePairs > state.options.maxIterations)
+    hit = {};
+    start = {};
+    counters = {};
+    begin = 0.0;
+    end = 1.0;
+    certified = 0.0;
+    options = asked;
+    nextCheck = asked.stop.isGiven() ? -1 : asked.maxIterations;
+}
+
+void lookAtLimits(SearchState& state, double time, std::int32_t pair)
+{
+    if (state.pairs() > state.options.maxIterations)
     {
-        throw IterationLimitReached{.time = earliest.time, .pair = earliest.pair};
+        throw GaveUp{.status = ToiStatus::IterationLimit, .time = time, .pair = pair};
     }
+    if (state.options.stop.isDue())
+    {
+        throw GaveUp{.status = ToiStatus::Stopped, .time = time, .pair = pair};
+    }
+    constexpr std::int64_t kPairsBetween = 512;  // a tenth of a millisecond
+    state.nextCheck = std::min(state.options.maxIterations, state.pairs() + kPairsBetween);
 }
 }  // namespace bullet_ccd

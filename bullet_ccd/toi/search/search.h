@@ -25,10 +25,11 @@ struct EarliestHit
 };
 
 /// Thrown inside a search, never out of firstContact().
-struct IterationLimitReached
+struct GaveUp
 {
-    double time;  ///< up to which all pairs are certified
-    std::int32_t pair;
+    ToiStatus status = ToiStatus::IterationLimit;
+    double time = 0.0;  ///< up to which all pairs are certified
+    std::int32_t pair = kNone;
 };
 
 /// What is known of a pair of bodies that are within the tolerance of each other at t = 0.
@@ -51,8 +52,26 @@ struct SearchState
     double end = 1.0;        ///< later than 0 or earlier than 1 for best-first only
     double certified = 0.0;  ///< all pairs keep their margin up to here
     ToiCounters counters;
+    std::int64_t nextCheck = 0;  ///< after so many pairs the limits are looked at
     ToiOptions options;
+
+    /// Makes ready for a query.
+    void reset(const ToiOptions& asked);
+    [[nodiscard]] std::int64_t pairs() const { return counters.nodePairs + counters.trianglePairs; }
 };
+
+/// What checkLimit() does now and then.
+void lookAtLimits(SearchState& state, double time, std::int32_t pair);
+
+/// Throws GaveUp if the query has examined as many pairs as it may, or is to stop.
+/// @param time up to which all pairs are certified
+inline void checkLimit(SearchState& state, double time, std::int32_t pair)
+{
+    if (state.pairs() > state.nextCheck)
+    {
+        lookAtLimits(state, time, pair);
+    }
+}
 
 /// Looks at two leaves at the pair's time. Returns true and moves the pair's time on if it goes on
 /// from there; false if it cannot touch before the end, is exempt, or is in contact, which is then
@@ -83,9 +102,6 @@ struct Opening
         return p;
     }
 };
-
-/// Throws IterationLimitReached if the limit is passed.
-void checkLimit(const SearchState& state, const NodePair& earliest);
 
 /// Throws std::invalid_argument for options that make no sense.
 void checkOptions(const ToiOptions& options);

@@ -34,7 +34,7 @@ public:
         }
         while (!m_queue.empty() && m_queue.time() < m_state.hit.enough)
         {
-            checkLimit(m_state, {.time = m_queue.time(), .pair = m_queue.top().pair});
+            checkLimit(m_state, m_queue.time(), m_queue.top().pair);
             const std::size_t count = collect();
             if (count > 0)
             {

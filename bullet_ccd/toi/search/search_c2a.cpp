@@ -63,7 +63,7 @@ private:
         {
             const double earliest = std::max(now, m_queue.time());
             const NodePair p = m_queue.top();
-            checkLimit(m_state, {.time = now, .pair = p.pair});
+            checkLimit(m_state, now, p.pair);
             const bool deepEnough = earliest - now >= 0.5 * (trianglesEnd - now) ||
                                     (spent >= m_budget && earliest > now);
             if (deepEnough)

@@ -37,7 +37,7 @@ private:
                     m_state.front.begin() + static_cast<std::ptrdiff_t>(end));
         while (!work.empty() && t0 < m_state.hit.time)
         {
-            checkLimit(m_state, {.time = t0, .pair = work.back().pair});
+            checkLimit(m_state, t0, work.back().pair);
             processBatch(t0, last(t1), depth);
         }
         if (m_state.front.size() > waiting && t0 < m_state.hit.time)
@@ -82,12 +82,9 @@ private:
         const SsvNode& b = m_state.scene.nodeB(p);
         if (a.isLeaf() && b.isLeaf())
         {
-            const double start = p.time;
-            m_state.certified = start;
+            m_state.certified = p.time;  // other pairs are only up to the beginning of the interval
             while (p.time <= last(t1) && advanceTriangles(m_state, p))
             {
-                // Other pairs of the interval are certified only up to its beginning.
-                checkLimit(m_state, {.time = start, .pair = p.pair});
             }
             return;
         }

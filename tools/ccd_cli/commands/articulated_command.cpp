@@ -201,8 +201,15 @@ void print(const ArticulatedArguments& a, const World& world, const ArticulatedR
     fmt::print("{}", a.json ? jsonText(report, names) : readableText(report, names, a.toi));
 }
 
-void answerOne(const ArticulatedArguments& a, const World& world, const ArticulatedQuery& query)
+int answerOne(ArticulatedArguments a, const World& world, const ArticulatedQuery& query)
 {
+    const StopRequest stop(a.timeLimit);
+    a.toi.stop = stop.condition();
+    const auto exitCodeOf = [&](ToiStatus status)
+    {
+        const std::size_t done = status == ToiStatus::Stopped ? 0 : 1;
+        return stop.finish("bullet-ccd articulated", done, 1, "queries", kDone);
+    };
     if (a.contacts == 1)
     {
         const std::vector<ArticulatedAnswer> answers =
@@ -221,7 +228,7 @@ void answerOne(const ArticulatedArguments& a, const World& world, const Articula
                .shown = result.contacts.size(),
                .counters = result.counters,
                .microseconds = answers[0].microseconds});
-        return;
+        return exitCodeOf(result.status);
     }
     const SequenceAnswer answer = runSequence(
         world.links, world.bodies, query.motion, {.query = {.toi = a.toi}, .rule = a.rule});
@@ -234,6 +241,7 @@ void answerOne(const ArticulatedArguments& a, const World& world, const Articula
            .stopTimes = answer.sequence.stopTimes,
            .counters = answer.sequence.counters,
            .microseconds = answer.microseconds});
+    return exitCodeOf(answer.sequence.status);
 }
 
 void printSummary(const std::vector<ArticulatedAnswer>& answers, const World& world, double wall)
@@ -263,12 +271,14 @@ int answerTable(const ArticulatedArguments& a,
     const std::size_t total = queries.size() * static_cast<std::size_t>(a.repeat);
     std::size_t count = 0;
     std::vector<ArticulatedAnswer> answers;
+    ToiOptions options = a.toi;
+    options.stop = stop.condition();
     {
         ProgressLine progress(total, "queries");
         answers = runArticulated(world.links,
                                  world.bodies,
                                  queries,
-                                 a.toi,
+                                 options,
                                  a.repeat,
                                  [&](std::size_t done)
                                  {
@@ -306,8 +316,7 @@ int answer(const ArticulatedArguments& a)
         a.path.empty() ? pairQueries(a, tree) : pathQueries(a, tree);
     if (a.output.empty())
     {
-        answerOne(a, world, queries[0]);
-        return kDone;
+        return answerOne(a, world, queries[0]);
     }
     return answerTable(a, world, queries);
 }
@@ -335,9 +344,9 @@ constexpr const char* kArticulatedFooter =
     "for "
     "each, named by the row that it starts from. --from and --to of n rows each ask n queries.\n"
     "\n"
-    "After Ctrl-C, or at the time limit, RESULTS has the rows of the queries that were answered, "
-    "and "
-    "the last line on stderr says how many those are.\n"
+    "After Ctrl-C, or at the time limit, RESULTS has the rows of the queries that were answered "
+    "and of the one that was stopped in the middle, which is free until its toi. The last line on "
+    "stderr says how many were answered.\n"
     "\n"
     "Exit codes: 0 if the queries were answered, whatever the answers are, 130 if RESULTS was "
     "written after Ctrl-C, 2 for wrong options, 3 for bad input.\n"
@@ -422,7 +431,7 @@ void addAnswerOptions(CLI::App& command, ArticulatedArguments& a)
         ->group("Answer");
     command.add_flag("--summary", a.summary, "With -o: print counts and times when all is done.")
         ->group("Answer");
-    addTimeLimitOption(command, a.timeLimit, "With -o: begin no further query");
+    addTimeLimitOption(command, a.timeLimit, "Stop the queries");
 }
 }  // namespace
 

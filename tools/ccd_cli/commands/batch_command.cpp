@@ -83,12 +83,14 @@ int runBatch(const BatchArguments& arguments)
     const std::size_t total = file.queries.size() * static_cast<std::size_t>(arguments.run.repeat);
     std::atomic<std::size_t> count = 0;
     std::vector<TimedAnswer> answers;
+    RunOptions options = arguments.run;
+    options.toi.stop = stop.condition();
     {
         ProgressLine progress(total, "queries");
         answers = runQueries(*meshes.treeA,
                              *meshes.treeB,
                              file.queries,
-                             arguments.run,
+                             options,
                              [&](std::size_t done)
                              {
                                  ++count;
@@ -123,13 +125,15 @@ constexpr const char* kBatchFooter =
     "\n"
     "RESULTS has one row per query, with the columns id, status, toi, gap, px, py, pz, nx, ny, nz, "
     "iterations, microseconds. The status is separated, hit, overlapping, touching_leaving, "
-    "touching_pressing, iteration_limit or bad_row. With a contact, toi is its time, p is the "
+    "touching_pressing, iteration_limit, stopped or bad_row. With a contact, toi is its time, p is "
+    "the "
     "middle "
     "of the closest points in the world, and n is the normal from A to B. Without one, toi is 1, p "
     "and n are empty, and gap is a lower bound of the distance. RESULTS appears at the end, or not "
     "at "
-    "all. After Ctrl-C, or at the time limit, it has the rows of the queries that were answered, "
-    "and the last line on stderr says how many those are.\n"
+    "all. After Ctrl-C, or at the time limit, it has the rows of the queries that were answered "
+    "and of those that were stopped in the middle, which are free until their toi. The last line "
+    "on stderr says how many were answered.\n"
     "\n"
     "microseconds is the time of one query alone; nothing of an earlier query is used. Measure "
     "with "
@@ -191,7 +195,7 @@ void addBatchCommand(CLI::App& app, int& exitCode)
     command->add_flag(
         "--summary", arguments->summary, "Print counts and times when everything is done.");
     command->add_flag("--strict", arguments->strict, "Compute nothing if a row is bad.");
-    addTimeLimitOption(*command, arguments->timeLimit, "Begin no further query");
+    addTimeLimitOption(*command, arguments->timeLimit, "Stop the queries");
     command->callback([arguments, &exitCode] { exitCode = runBatch(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -11,7 +11,7 @@
 
 namespace bullet_ccd::tools
 {
-void addToiCommand(CLI::App& app);
+void addToiCommand(CLI::App& app, int& exitCode);
 void addBatchCommand(CLI::App& app, int& exitCode);
 void addArticulatedCommand(CLI::App& app, int& exitCode);
 void addDeformableCommand(CLI::App& app, int& exitCode);

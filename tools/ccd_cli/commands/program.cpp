@@ -37,7 +37,7 @@ int runBulletCcd(int argc, char** argv)
         [](CLI::App& app, int& exitCode)
         {
             app.require_subcommand(1);
-            addToiCommand(app);
+            addToiCommand(app, exitCode);
             addBatchCommand(app, exitCode);
             addArticulatedCommand(app, exitCode);
             addDeformableCommand(app, exitCode);

@@ -3,8 +3,10 @@
 #include "tools/ccd_cli/files/mesh_pair.h"
 #include "tools/ccd_cli/run/query_run.h"
 #include "tools/ccd_cli/text/result_text.h"
+#include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
+#include "tools/support/stop_request.h"
 
 #include <algorithm>
 #include <array>
@@ -40,6 +42,7 @@ struct ToiArguments
     BodyArguments bodyB;
     PathKind motion = PathKind::Linear;
     bool json = false;
+    double timeLimit = 0.0;
     ToiOptions toi;
 };
 
@@ -100,7 +103,7 @@ void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
         ->capture_default_str();
 }
 
-void answer(const ToiArguments& arguments)
+int answer(const ToiArguments& arguments)
 {
     if (arguments.motion == PathKind::Screw && arguments.bodyA.end.empty() &&
         arguments.bodyB.end.empty())
@@ -112,11 +115,11 @@ void answer(const ToiArguments& arguments)
                    .motionA = motionOf(arguments.bodyA, arguments.motion),
                    .motionB = motionOf(arguments.bodyB, arguments.motion)}};
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
-    const std::vector<TimedAnswer> answers = runQueries(*meshes.treeA,
-                                                        *meshes.treeB,
-                                                        query,
-                                                        {.toi = arguments.toi},
-                                                        [](std::size_t) { return true; });
+    const StopRequest stop(arguments.timeLimit);
+    ToiOptions options = arguments.toi;
+    options.stop = stop.condition();
+    const std::vector<TimedAnswer> answers = runQueries(
+        *meshes.treeA, *meshes.treeB, query, {.toi = options}, [](std::size_t) { return true; });
     const ToiResult& result = answers[0].result;
     std::vector<FeatureContact> contacts;
     if (result.status == ToiStatus::Hit || result.status == ToiStatus::TouchingPressing)
@@ -129,19 +132,22 @@ void answer(const ToiArguments& arguments)
     fmt::print("{}",
                arguments.json ? jsonText(answers[0], contacts)
                               : readableText(answers[0], arguments.toi, contacts));
+    const std::size_t done = result.status == ToiStatus::Stopped ? 0 : 1;
+    return stop.finish("bullet-ccd toi", done, 1, "queries", kDone);
 }
 }  // namespace
 
-void addToiCommand(CLI::App& app)
+void addToiCommand(CLI::App& app, int& exitCode)
 {
     CLI::App* command = app.add_subcommand("toi", "Finds the first contact of two moving bodies.");
     command->footer(
         "A body without options rests at the origin. Where the shortest arc between two poses is a "
         "half turn, the axis whose first component is positive is taken.\n"
         "\n"
-        "Exit codes: 0 if the query was answered, whatever the answer is, 2 for wrong options, 3 "
-        "for "
-        "bad input.\n"
+        "After Ctrl-C, or at the time limit, the answer says up to when the bodies are free.\n"
+        "\n"
+        "Exit codes: 0 if there is an answer, whatever it is, 130 likewise after Ctrl-C, 2 for "
+        "wrong options, 3 for bad input.\n"
         "\n"
         "Example, a cube that falls on a plate and turns once:\n"
         "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 \\\n"
@@ -162,6 +168,7 @@ void addToiCommand(CLI::App& app)
     addToiOptions(*command, arguments->toi);
     command->add_flag(
         "--json", arguments->json, "Print one JSON object with all digits and all contacts.");
-    command->callback([arguments] { answer(*arguments); });
+    addTimeLimitOption(*command, arguments->timeLimit, "Stop the query");
+    command->callback([arguments, &exitCode] { exitCode = answer(*arguments); });
 }
 }  // namespace bullet_ccd::tools

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace bullet_ccd::tools
 {
@@ -31,10 +32,9 @@ std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
     ToiWorkspace work;
     std::vector<ArticulatedAnswer> answers(queries.size());
     std::vector<std::vector<double>> times(queries.size());
-    const auto answer = [&](std::size_t k)
-    {
-        answers[k].result =
-            articulatedToi(links.body(queries[k].motion), environment, {.toi = options}, work);
+    ArticulatedToiResult result;
+    const auto answer = [&](std::size_t k) {
+        result = articulatedToi(links.body(queries[k].motion), environment, {.toi = options}, work);
     };
     if (!queries.empty())
     {
@@ -42,13 +42,24 @@ std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
     }
     const std::size_t total = queries.size() * static_cast<std::size_t>(repeat);
     std::size_t done = 0;
+    std::size_t known = 0;
     for (bool isWanted = true; isWanted && done < total;)
     {
         const std::size_t k = done % queries.size();
-        times[k].push_back(microsecondsOf([&] { answer(k); }));
-        isWanted = goOn(++done);
+        const double microseconds = microsecondsOf([&] { answer(k); });
+        isWanted = result.status != ToiStatus::Stopped;
+        if (done < queries.size())
+        {
+            known = done + 1;
+            answers[k].result = std::move(result);
+        }
+        if (isWanted)
+        {
+            times[k].push_back(microseconds);
+            isWanted = goOn(++done);
+        }
     }
-    answers.resize(std::min(done, queries.size()));
+    answers.resize(known);
     for (std::size_t k = 0; k < answers.size(); ++k)
     {
         answers[k].microseconds = quantile(times[k], 0.5);

@@ -87,11 +87,16 @@ private:
     {
         const std::size_t index = k % m_queries.size();
         const TimedAnswer timed = answer(m_queries[index], workspace);
-        m_cold[k] = timed.microseconds;
         if (k < m_queries.size())
         {
             m_answers[index] = timed;
         }
+        if (timed.result.status == ToiStatus::Stopped)
+        {
+            m_next = m_cold.size();
+            return;
+        }
+        m_cold[k] = timed.microseconds;
         if (m_options.warm)
         {
             m_warm[k] = answer(m_queries[index], workspace).microseconds;

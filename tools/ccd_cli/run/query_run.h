@@ -32,7 +32,7 @@ struct TimedAnswer
 /// Every thread has one workspace, used once before anything is timed. Between two times of one
 /// query that enter its median lie all other queries.
 /// @param goOn  called after every query by any thread, with the number of queries answered so far;
-///              no further one is begun once it has returned false
+///              no further one is begun once it has returned false, or options.toi.stop is due
 /// Rethrows what a query throws, after all threads have stopped.
 [[nodiscard]] std::vector<TimedAnswer> runQueries(const SsvTree& treeA,
                                                   const SsvTree& treeB,

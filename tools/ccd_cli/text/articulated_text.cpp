@@ -1,7 +1,7 @@
 #include "tools/ccd_cli/text/articulated_text.h"
 
-#include "tools/support/csv_text.h"
 #include "tools/ccd_cli/text/result_text.h"
+#include "tools/support/csv_text.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -141,6 +141,12 @@ std::string sentence(const ArticulatedReport& report, const ToiOptions& options)
             return fmt::format(
                 "gave up; {} is not reached before t = {}, what follows is unknown: raise "
                 "--max-iterations",
+                clear,
+                report.time);
+        case ToiStatus::Stopped:
+            return fmt::format(
+                "stopped; {} is not reached before t = {}, what follows is unknown: raise "
+                "--time-limit",
                 clear,
                 report.time);
     }

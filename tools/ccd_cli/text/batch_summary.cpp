@@ -45,7 +45,8 @@ std::string summaryText(const BatchSummary& summary)
                                    ToiStatus::Overlapping,
                                    ToiStatus::TouchingLeaving,
                                    ToiStatus::TouchingPressing,
-                                   ToiStatus::IterationLimit})
+                                   ToiStatus::IterationLimit,
+                                   ToiStatus::Stopped})
     {
         const auto count = std::count_if(summary.answers.begin(),
                                          summary.answers.end(),

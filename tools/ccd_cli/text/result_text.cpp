@@ -25,7 +25,7 @@ bool hasNormal(const ToiResult& result)
 
 bool hasGap(const ToiResult& result)
 {
-    return result.status != ToiStatus::IterationLimit && std::isfinite(result.gap);
+    return !gaveUp(result.status) && std::isfinite(result.gap);
 }
 
 Eigen::Vector3d middle(const Eigen::Vector3d& pointA, const Eigen::Vector3d& pointB)
@@ -183,6 +183,12 @@ std::string sentence(const ToiResult& result, const ToiOptions& options)
                 "--max-iterations",
                 clear,
                 result.time);
+        case ToiStatus::Stopped:
+            return fmt::format(
+                "stopped; {} is not reached before t = {}, what follows is unknown: raise "
+                "--time-limit",
+                clear,
+                result.time);
     }
     return {};
 }
@@ -204,6 +210,8 @@ std::string statusWord(ToiStatus status)
             return "touching_pressing";
         case ToiStatus::IterationLimit:
             return "iteration_limit";
+        case ToiStatus::Stopped:
+            return "stopped";
     }
     BULLET_CCD_ASSERT(false);
     return {};

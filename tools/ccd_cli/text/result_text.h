@@ -12,7 +12,7 @@
 
 namespace bullet_ccd::tools
 {
-/// separated, hit, overlapping, touching_leaving, touching_pressing or iteration_limit.
+/// separated, hit, overlapping, touching_leaving, touching_pressing, iteration_limit or stopped.
 [[nodiscard]] std::string statusWord(ToiStatus status);
 
 /// Instead of a status for rows that are no query.

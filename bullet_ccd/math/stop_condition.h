@@ -1,0 +1,45 @@
+/// When a query is to end although it is not done.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+
+namespace bullet_ccd
+{
+/// A query ends at the deadline, or when another thread or a signal handler cancels it, whichever
+/// comes first; the default is neither. Queries look at it at their beginning and then every few
+/// hundred pairs of nodes, that is several times a millisecond.
+struct StopCondition
+{
+    using Clock = std::chrono::steady_clock;
+
+    Clock::time_point deadline = Clock::time_point::max();
+    /// Not null: the query ends soon after this has become true. It must outlive the query.
+    const std::atomic<bool>* isCancelled = nullptr;
+
+    /// False if there is nothing to look at.
+    [[nodiscard]] bool isGiven() const
+    {
+        return isCancelled != nullptr || deadline != Clock::time_point::max();
+    }
+    /// Thread-safe.
+    [[nodiscard]] bool isDue() const
+    {
+        return (isCancelled != nullptr && isCancelled->load(std::memory_order_relaxed)) ||
+               (deadline != Clock::time_point::max() && Clock::now() >= deadline);
+    }
+};
+
+/// A deadline that many seconds from now. Without one if that is more than thirty years.
+[[nodiscard]] inline StopCondition stopAfter(double seconds)
+{
+    constexpr double kForever = 1e9;
+    if (!(seconds < kForever))
+    {
+        return {};
+    }
+    const std::chrono::duration<double> wait(seconds);
+    return {.deadline = StopCondition::Clock::now() +
+                        std::chrono::duration_cast<StopCondition::Clock::duration>(wait)};
+}
+}  // namespace bullet_ccd
