@@ -60,7 +60,7 @@ struct Options
 void runCell(
     const TunnellingRow& row, const Setting& setting, Kind kind, const Options& options, Cell& cell)
 {
-    const int phases = !isAsked(row, kind) ? 0 : options.phases > 0 ? options.phases : row.phases;
+    const int phases = options.phases > 0 ? options.phases : row.phases;
     for (int phase = 0; phase < phases; ++phase)
     {
         const RunOutcome outcome = row.run(kind, setting, double(phase) / phases);

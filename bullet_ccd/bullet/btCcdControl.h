@@ -103,9 +103,9 @@ struct btCcdBudget
 /// the sum of their margins, or, pressed nearer by what the solver allows, lose no more than a
 /// quarter of the distance in a step. Stock shapes may sink in as deep as Bullet's solver lets
 /// them, but not to their cores, the shapes shrunk to about half their depth. Not seen: motion that
-/// is not velocity (setWorldTransform, setJointPos, split impulses); kinematic bodies are taken to
-/// go on at the velocity of their last two poses; pairs that intersect are Bullet's until they
-/// part. Covered: boxes, spheres, capsules, cylinders, cones, convex hulls, meshes, height fields,
+/// is not velocity (setWorldTransform, setJointPos); pairs that intersect are Bullet's until they
+/// part. Kinematic bodies move from the pose that they had to the pose that they have been given.
+/// Covered: boxes, spheres, capsules, cylinders, cones, convex hulls, meshes, height fields,
 /// planes and compounds of these on rigid bodies, multibodies (revolute, prismatic, spherical,
 /// planar and fixed joints, fixed or floating base) and objects at rest.
 class BULLET_CCD_API btCcdControl

@@ -48,16 +48,8 @@ struct TunnellingRow
     std::string name;
     std::vector<Setting> settings;
     int phases = 50;
-    /// False where an action cannot help: it can neither take back what the program moved nor
-    /// give velocities.
-    bool action = true;
     std::function<RunOutcome(Kind, const Setting&, double phase)> run;  ///< phase in [0, 1)
 };
-
-[[nodiscard]] inline bool isAsked(const TunnellingRow& row, Kind kind)
-{
-    return kind != Kind::Action || row.action;
-}
 
 [[nodiscard]] std::vector<TunnellingRow> bodyRows();
 [[nodiscard]] std::vector<TunnellingRow> linkRows();

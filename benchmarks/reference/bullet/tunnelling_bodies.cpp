@@ -256,12 +256,12 @@ RunOutcome kinematicPlateAtBall(Kind kind,
     plate->setMotionState(&mover);
 
     Watched watched;
-    // Bullet puts the plate where the program says when a step begins, with the velocity that it
-    // came with; in the step it goes on at that velocity, to where it will be put next.
-    watched.read = [&mover, body, speed = setting.speed](double sinceStep)
+    // Bullet puts the plate where the program says before the step begins; in the step it comes
+    // there from where it was before.
+    watched.read = [&mover, body, setting](double sinceStep)
     {
         Isometry3d X_WP = btCcdToEigen(mover.m_pose);
-        X_WP.translation().z() -= speed * sinceStep;
+        X_WP.translation().z() += setting.speed * (setting.timeStep - sinceStep);
         return Snapshot{.poses = {X_WP, poseOfBody(*body)}};
     };
     watched.place = [](const Snapshot& now)
@@ -322,7 +322,6 @@ std::vector<TunnellingRow> bodyRows()
     }
     rows.push_back({.name = "kinematic plate x resting box",
                     .settings = {{1.0 / 240, 2.0}, {1.0 / 240, 10.0}, {1.0 / 60, 10.0}},
-                    .action = false,
                     .run = [](Kind kind, const Setting& setting, double phase)
                     { return kinematicPlateAtBall(kind, boxMissile(), setting, phase); }});
     return rows;

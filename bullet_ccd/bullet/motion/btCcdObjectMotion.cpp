@@ -84,25 +84,19 @@ RigidMotion btCcdRigidMotion(const btCollisionObject& object,
 {
     RigidMotion motion = bullet_ccd::restAt(btCcdToEigen(object.getWorldTransform()));
     const btRigidBody* body = btRigidBody::upcast(&object);
-    if (body == nullptr || !body->isActive() ||
-        (body->isStaticObject() && !body->isKinematicObject()))
+    if (body == nullptr || !body->isActive() || body->isStaticOrKinematicObject())
     {
         return motion;
     }
     motion.v_W = btCcdToEigen(body->getLinearVelocity()) * timeStep;
     motion.w_W = btCcdToEigen(body->getAngularVelocity()) * timeStep;
-    if (body->isKinematicObject())
-    {
-        // It stands where the step began for Bullet, which does not move it.
-        motion.X_W0 = motion.at(1.0 - part).X_W;
-    }
-    else if (start != 0.0)
+    if (start != 0.0)
     {
         motion.w_W = btCcdTurn(body->getAngularVelocity(), btScalar(timeStep));
     }
     motion.v_W *= part;
     motion.w_W *= part;
-    if (start != 0.0 && !body->isKinematicObject())
+    if (start != 0.0)
     {
         motion.X_W0 = motion.at(start).X_W;
     }

@@ -41,9 +41,8 @@ struct btCcdMotionSource
 
 /// The motion of an object that is no link, over the last `part` of a step at its velocity. With
 /// `start` = -1 that part of the motion that has just ended where the object is now, turned no
-/// further than Bullet does in one call (btCcdTurn). Sleeping and
-/// static objects are at rest; kinematic ones go on at the velocity that Bullet computed from their
-/// last two poses.
+/// further than Bullet does in one call (btCcdTurn). Sleeping, static and kinematic objects are at
+/// rest.
 [[nodiscard]] bullet_ccd::RigidMotion btCcdRigidMotion(const btCollisionObject& object,
                                                        double timeStep,
                                                        double part,

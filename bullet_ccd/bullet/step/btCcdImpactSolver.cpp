@@ -795,26 +795,33 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
 }
 
 const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
-    const std::vector<btCcdImpact>& impacts, btCcdAnswer answer)
+    const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, const Place& place)
 {
     BT_PROFILE("btCcdImpactSolver::solve");
     std::vector<SavedImpulses> saved;
     findContacts(impacts);
     collect(impacts);
-    const auto isNew = [&](const btPersistentManifold& manifold)
+    if (place && !place(m_objects))
     {
-        return std::any_of(impacts.begin(),
-                           impacts.end(),
-                           [&](const btCcdImpact& impact)
-                           {
-                               return std::minmax<const btCollisionObject*>(impact.m_objectA,
-                                                                            impact.m_objectB) ==
-                                      std::minmax(manifold.getBody0(), manifold.getBody1());
-                           });
+        m_objects.clear();
+        return m_objects;
+    }
+    // An impact in the middle of a step has impulses of its own.
+    const auto keepsImpulses = [&](const btPersistentManifold& manifold)
+    {
+        return answer == btCcdAnswer::Part ||
+               std::none_of(impacts.begin(),
+                            impacts.end(),
+                            [&](const btCcdImpact& impact)
+                            {
+                                return std::minmax<const btCollisionObject*>(impact.m_objectA,
+                                                                             impact.m_objectB) ==
+                                       std::minmax(manifold.getBody0(), manifold.getBody1());
+                            });
     };
     for (btPersistentManifold* manifold : m_manifolds)
     {
-        for (int k = 0; k < manifold->getNumContacts() && !isNew(*manifold); ++k)
+        for (int k = 0; k < manifold->getNumContacts() && keepsImpulses(*manifold); ++k)
         {
             btManifoldPoint& point = manifold->getContactPoint(k);
             saved.push_back({&point,

@@ -6,6 +6,7 @@
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -36,9 +37,18 @@ public:
     explicit btCcdImpactSolver(btDiscreteDynamicsWorld& world);
 
     void beginStep();
+    using Place = std::function<bool(const std::vector<btCollisionObject*>&)>;
+    /// What would take part by the contacts that are known.
+    const std::vector<btCollisionObject*>& islandOf(const std::vector<btCcdImpact>& impacts)
+    {
+        collect(impacts);
+        return m_objects;
+    }
     /// Solves and returns one collider of every body that may have got another velocity.
+    /// @param place is given these before; nothing is solved if it returns false
     const std::vector<btCollisionObject*>& solve(const std::vector<btCcdImpact>& impacts,
-                                                 btCcdAnswer answer);
+                                                 btCcdAnswer answer,
+                                                 const Place& place = {});
 
 private:
     btDiscreteDynamicsWorld& m_world;

@@ -41,8 +41,12 @@ double btCcdMayLose(btCcdContext& context, const btCcdTracked& a, const btCcdTra
                : kUnlimited;
 }
 
-btTransform btCcdPoseOf(const btCcdTracked& tracked)
+btTransform btCcdPoseOf(const btCcdTracked& tracked, bool done)
 {
+    if (tracked.m_way != nullptr)
+    {
+        return done ? tracked.m_way->m_end : tracked.m_way->m_start;
+    }
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
     if (collider == nullptr)
     {
@@ -56,11 +60,14 @@ btTransform btCcdPoseOf(const btCcdTracked& tracked)
 bool btCcdAreFartherApart(const btCcdContext& context,
                           const btCcdTracked& a,
                           const btCcdTracked& b,
-                          double distance)
+                          double distance,
+                          bool done)
 {
     const double enough =
         distance + (a.m_shape->m_shell + b.m_shape->m_shell + context.m_tolerance);
-    return btCcdGap(
-               a.m_shape->m_extent, btCcdPoseOf(a), b.m_shape->m_extent, btCcdPoseOf(b), enough) >
-           enough;
+    return btCcdGap(a.m_shape->m_extent,
+                    btCcdPoseOf(a, done),
+                    b.m_shape->m_extent,
+                    btCcdPoseOf(b, done),
+                    enough) > enough;
 }

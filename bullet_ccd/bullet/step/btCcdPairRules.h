@@ -18,14 +18,16 @@ class btCcdContext;
                                   const btCcdTracked& a,
                                   const btCcdTracked& b);
 
-/// Where the object is; a link, where the joints of its multibody have it.
-[[nodiscard]] btTransform btCcdPoseOf(const btCcdTracked& tracked);
+/// Where the object is when the step begins (`done`: when it ends); a link, where the joints of its
+/// multibody have it.
+[[nodiscard]] btTransform btCcdPoseOf(const btCcdTracked& tracked, bool done);
 
 /// True if the two are certainly this much farther apart [m] than all distances that matter to
 /// contacts and to queries.
 [[nodiscard]] bool btCcdAreFartherApart(const btCcdContext& context,
                                         const btCcdTracked& a,
                                         const btCcdTracked& b,
-                                        double distance);
+                                        double distance,
+                                        bool done);
 
 #endif  // BT_CCD_PAIR_RULES_H

@@ -34,6 +34,10 @@ constexpr int kStuck = 2;
 /// After more it is jammed between others, which only what it cannot do keeps at their speed: it is
 /// slowed down by this part in every step.
 constexpr int kJammed = 4;
+/// How often a body goes on beside a kinematic object before it is carried along.
+constexpr int kPushes = 2;
+/// How often the solver answers in a step, at most.
+constexpr int kSolvings = 8;
 constexpr btScalar kDrag = btScalar(0.5);
 
 /// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
@@ -134,7 +138,7 @@ void btCcdStep::takeBackPushes(btScalar timeStep)
 {
     const btCcdPushed pushed(m_world, m_pushes.found(), true);
     takeStarts();
-    if (!m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
+    if (!m_stepper.begin(timeStep, btCcdStepper::Motion::Done, true))
     {
         return;
     }
@@ -209,6 +213,8 @@ void btCcdStep::rollBack(btScalar timeStep)
 {
     BT_PROFILE("btCcdStep::rollBack");
     m_lastImpacts.clear();
+    m_timeStep = timeStep;
+    m_impacts = 0;
     m_stepper.newStep();
     {
         const btCcdPushed pushed(m_world, m_pushes.find(timeStep, true), false);
@@ -225,34 +231,25 @@ void btCcdStep::takeBack(btScalar timeStep)
     if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
     {
         m_stepper.askAll();
+        m_solver.beginStep();
+        m_solvings = 0;
         for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
         {
             m_stepper.advance(event.m_time);
             const btScalar remaining = timeStep - event.m_time;
+            const KinematicInPlace kinematic(event.m_impacts, m_stepper);
             for (const btCcdImpact& impact : event.m_impacts)
             {
-                placeBack(impact.m_objectA, remaining);
-                placeBack(impact.m_objectB, remaining);
+                placeBack(impact.m_objectA);
+                placeBack(impact.m_objectB);
                 note(impact);
+            }
+            for (const btCcdImpact& impact : event.m_impacts)
+            {
                 m_stepper.changed(*impact.m_objectA);
                 m_stepper.changed(*impact.m_objectB);
             }
-            for (const btCcdImpact& impact : event.m_impacts)
-            {
-                const int stuck = event.m_time < kFirstPart * timeStep ? countStuck(impact) : 0;
-                if (stuck <= kStuck)
-                {
-                    continue;
-                }
-                // What a kinematic body runs into goes where that takes it.
-                const bool isDriven =
-                    impact.m_objectA->isKinematicObject() || impact.m_objectB->isKinematicObject();
-                part(impact, stuck > kJammed && !isDriven ? kDrag : btScalar(0));
-                if (!isDriven)
-                {
-                    m_stuckImpacts.push_back(impact);
-                }
-            }
+            answerBack(event, remaining);
             m_counters.m_iterationLimits += event.m_gaveUp ? 1 : 0;
             for (const btCcdImpact& impact : event.m_impacts)
             {
@@ -265,18 +262,153 @@ void btCcdStep::takeBack(btScalar timeStep)
             }
             m_stepper.refresh();
         }
-        m_fates.clear();
+        releaseStopped();
         countQueries();
-    }
-    // By now velocities are those of the next step only.
-    if (!m_stuckImpacts.empty())
-    {
-        m_solver.beginStep();
-        m_solver.solve(m_stuckImpacts, btCcdAnswer::Part);
-        m_stuckImpacts.clear();
     }
     ++m_step;
     std::erase_if(m_stuck, [this](const auto& known) { return known.second.m_step < m_step - 1; });
+}
+
+/// Two that meet are held. What is stuck, and what a kinematic object runs into, goes on.
+void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
+{
+    std::vector<btCcdImpact> stuck;
+    for (const btCcdImpact& impact : event.m_impacts)
+    {
+        const bool isEarly = event.m_time < kFirstPart * m_timeStep;
+        const int steps = isEarly ? countStuck(impact) : 0;
+        const bool isDriven = isDriving(*impact.m_objectA) || isDriving(*impact.m_objectB);
+        if (isDriven)
+        {
+            push(impact, remaining, steps > kStuck);
+        }
+        else if (steps > kStuck && !event.m_gaveUp)
+        {
+            stuck.push_back(impact);
+            if (steps > kJammed || m_solvings >= kSolvings)
+            {
+                part(impact, steps > kJammed ? kDrag : btScalar(0));
+            }
+        }
+        else
+        {
+            holdBack(impact.m_objectA, remaining);
+            holdBack(impact.m_objectB, remaining);
+        }
+    }
+    if (!stuck.empty() && !solveBack(stuck, remaining))
+    {
+        for (const btCcdImpact& impact : stuck)
+        {
+            holdBack(impact.m_objectA, remaining);
+            holdBack(impact.m_objectB, remaining);
+        }
+    }
+    for (btCollisionObject* object : m_pushed)
+    {
+        goOn(object, remaining);
+    }
+    m_pushed.clear();
+}
+
+/// What a kinematic object has run into goes on beside it, then it is carried along, a few times,
+/// and then it is squeezed. The solver answers in the next step, to the velocity at which they met.
+void btCcdStep::push(const btCcdImpact& impact, btScalar remaining, bool isStuck)
+{
+    for (const int side : {0, 1})
+    {
+        btCollisionObject* object = side == 0 ? impact.m_objectA : impact.m_objectB;
+        const btCollisionObject* other = side == 0 ? impact.m_objectB : impact.m_objectA;
+        const btCcdBody body = btCcdBody::of(object);
+        if (!body.isFree())
+        {
+            continue;
+        }
+        Fate& fate = m_fates[body];
+        if (!isStuck && !fate.m_own)
+        {
+            fate.m_own.emplace(body);
+        }
+        if (body.m_rigidBody != nullptr && !fate.m_yield && ++fate.m_impacts <= kPushes)
+        {
+            part(impact, btScalar(0));
+            m_pushed.push_back(object);
+        }
+        else if (body.m_rigidBody != nullptr && fate.m_yield != btCcdYield::Held &&
+                 carry(impact, side, *other, remaining))
+        {
+            m_pushed.push_back(object);
+        }
+        else
+        {
+            holdBack(object, remaining);
+            squeeze(impact, object);
+        }
+    }
+}
+
+/// Answers as a world does, in the middle of the step, and everything in the island goes on from
+/// there. False if that is not to be.
+bool btCcdStep::solveBack(const std::vector<btCcdImpact>& impacts, btScalar remaining)
+{
+    if (m_solvings++ >= kSolvings)
+    {
+        return false;
+    }
+    std::set<btCollisionObject*> placed;
+    const auto place = [&](const std::vector<btCollisionObject*>& island)
+    {
+        const auto isLink = [](const btCollisionObject* object)
+        { return btMultiBodyLinkCollider::upcast(object) != nullptr; };
+        if (std::any_of(island.begin(), island.end(), isLink))
+        {
+            return false;
+        }
+        for (btCollisionObject* object : island)
+        {
+            if (placeBack(object))
+            {
+                placed.insert(object);
+            }
+        }
+        return true;
+    };
+    const bool solved = place(m_solver.islandOf(impacts)) &&
+                        !m_solver.solve(impacts, btCcdAnswer::Part, place).empty();
+    for (btCollisionObject* object : placed)
+    {
+        m_stepper.changed(*object);
+        goOn(object, remaining);
+    }
+    return solved;
+}
+
+/// True for a kinematic object that moves in this step.
+bool btCcdStep::isDriving(const btCollisionObject& object)
+{
+    const bool linked = btMultiBodyLinkCollider::upcast(&object) != nullptr;
+    const btCcdObjectMotion* motion =
+        object.isKinematicObject() && !linked ? m_stepper.motionOf(object) : nullptr;
+    const auto* rigid =
+        motion != nullptr ? std::get_if<bullet_ccd::RigidMotion>(&motion->m_motion) : nullptr;
+    return rigid != nullptr && !(rigid->v_W.isZero(0.0) && rigid->w_W.isZero(0.0));
+}
+
+/// From where it has been placed, at its velocity, if it has not been held.
+void btCcdStep::goOn(btCollisionObject* object, btScalar remaining)
+{
+    const btCcdBody body = btCcdBody::of(object);
+    if (!body.isFree() || body.m_rigidBody == nullptr || isStopped(m_fates[body]))
+    {
+        return;
+    }
+    const btVector3 turn =
+        btCcdToBullet(btCcdTurn(body.m_rigidBody->getAngularVelocity(), m_timeStep));
+    bullet_ccd::RigidMotion motion = bullet_ccd::restAt(btCcdToEigen(object->getWorldTransform()));
+    motion.v_W = btCcdToEigen(body.m_rigidBody->getLinearVelocity() * remaining);
+    motion.w_W = btCcdToEigen(turn * (remaining / m_timeStep));
+    body.m_rigidBody->setCenterOfMassTransform(btCcdToBullet(motion.at(1.0).X_W));
+    m_stepper.goesOn(*object);
 }
 
 /// In how many steps in a row a body of the impact has been held at once.
@@ -343,7 +475,11 @@ void btCcdStep::releaseStopped()
 {
     for (const auto& [body, fate] : m_fates)
     {
-        if (fate.m_own)
+        if (fate.m_after)
+        {
+            fate.m_after->restore();
+        }
+        else if (fate.m_own)
         {
             fate.m_own->restore();
         }
@@ -575,7 +711,10 @@ bool btCcdStep::carry(const btCcdImpact& impact,
     const auto least = btScalar(kAway * m_stepper.tolerance());
     const btScalar away = btScalar(1 << fate.m_carries) * (least + offCircle);
     const btVector3 out = side == 0 ? -impact.m_normal : impact.m_normal;
-    body.setVelocity((turn * place - place + away * out) / remaining, angular);
+    const btVector3 along = (turn * place - place) / remaining;
+    body.setVelocity(along, angular);
+    fate.m_after.emplace(body);
+    body.setVelocity(along + away * out / remaining, angular);
     if (fate.m_carries++ == 0)
     {
         ++m_counters.m_carried;
@@ -681,33 +820,46 @@ bool btCcdStep::hold(const btCcdImpact& impact, btCollisionObject* object, btSca
     return true;
 }
 
-/// Undoes the last `remaining` seconds of the body's motion; once a step.
-void btCcdStep::placeBack(btCollisionObject* object, btScalar remaining)
+/// Puts the body of an action where it was at the present time, unless it is held there (false).
+bool btCcdStep::placeBack(btCollisionObject* object)
 {
     const btCcdBody body = btCcdBody::of(object);
-    if (body.isNone() || ++m_fates[body].m_impacts > 1)
+    if (!body.isFree() || isStopped(m_fates[body]))
     {
-        return;
+        return false;
     }
     if (btMultiBody* multiBody = body.m_multiBody)
     {
-        if (body.isStill() || !btCcdIsStepped(*multiBody))
-        {
-            return;
-        }
-        if (const btCcdMultiBodyMotion* motion = m_stepper.multiBodyMotionOf(*object))
+        const btCcdMultiBodyMotion* motion = body.isStill() || !btCcdIsStepped(*multiBody)
+                                                 ? nullptr
+                                                 : m_stepper.multiBodyMotionOf(*object);
+        if (motion != nullptr)
         {
             btCcdPlaceAtStart(*multiBody, *motion);
-            countHold(body, remaining);
         }
-        return;
+        return motion != nullptr;
     }
-    btRigidBody* rigidBody = body.m_rigidBody;
-    const btCcdObjectMotion* motion =
-        rigidBody->isStaticOrKinematicObject() ? nullptr : m_stepper.motionOf(*object);
+    const btCcdObjectMotion* motion = m_stepper.motionOf(*object);
     if (motion != nullptr)
     {
-        rigidBody->setCenterOfMassTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+        body.m_rigidBody->setCenterOfMassTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+    }
+    return motion != nullptr;
+}
+
+/// It stays where it has been placed until the step ends.
+void btCcdStep::holdBack(btCollisionObject* object, btScalar remaining)
+{
+    const btCcdBody body = btCcdBody::of(object);
+    if (!body.isFree() || isStopped(m_fates[body]))
+    {
+        return;
+    }
+    m_fates[body].m_yield = btCcdYield::Held;
+    const bool moved =
+        body.m_multiBody == nullptr || (!body.isStill() && btCcdIsStepped(*body.m_multiBody));
+    if (moved)
+    {
         countHold(body, remaining);
     }
 }

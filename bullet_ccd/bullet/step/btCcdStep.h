@@ -62,8 +62,10 @@ private:
         btScalar m_instant = -1;  // the time of the last one,
         int m_atInstant = 0;      // and how many came then
         int m_carries = 0;
-        std::optional<btCcdYield> m_yield;     // but settling
-        std::optional<btCcdVelocities> m_own;  // before it was stopped
+        int m_goneOn = -1;                       // after so many impacts of the step
+        std::optional<btCcdYield> m_yield;       // but settling
+        std::optional<btCcdVelocities> m_own;    // before it was stopped
+        std::optional<btCcdVelocities> m_after;  // of what is carried
         const btCollisionObject* m_carrier = nullptr;
     };
 
@@ -86,7 +88,8 @@ private:
         int m_step = 0;
     };
     std::map<btCcdBody, Stuck> m_stuck;
-    std::vector<btCcdImpact> m_stuckImpacts;  // of this step
+    int m_solvings = 0;                        // of this step
+    std::vector<btCollisionObject*> m_pushed;  // by kinematic objects, at the present time
     int m_step = 1;
     int m_impacts = 0;
     btScalar m_timeStep = 0;
@@ -111,6 +114,7 @@ private:
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void yield(const btCcdImpact& impact, btScalar remaining);
+    void holdBack(btCollisionObject* object, btScalar remaining);
     bool hold(const btCcdImpact& impact, btCollisionObject* object, btScalar remaining);
     [[nodiscard]] const btCollisionObject* carrierIn(const btCcdImpact& impact, int side);
     bool carry(const btCcdImpact& impact,
@@ -120,7 +124,16 @@ private:
     void squeeze(const btCcdImpact& impact, btCollisionObject* object);
     void tell(const btCollisionObject* object, btCcdYield how, const btCcdImpact& impact);
     void keepStopped(const btCcdBody& body);
-    void placeBack(btCollisionObject* object, btScalar remaining);
+    [[nodiscard]] static bool isStopped(const Fate& fate)
+    {
+        return fate.m_yield && fate.m_yield != btCcdYield::Carried;
+    }
+    bool placeBack(btCollisionObject* object);
+    [[nodiscard]] bool isDriving(const btCollisionObject& object);
+    void answerBack(const btCcdStepper::Event& event, btScalar remaining);
+    void push(const btCcdImpact& impact, btScalar remaining, bool isStuck);
+    bool solveBack(const std::vector<btCcdImpact>& impacts, btScalar remaining);
+    void goOn(btCollisionObject* object, btScalar remaining);
     void countHold(const btCcdBody& body, btScalar remaining);
     void countQueries();
     void note(const btCcdImpact& impact);

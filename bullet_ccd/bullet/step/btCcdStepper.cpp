@@ -148,7 +148,7 @@ void btCcdStepper::teleported(const btCollisionObject& object)
     m_tracker->teleported(object);
 }
 
-bool btCcdStepper::begin(btScalar timeStep, Motion motion)
+bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
 {
     m_motion = motion;
     m_timeStep = double(timeStep);
@@ -156,7 +156,7 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion)
     m_counts = {};
     m_pairs.clear();
     m_fast.clear();
-    if (m_tracker->look(m_timeStep))
+    if (m_tracker->look(m_timeStep, kinematicStands))
     {
         m_tracker->findNeighbours();
         if (m_tracker->moversCanCross())
@@ -225,8 +225,11 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
             pair.m_mayLose = btCcdMayLose(m_context, a, b);
         }
         if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
-            !btCcdAreFartherApart(
-                m_context, a, b, std::min(a.m_motion + b.m_motion, wayApart(a, b))))
+            !btCcdAreFartherApart(m_context,
+                                  a,
+                                  b,
+                                  std::min(a.m_motion + b.m_motion, wayApart(a, b)),
+                                  m_motion == Motion::Done))
         {
             m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
         }
@@ -365,10 +368,15 @@ void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose
         return;
     }
     const auto begun = m_starts.find(tracked.m_object);
-    if (begun != m_starts.end() && m_motion == Motion::Done && !tracked.m_stopped)
+    const bool isPushed = begun != m_starts.end() && m_motion == Motion::Done && !tracked.m_stopped;
+    if (isPushed || tracked.m_way != nullptr)
     {
-        bullet_ccd::RigidMotion motion = bullet_ccd::motionBetween(
-            btCcdToEigen(begun->second), btCcdToEigen(tracked.m_object->getWorldTransform()));
+        const btTransform& from = isPushed ? begun->second : tracked.m_way->m_start;
+        const btTransform& to = isPushed                  ? tracked.m_object->getWorldTransform()
+                                : tracked.m_motion == 0.0 ? from
+                                                          : tracked.m_way->m_end;
+        bullet_ccd::RigidMotion motion =
+            bullet_ccd::motionBetween(btCcdToEigen(from), btCcdToEigen(to));
         motion.X_W0 = motion.at(1.0 - part).X_W;
         motion.v_W *= part;
         motion.w_W *= part;
@@ -418,10 +426,12 @@ void btCcdStepper::sweep(btCcdTracked& tracked)
     }
     else if (!tracked.m_jumped)
     {
-        // Kinematic objects stand where the step began.
-        const double time = tracked.m_object->isKinematicObject() ? m_timeStep
-                            : m_motion == Motion::Done            ? -remaining()
-                                                                  : remaining();
+        double time = m_motion == Motion::Done ? -remaining() : remaining();
+        if (tracked.m_way != nullptr)
+        {
+            from = to = tracked.m_origin;  // where the step began
+            time = m_timeStep;
+        }
         to += tracked.m_course.m_velocity * btScalar(time);
     }
     if (!std::isfinite(tracked.m_motion) || !std::isfinite(from.length2()))
@@ -606,8 +616,15 @@ void btCcdStepper::changed(const btCollisionObject& object)
              [this](btCcdTracked& part)
              {
                  part.m_changed = true;
-                 part.m_stopped = part.m_stopped || m_motion == Motion::Done;
+                 part.m_stopped =
+                     part.m_stopped || (m_motion == Motion::Done && part.m_way == nullptr);
              });
+}
+
+void btCcdStepper::goesOn(const btCollisionObject& object)
+{
+    m_starts.erase(&object);
+    forParts(object, [](btCcdTracked& part) { part.m_stopped = false; });
 }
 
 void btCcdStepper::squeezed(const btCollisionObject& object)

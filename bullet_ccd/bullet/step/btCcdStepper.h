@@ -78,7 +78,8 @@ public:
     }
     /// Looks at all objects. False if no pair can be lost in this step: then that is all there is
     /// to do. May be called again if velocities have been changed.
-    [[nodiscard]] bool begin(btScalar timeStep, Motion motion);
+    /// @param kinematicStands what is kinematic has not begun to move
+    [[nodiscard]] bool begin(btScalar timeStep, Motion motion, bool kinematicStands = false);
     /// Asks for all pairs that begin() has found. To be called before next().
     void askAll();
     /// The earliest impact that is still to come.
@@ -89,6 +90,9 @@ public:
     /// The velocities of everything that moves with the object are no longer what they were. For a
     /// motion that is done: it has been placed where it was at the present time and stays there.
     void changed(const btCollisionObject& object);
+    /// Of a motion that is done: it has been placed where it would come to from the present time on
+    /// at its new velocity, without any spin. To be called after changed().
+    void goesOn(const btCollisionObject& object);
     /// Leaves the pairs of all that moves with the object and what is fixed or kinematic to Bullet
     /// for the rest of the step.
     void squeezed(const btCollisionObject& object);

@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdTracker.h"
 
+#include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -28,6 +29,8 @@ constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 constexpr std::size_t kSample = 33;
 /// See isJump().
 constexpr double kJump = 4.0;
+/// A frame has fewer steps.
+constexpr double kMostParts = 1e4;
 
 double lengthOf(const btVector3& v)
 {
@@ -268,8 +271,9 @@ void btCcdTracker::prepare()
     }
 }
 
-bool btCcdTracker::look(double timeStep)
+bool btCcdTracker::look(double timeStep, bool kinematicStands)
 {
+    m_kinematicStands = kinematicStands;
     if (m_objects.size() == 1 && isAlone())
     {
         return false;
@@ -384,6 +388,7 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
         tracked.m_moves = false;
         tracked.m_motion = 0.0;
         tracked.m_course = {};
+        tracked.m_way = nullptr;
     }
     const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
     tracked.m_tracked = proxy != nullptr;
@@ -408,18 +413,14 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
         course.m_turning = lengthOf(body->getAngularVelocity()) * reach;
         tracked.m_motion = m_timeStep * (lengthOf(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
+        tracked.m_way = nullptr;
         if (isNotZero(body->getCcdMotionThreshold())) [[unlikely]]
         {
             m_isClamped = true;
         }
         if (body->isKinematicObject()) [[unlikely]]
         {
-            tracked.m_jumped = isJump(tracked);
-            if (tracked.m_jumped)
-            {
-                course = {};
-                tracked.m_motion = 0.0;
-            }
+            readKinematic(tracked);
         }
     }
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
@@ -448,26 +449,94 @@ inline bool btCcdTracker::isInside(const btCcdTracked& tracked)
            tracked.m_listed.m_room;
 }
 
-/// A kinematic object has jumped if it came farther than several times its reach, and more than
-/// twice as far as before. Bullet gives it one velocity for all steps of a frame.
-bool btCcdTracker::isJump(const btCcdTracked& tracked)
+/// The part of its way that it covers in this step.
+void btCcdTracker::readKinematic(btCcdTracked& tracked)
 {
-    Way& way = m_ways[tracked.m_object];
-    const btVector3& velocity = tracked.m_course.m_velocity;
-    const bool isSameFrame = way.m_step != 0 && way.m_origin == tracked.m_origin &&
-                             way.m_velocity == velocity && !m_teleported.count(tracked.m_object);
-    if (!isSameFrame && way.m_step != m_step)
+    btCcdWay& way = m_ways[tracked.m_object];
+    const bool isTold = m_teleported.count(tracked.m_object) != 0;
+    if (way.m_step != m_step)
     {
-        const double before = way.m_length;
-        way.m_length = m_timeStep * lengthOf(velocity);
-        way.m_jumped =
-            m_teleported.count(tracked.m_object) != 0 ||
-            (way.m_length > kJump * tracked.outline().m_reach && way.m_length > 2.0 * before);
-        way.m_origin = tracked.m_origin;
-        way.m_velocity = velocity;
+        const bool isSameFrame = !isTold && way.m_step == m_step - 1 &&
+                                 way.m_part + 1 < way.m_parts &&
+                                 way.m_velocity == tracked.m_course.m_velocity &&
+                                 way.m_to == tracked.m_object->getWorldTransform();
+        if (isSameFrame)
+        {
+            ++way.m_part;
+            way.m_start = way.m_end;
+        }
+        else
+        {
+            beginFrame(way, tracked, isTold);
+        }
+        const auto frame =
+            bullet_ccd::motionBetween(btCcdToEigen(way.m_from), btCcdToEigen(way.m_to));
+        const double end = double(way.m_part + 1) / way.m_parts;
+        way.m_end = end < 1.0 ? btCcdToBullet(frame.at(end).X_W) : way.m_to;
+        way.m_step = m_step;
     }
-    way.m_step = m_step;
-    return way.m_jumped;
+    tracked.m_way = &way;
+    tracked.m_jumped = way.m_jumped;
+    tracked.m_origin = way.m_start.getOrigin();
+    if (way.m_jumped || m_kinematicStands)
+    {
+        tracked.m_course = {};
+        tracked.m_motion = 0.0;
+    }
+}
+
+/// It has jumped if it came farther than several times its reach, and more than twice as far as
+/// before. What its velocity does not explain, in any number of steps, it did not cover.
+void btCcdTracker::beginFrame(btCcdWay& way, const btCcdTracked& tracked, bool isTold) const
+{
+    const btTransform& pose = tracked.m_object->getWorldTransform();
+    const btRigidBody& body = *btRigidBody::upcast(tracked.m_object);
+    const btVector3 velocity = body.getLinearVelocity();
+    const double reach = tracked.outline().m_reach;
+    const double length = m_timeStep * lengthOf(velocity);
+    const double angle = m_timeStep * lengthOf(body.getAngularVelocity());
+    way.m_jumped = isTold || (length > kJump * reach && length > 2.0 * way.m_length);
+    way.m_length = length;
+    way.m_velocity = velocity;
+    way.m_part = 0;
+    way.m_parts = 1;
+    bullet_ccd::RigidMotion back = bullet_ccd::restAt(btCcdToEigen(pose));
+    back.v_W = -m_timeStep * btCcdToEigen(velocity);
+    back.w_W = -m_timeStep * btCcdToEigen(body.getAngularVelocity());
+    const btVector3 came = pose.getOrigin() - way.m_to.getOrigin();
+    const double turned =
+        bullet_ccd::motionBetween(btCcdToEigen(way.m_to), btCcdToEigen(pose)).w_W.norm();
+    const double rounding = m_context.m_tolerance;
+    double parts = 1.0;
+    if (lengthOf(came) > 1.5 * length + rounding || turned * reach > 1.5 * angle * reach + rounding)
+    {
+        parts = std::round(length > angle * reach ? lengthOf(came) / length : turned / angle);
+    }
+    const btVector3 expected = velocity * btScalar(parts * m_timeStep);
+    const bool isExplained =
+        way.m_step == m_step - 1 && parts >= 1.0 && parts < kMostParts &&
+        std::abs(turned - parts * angle) * reach <= 0.1 * parts * angle * reach + rounding &&
+        lengthOf(came - expected) <= 0.1 * lengthOf(came) + rounding;
+    if (length == 0.0 && angle == 0.0)
+    {
+        way.m_from = pose;
+    }
+    else if (isExplained)
+    {
+        way.m_from = way.m_to;
+        way.m_parts = int(parts);
+    }
+    else
+    {
+        way.m_from = btCcdToBullet(back.at(1.0).X_W);
+    }
+    if (way.m_jumped)
+    {
+        way.m_from = pose;
+        way.m_parts = 1;
+    }
+    way.m_start = way.m_from;
+    way.m_to = pose;
 }
 
 void btCcdTracker::newStep()
@@ -503,7 +572,7 @@ inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkC
 btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
 {
     btCcdCourse course;
-    if (tracked.m_stopped || tracked.m_jumped)
+    if (tracked.m_stopped || tracked.m_jumped || (m_kinematicStands && tracked.m_way != nullptr))
     {
         return course;
     }

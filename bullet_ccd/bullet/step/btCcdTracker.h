@@ -33,6 +33,22 @@ struct btCcdCourse
     double m_turning = 0.0;
 };
 
+/// How a kinematic object comes to where it is: Bullet moves it at once, before the first of the
+/// steps of a frame, and gives it the same velocity in all of them.
+struct btCcdWay
+{
+    btTransform m_from = btTransform::getIdentity();   // in the frame,
+    btTransform m_to = btTransform::getIdentity();     // which is where it is
+    btTransform m_start = btTransform::getIdentity();  // in this step
+    btTransform m_end = btTransform::getIdentity();
+    btVector3 m_velocity = btVector3(0, 0, 0);
+    double m_length = 0.0;  // in a step [m]
+    bool m_jumped = false;
+    int m_part = 0;  // of this step in the frame,
+    int m_parts = 1;
+    int m_step = 0;
+};
+
 /// Where a list of neighbours has an object that moves.
 struct btCcdListed
 {
@@ -63,6 +79,7 @@ struct btCcdTracked
     btVector3 m_origin = btVector3(0, 0, 0);  // when the step began, if it moves
     double m_beyond = 0.0;                    // how far it moves beyond m_unseen
     btCcdCourse m_course;                     // since m_since
+    const btCcdWay* m_way = nullptr;          // of a kinematic object that moves
     double m_since = 0.0;
     btVector3 m_shift = btVector3(0, 0, 0);  // by then in this step, in the same two parts
     double m_turned = 0.0;
@@ -113,7 +130,8 @@ public:
     /// Looks at all objects and makes the models of simple shapes, before the first step.
     void prepare();
     /// Reads how everything moves. False if no two objects can cross each other, wherever they are.
-    [[nodiscard]] bool look(double timeStep);
+    /// @param kinematicStands what is kinematic is where its part of this step begins, and stays
+    [[nodiscard]] bool look(double timeStep, bool kinematicStands);
     /// Lists all pairs that may meet in this step, and some more; after look().
     void findNeighbours();
     /// Of two that moved when the list was made; and all others.
@@ -166,22 +184,12 @@ private:
         double m_common = 0.0;                      // and its magnitude
     };
 
-    /// How a kinematic object came to where it is.
-    struct Way
-    {
-        btVector3 m_origin = btVector3(0, 0, 0);
-        btVector3 m_velocity = btVector3(0, 0, 0);
-        double m_length = 0.0;  // in a step [m]
-        bool m_jumped = false;
-        int m_step = 0;
-    };
-
     btCollisionWorld& m_world;
     btCcdContext& m_context;
     std::set<const btCollisionObject*> m_disabled;
     std::set<const btCollisionObject*> m_teleported;
     std::unordered_map<const btCollisionObject*, int> m_proxies;  // of all that have been seen
-    std::unordered_map<const btCollisionObject*, Way> m_ways;
+    std::unordered_map<const btCollisionObject*, btCcdWay> m_ways;
     int m_step = 0;
     std::vector<btCcdTracked> m_objects;  // by index in the world
     std::unordered_map<const btCollisionShape*, std::unique_ptr<btCcdKnownShape>> m_shapes;
@@ -208,6 +216,7 @@ private:
     double m_beyondTwo = 0.0;  // of the two that go farthest beyond what they may move unseen
     int m_epoch = 0;
     bool m_isStale = false;  // to be looked at anew
+    bool m_kinematicStands = false;
     bool m_touched = false;  // see noteChanges()
 
     double m_moversMayLose = 0.0;  // at least, of any two
@@ -226,7 +235,8 @@ private:
     [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
     [[nodiscard]] bool readMotions(bool check);
     [[nodiscard]] bool read(btCcdTracked& tracked);
-    [[nodiscard]] bool isJump(const btCcdTracked& tracked);
+    void readKinematic(btCcdTracked& tracked);
+    void beginFrame(btCcdWay& way, const btCcdTracked& tracked, bool isTold) const;
     [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
     [[nodiscard]] static bool isInside(const btCcdTracked& tracked);
     void compareMotions();

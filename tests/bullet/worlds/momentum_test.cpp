@@ -240,7 +240,7 @@ TEST_P(MomentumOf, WallThatIsHitIsConserved)
         }
         const Momentum after = momentumOf(scene);
         EXPECT_LT((after.linear - before.linear).norm() / before.linearScale,
-                  GetParam() == Kind::World && kDouble ? 1e-9 : 1e-4);
+                  kDouble ? 1e-12 : 1e-5);
         double left = 0.0;
         for (const btRigidBody* body : cubes)
         {

@@ -137,6 +137,63 @@ TEST_P(Recovery, OfColumnsOfMeshesThatFellOnEachOther)
     }
 }
 
+TEST_P(Recovery, OfAColumnOfFiveMeshesTakesNoTimeFromThemForever)
+{
+    // Contacts closed by what the solver leaves undone, in which each cube was held by the next.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, -10, 0));
+    scene.body(scene.box(vec(20, 0.05, 20)), 0.0, poseAt(vec(0, -0.05, 0)));
+    btCollisionShape* cube = scene.boxMesh(vec(0.1, 0.1, 0.1));
+    for (int i = 0; i < 5; ++i)
+    {
+        scene.body(cube, 1.0, poseAt(vec(0, 3 + 1.2 * i, 0)))
+            ->setLinearVelocity(vec(0, -5.0 * (i + 1), 0));
+    }
+    for (int i = 0; i < 150; ++i)
+    {
+        scene.step(kStepOfRecovery);
+    }
+    const double before = scene.counters().m_lostTime;
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(kStepOfRecovery);
+    }
+    EXPECT_LT(scene.counters().m_lostTime - before, 0.5);  // of five body-seconds
+}
+
+TEST_P(Recovery, OfWhatAPlatformLiftsIsNone)
+{
+    // It starts under what lies on it, and goes up and down: Bullet puts it into them at once.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -10));
+    btRigidBody* platform = scene.body(scene.boxMesh(vec(2, 2, 0.1)), 0.0, poseAt(vec(0, 0, -0.1)));
+    platform->setCollisionFlags(platform->getCollisionFlags() |
+                                btCollisionObject::CF_KINEMATIC_OBJECT);
+    platform->setActivationState(DISABLE_DEACTIVATION);
+    btCollisionShape* mesh = scene.boxMesh(vec(0.2, 0.2, 0.2));
+    btCollisionShape* box = scene.box(vec(0.2, 0.2, 0.2));
+    std::vector<btRigidBody*> cargo;
+    for (int i = 0; i < 6; ++i)
+    {
+        const double x = -1.2 + 0.5 * i;
+        cargo.push_back(scene.body(i % 2 == 0 ? box : mesh, 1.0, poseAt(vec(x, 0, 0.201))));
+    }
+    for (int step = 0; step < 300; ++step)
+    {
+        const double height = 2.0 * std::sin(1.5 * step * kStepOfRecovery);
+        platform->setWorldTransform(poseAt(vec(0, 0, height - 0.1)));
+        scene.step(kStepOfRecovery);
+        for (std::size_t i = 0; i < cargo.size(); ++i)
+        {
+            const btVector3& at = cargo[i]->getWorldTransform().getOrigin();
+            // Shapes of Bullet sink in as deep as in the stock world.
+            EXPECT_GT(double(at.z()) - height, i % 2 == 0 ? 0.14 : 0.199) << step << ", " << i;
+            EXPECT_NEAR(double(at.x()), -1.2 + 0.5 * double(i), 0.1) << step << ", " << i;
+        }
+    }
+    EXPECT_LT(scene.counters().m_lostTime, 0.5);
+}
+
 TEST_P(Recovery, OfAKinematicObjectThatJumpsIsNoSweep)
 {
     for (const bool told : {false, true})

@@ -24,7 +24,7 @@ template <typename Judge>
 Count runSlice(const TunnellingRow& row, Kind kind, const Judge& judge)
 {
     Count count;
-    for (std::size_t i = 0; i < row.settings.size() && isAsked(row, kind); ++i)
+    for (std::size_t i = 0; i < row.settings.size(); ++i)
     {
         const int phase = kPhases[i % std::size(kPhases)];
         const RunOutcome outcome = row.run(kind, row.settings[i], phase / 50.0);
