@@ -1,10 +1,6 @@
-// human: a walking, running and kicking human of 15 links among 16 chessmen on their board, from
-// one frame of the recorded motion to the next: answers checked, then timed in turns with each
-// pair of a link and an obstacle on its own, with FCL's samples, and with stages of the query
-// switched off.
-// hands, arms: joints that go through their whole range in one query, beside dense samples.
-#include "benchmarks/articulated/crossing_arms.h"
-#include "benchmarks/articulated/hand_closings.h"
+// A walking, running and kicking human of 15 links among 16 chessmen on their board, from one frame
+// of the recorded motion to the next: answers checked, then timed in turns with each pair of a link
+// and an obstacle on its own, with FCL's samples, and with stages of the query switched off.
 #include "benchmarks/articulated/human_run.h"
 #include "benchmarks/rigid/rigid_run.h"
 #include "benchmarks/support/counters.h"
@@ -12,9 +8,7 @@
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
 
-#include <array>
 #include <fmt/format.h>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,7 +23,6 @@ struct HumanOptions
     int repeats = 7;
     bool fcl = true;
     bool list = false;
-    bool bounds = false;
 };
 
 nlohmann::json rowOfMix(const Mix& mix)
@@ -74,15 +67,13 @@ void printTable(const std::vector<Mix>& mixes)
 /// Mean time of FCL on the recorded bunny queries; 0 without FCL.
 double unitMicros(const HumanOptions& options)
 {
-    if (!options.fcl || !isFclPresent())
+    if (!options.fcl)
     {
         return 0.0;
     }
     MeshLibrary meshes(options.data);
-    const std::array sets{makeRigidSet("bunny_ident", meshes)};
-    Hierarchies hierarchies;
-    NaiveCache cache("");
-    return runTogether(sets, {.repeats = 1, .fclRepeats = 3, .check = false}, hierarchies, cache)
+    return runSet(makeRigidSet("bunny_ident", meshes),
+                  {.repeats = 1, .fclRepeats = 3, .check = false})
         .at(0)
         .values["fclMicroseconds"];
 }
@@ -123,7 +114,7 @@ bool judge(const std::vector<Mix>& mixes, double unit)
 
 bool runHuman(const HumanOptions& options)
 {
-    const std::vector<Stage> stages = humanStages(options.bounds);
+    const std::vector<Stage> stages = humanStages();
     std::vector<Mix> all;
     const double unit = unitMicros(options);
     for (const std::string& name : options.motions)
@@ -149,20 +140,6 @@ bool runHuman(const HumanOptions& options)
     return judge(all, unit) && isRight;
 }
 
-void requireFcl()
-{
-    if (!isFclPresent())
-    {
-        throw std::runtime_error("hands and arms are compared with FCL: install libfcl-dev");
-    }
-}
-
-std::vector<ProgramOption> optionsOf(LinkageOptions& options)
-{
-    return {{"-n,--configurations", &options.configurations, "random queries"},
-            {"--repeats", &options.repeats, "passes; the median counts"},
-            {"--seed", &options.seed, "of the random queries"}};
-}
 }  // namespace
 }  // namespace bullet_ccd::benchmarks
 
@@ -170,41 +147,17 @@ int main(int argc, char** argv)
 {
     using namespace bullet_ccd::benchmarks;
     HumanOptions human;
-    ClosingOptions closing{.linkage = {}, .share = BULLET_CCD_SHARE};
-    LinkageOptions arms;
-    Program hands{.name = "hands",
-                  .about = "hands that close around household objects",
-                  .options = optionsOf(closing.linkage),
-                  .run = [&]
-                  {
-                      requireFcl();
-                      closing.linkage.data = human.data;
-                      return runHandClosings(closing);
-                  }};
-    hands.options.push_back({"--hand", &closing.hands, "folders in hands/ of the data"});
     return runProgram(
         argc,
         argv,
         {.name = "bench_articulated",
          .about = "Queries of moving linkages: answers checked, then timed",
          .options = {{"--data", &human.data, "data folder"}},
-         .verbs = {
-             {.name = "human",
-              .about = "15 links among 16 chessmen, beside FCL",
-              .options = {{"--motion", &human.motions, "walk, run, kick"},
-                          {"--repeats", &human.repeats, "passes; the median counts"},
-                          {"--list", &human.list, "list pairs that intersect at the start"},
-                          {"--bounds", &human.bounds, "bounds of first order, too: takes minutes"},
-                          {"!--no-fcl", &human.fcl, "without FCL"}},
-              .run = [&] { return runHuman(human); }},
-             hands,
-             {.name = "arms",
-              .about = "two arms that cross each other",
-              .options = optionsOf(arms),
-              .run = [&]
-              {
-                  requireFcl();
-                  arms.data = human.data;
-                  return runCrossingArms(arms);
-              }}}});
+         .verbs = {{.name = "human",
+                    .about = "15 links among 16 chessmen, beside FCL",
+                    .options = {{"--motion", &human.motions, "walk, run, kick"},
+                                {"--repeats", &human.repeats, "passes; the median counts"},
+                                {"--list", &human.list, "list pairs that intersect at the start"},
+                                {"!--no-fcl", &human.fcl, "without FCL"}},
+                    .run = [&] { return runHuman(human); }}}});
 }

@@ -1,7 +1,6 @@
 // Points of the articulated chart as JSON; benchmarks/run chart runs this program and draws them.
 #include "benchmarks/articulated/human_peers.h"
 #include "benchmarks/articulated/human_run.h"
-#include "benchmarks/rigid/rigid_targets.h"
 #include "benchmarks/support/chart.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
@@ -46,21 +45,13 @@ ChartMethod stageMethod(const SharedWorld& world, const Stage& stage)
     const auto answer = [=, work = std::make_shared<ToiWorkspace>()](
                             std::size_t i, double tolerance) -> ChartAnswer
     {
-        Stage asked = stage;
-        asked.options.toi.tolerance = tolerance;
+        ArticulatedToiOptions asked = stage.options;
+        asked.toi.tolerance = tolerance;
         const ArticulatedToiResult result =
-            asked.ask(world->scene, *world->queries[i], world->environment, *work);
+            articulatedToi(world->scene.body(*world->queries[i]), world->environment, asked, *work);
         return {.hit = isContact(result.status), .time = result.time};
     };
-    // With bounds of first order, steps shrink with the distance: a query takes a second, small
-    // tolerances take minutes.
-    const bool isFast = !stage.bound;
-    const ToiAsking few{.queries = world->options.quick ? 3U : 12U};
-    return toiMethod(stage.name,
-                     world->truths,
-                     tolerances(2, isFast ? 7 : 4),
-                     answer,
-                     isFast ? ToiAsking{.passes = world->options.repeats} : few);
+    return toiMethod(stage.name, world->truths, tolerances(2, 7), answer, world->options.repeats);
 }
 
 /// kNever is no contact.
@@ -74,11 +65,8 @@ ChartMethod pairwise(const SharedWorld& world)
     const auto answer =
         [=, work = std::make_shared<ToiWorkspace>()](std::size_t i, double tolerance)
     { return answerOf(rigidTime(world->scene, *world->queries[i], tolerance, *work)); };
-    return toiMethod("rigidToi on each pair",
-                     world->truths,
-                     tolerances(2, 7),
-                     answer,
-                     {.passes = world->options.repeats});
+    return toiMethod(
+        "rigidToi on each pair", world->truths, tolerances(2, 7), answer, world->options.repeats);
 }
 
 ChartMethod sampling(const SharedWorld& world)
@@ -151,9 +139,9 @@ ChartTruth truthOf(const World& world, const HumanQuery& query, ToiWorkspace& wo
 }
 
 /// The queries of one recorded motion at which nothing intersects at the start, with the whole
-/// query, without its stages, with other bounds, rigidToi() on each pair, and FCL's samples of all
-/// links. Truths are FCL's, from our time at a tolerance of 1e-9 m on. The methods share ownership
-/// of what they need. Throws std::logic_error in a build without FCL.
+/// query, without its stages, rigidToi() on each pair, and FCL's samples of all links. Truths are
+/// FCL's, from our time at a tolerance of 1e-9 m on. The methods share ownership of what they need.
+/// Throws std::logic_error in a build without FCL.
 ChartScene makeScene(const std::string& motion, const ChartOptions& options)
 {
     const auto world = std::make_shared<World>(options, motion);
@@ -170,7 +158,7 @@ ChartScene makeScene(const std::string& motion, const ChartOptions& options)
         truths.push_back(truthOf(*world, *query, work));
     }
     world->truths = std::make_shared<const std::vector<ChartTruth>>(std::move(truths));
-    for (const Stage& stage : humanStages(true))
+    for (const Stage& stage : humanStages())
     {
         scene.methods.push_back(stageMethod(world, stage));
     }

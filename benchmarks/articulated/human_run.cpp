@@ -1,6 +1,5 @@
 #include "benchmarks/articulated/human_run.h"
 
-#include "benchmarks/rigid/rigid_targets.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/distance/triangle_distance.h"
 
@@ -25,7 +24,7 @@ TriangleCorners corners(const SsvTree& tree, std::int32_t triangle, const Eigen:
 }
 }  // namespace
 
-std::vector<Stage> humanStages(bool withBounds)
+std::vector<Stage> humanStages()
 {
     const ArticulatedToiOptions whole{.toi = {.tolerance = kTolerance}};
     std::vector<Stage> all{{"articulatedToi", whole},
@@ -35,22 +34,7 @@ std::vector<Stage> humanStages(bool withBounds)
     all[1].options.subdivide = false;
     all[2].options.cullBySpace = false;
     all[3].options.cullByTime = false;
-    if (withBounds)
-    {
-        all.push_back({"directional bound", whole, FirstOrderBound::Directional});
-        all.push_back({"sum bound", whole, FirstOrderBound::Sum});
-    }
     return all;
-}
-
-ArticulatedToiResult Stage::ask(const HumanScene& scene,
-                                const HumanQuery& query,
-                                const Environment& environment,
-                                ToiWorkspace& work) const
-{
-    const ArticulatedBody body = scene.body(query);
-    return bound ? firstOrderToi(body, scene.obstacles, *bound, options.toi)
-                 : articulatedToi(body, environment, options, work);
 }
 
 void add(Mix& sum, const Mix& more)
@@ -72,7 +56,7 @@ void add(Mix& sum, const Mix& more)
 HumanRun::HumanRun(const std::filesystem::path& data, const std::string& name, bool withFcl)
     : m_name(name), m_scene(makeHumanScene(data, name)), m_environment(m_scene.obstacles)
 {
-    if (withFcl && isFclPresent())
+    if (withFcl)
     {
         m_fcl = std::make_unique<FclHuman>(m_scene);
     }
@@ -96,13 +80,13 @@ void HumanRun::describe(bool listExempt) const
         }
     }
     fmt::print(
-        "{}: {} queries; {} links of {} triangles, recorded poses kept to {:.1g} mm; {} obstacles "
-        "of {} triangles; {} pairs intersect at the start\n",
+        "{}: {} queries; {} links of {} triangles; {} obstacles of {} triangles; {} pairs "
+        "intersect "
+        "at the start\n",
         m_name,
         m_scene.queries.size(),
         m_scene.links.size(),
         m_scene.humanTriangles,
-        1e3 * m_scene.poseError,
         m_scene.obstacles.size(),
         m_scene.obstacleTriangles,
         exempt);
@@ -170,7 +154,8 @@ Mix HumanRun::check(const Stage& stage, std::vector<bool>& hits)
     for (std::size_t f = 0; f < m_scene.queries.size(); ++f)
     {
         const HumanQuery& query = m_scene.queries[f];
-        const ArticulatedToiResult result = stage.ask(m_scene, query, m_environment, m_work);
+        const ArticulatedToiResult result =
+            articulatedToi(m_scene.body(query), m_environment, stage.options, m_work);
         const bool isHit = isContact(result.status);
         hits.push_back(isHit);
         const double time = isHit ? result.time : kNever;
@@ -204,7 +189,10 @@ std::vector<Mix> HumanRun::run(std::span<const Stage> stages, int repeats)
     {
         mixes.push_back(check(stage, hits[mixes.size()]));
         const auto ask = [&](std::size_t f)
-        { keep(stage.ask(m_scene, m_scene.queries[f], m_environment, m_work).time); };
+        {
+            const ArticulatedBody body = m_scene.body(m_scene.queries[f]);
+            keep(articulatedToi(body, m_environment, stage.options, m_work).time);
+        };
         timed.push_back({.queries = count, .passes = repeats, .ask = ask});
     }
     const auto askRigid = [&](std::size_t f)

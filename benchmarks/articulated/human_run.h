@@ -1,35 +1,26 @@
 /// Answers, checks and times of the human among chessmen.
 #pragma once
 
-#include "benchmarks/articulated/first_order.h"
 #include "benchmarks/articulated/human_peers.h"
 #include "benchmarks/articulated/human_scene.h"
 
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::benchmarks
 {
-/// The query, whole, with a stage of it switched off, or by another bound.
+/// The query, whole or with a stage of it switched off.
 struct Stage
 {
     const char* name;
     ArticulatedToiOptions options;
-    std::optional<FirstOrderBound> bound{};
-
-    [[nodiscard]] ArticulatedToiResult ask(const HumanScene& scene,
-                                           const HumanQuery& query,
-                                           const Environment& environment,
-                                           ToiWorkspace& work) const;
 };
 
 /// The whole query first.
-/// @param withBounds with bounds of first order, which take a thousand times as long
-[[nodiscard]] std::vector<Stage> humanStages(bool withBounds);
+[[nodiscard]] std::vector<Stage> humanStages();
 
 /// Sums over the queries of a method.
 struct Mix

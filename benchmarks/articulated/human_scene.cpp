@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
@@ -106,23 +107,6 @@ JointMotion motionOf(const KinematicTree& tree, const Recording& frames, std::si
     return motion;
 }
 
-/// Largest distance between an origin of a link and the recorded one at the starts of the queries.
-double poseErrorOf(const HumanScene& scene, const Recording& frames)
-{
-    double worst = 0.0;
-    for (std::size_t f = 0; f < scene.queries.size(); ++f)
-    {
-        for (std::size_t i = 0; i < scene.tree.size(); ++i)
-        {
-            const JointMotion& motion = scene.queries[f].motion;
-            const auto link = static_cast<std::int32_t>(i);
-            const Isometry3d X_WL = linkStateAt(scene.tree, motion, kNone, link, 0.0).X_W;
-            worst = std::max(worst, (X_WL.translation() - frames[f][i].translation()).norm());
-        }
-    }
-    return worst;
-}
-
 /// Upright, on y = 0, the tallest (the king) 0.9 m.
 std::vector<TriangleMesh> loadPieces(const fs::path& data)
 {
@@ -177,19 +161,14 @@ void addObstacle(HumanScene& scene, std::size_t piece, const char* name, const V
 
 const Places& placesOf(const std::string& name)
 {
-    if (name == "walk")
+    static const std::map<std::string, const Places*> kPlaces{
+        {"walk", &kWalkPlaces}, {"run", &kRunPlaces}, {"kick", &kKickPlaces}};
+    const auto found = kPlaces.find(name);
+    if (found == kPlaces.end())
     {
-        return kWalkPlaces;
+        throw std::runtime_error("motion \"" + name + "\" is not known: walk, run or kick");
     }
-    if (name == "run")
-    {
-        return kRunPlaces;
-    }
-    if (name == "kick")
-    {
-        return kKickPlaces;
-    }
-    throw std::runtime_error("motion \"" + name + "\" is not known: walk, run or kick");
+    return *found->second;
 }
 
 /// On a board that the lowest foot nearly touches.
@@ -282,7 +261,6 @@ HumanScene makeHumanScene(const fs::path& data, const std::string& name)
         query.motion = motionOf(scene.tree, frames, f);
         addMasks(scene, query);
     }
-    scene.poseError = poseErrorOf(scene, frames);
     return scene;
 }
 }  // namespace bullet_ccd::benchmarks

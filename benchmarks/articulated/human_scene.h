@@ -42,7 +42,6 @@ struct HumanScene
     std::vector<HumanQuery> queries;
     std::size_t humanTriangles = 0;
     std::size_t obstacleTriangles = 0;
-    double poseError = 0.0;  ///< by which the tree's links miss the recorded positions [m]
 
     [[nodiscard]] ArticulatedBody body(const HumanQuery& query) const;
 };

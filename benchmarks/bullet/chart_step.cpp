@@ -30,6 +30,7 @@ constexpr double kSpacing = 0.15;      // [m]: they must not meet
 constexpr double kTargetHalf = 1.0;
 constexpr double kPlateHalf = 0.00025;  // of the thickness
 constexpr double kMeshMargin = btCcdMeshShape::kDefaultMargin;
+constexpr double kTwoMargins = 2.0 * kMeshMargin;
 constexpr double kContactReach = 1.1e-3;  // farther is no contact
 constexpr double kNothing = 1e-6;         // closer is as good as there
 constexpr double kStart = 0.1;            // of the lowest centre above the target
@@ -69,42 +70,32 @@ btCollisionShape* sheet(Scene& scene, Kind /*kind*/)
 const std::vector<Volley>& allVolleys()
 {
     // Bullet turns no body by more than 0.785 rad a step: rods spin at less than 47 rad/s.
-    static const std::vector<Volley> kVolleys{{.name = "balls_plate",
-                                               .title = "balls at a plate",
-                                               .missile = "sphere",
-                                               .target = plate,
-                                               .surface = kPlateHalf},
-                                              {.name = "boxes_sheet",
-                                               .title = "boxes at a sheet of triangles",
-                                               .missile = "box",
-                                               .target = sheet},
-                                              {.name = "rods_plate",
-                                               .title = "spinning rods at a plate",
-                                               .missile = "spinning rod",
-                                               .target = plate,
-                                               .surface = kPlateHalf,
-                                               .speed = 2.0,
-                                               .spin = 0.25},
-                                              {.name = "meshes_plate",
-                                               .title = "mesh boxes at a plate",
-                                               .missile = "mesh box",
-                                               .target = plate,
-                                               .surface = kPlateHalf,
-                                               .margins = kMeshMargin},
-                                              {.name = "meshes_mesh",
-                                               .title = "mesh boxes at a mesh plate",
-                                               .missile = "mesh box",
-                                               .target = meshPlate,
-                                               .surface = kPlateHalf,
-                                               .margins = 2.0 * kMeshMargin},
-                                              {.name = "mesh_rods_mesh",
-                                               .title = "spinning mesh rods at a mesh plate",
-                                               .missile = "spinning mesh rod",
-                                               .target = meshPlate,
-                                               .surface = kPlateHalf,
-                                               .margins = 2.0 * kMeshMargin,
-                                               .speed = 2.0,
-                                               .spin = 0.25}};
+    static const std::vector<Volley> kVolleys{
+        {"balls_plate", "balls at a plate", "sphere", plate, kPlateHalf},
+        {"boxes_sheet", "boxes at a sheet of triangles", "box", sheet},
+        {"rods_plate",
+         "spinning rods at a plate",
+         "spinning rod",
+         plate,
+         kPlateHalf,
+         0.0,
+         2.0,
+         0.25},
+        {"meshes_plate", "mesh boxes at a plate", "mesh box", plate, kPlateHalf, kMeshMargin},
+        {"meshes_mesh",
+         "mesh boxes at a mesh plate",
+         "mesh box",
+         meshPlate,
+         kPlateHalf,
+         kTwoMargins},
+        {"mesh_rods_mesh",
+         "spinning mesh rods at a mesh plate",
+         "spinning mesh rod",
+         meshPlate,
+         kPlateHalf,
+         kTwoMargins,
+         2.0,
+         0.25}};
     return kVolleys;
 }
 

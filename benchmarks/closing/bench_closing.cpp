@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace bullet_ccd::benchmarks
@@ -27,9 +26,7 @@ struct Arguments
         "ycb_16k/025_mug.obj", "ycb_16k/006_mustard_bottle.obj", "ycb_16k/035_power_drill.obj"};
     int candidates = 20;
     std::uint64_t seed = 1;
-    int clutter = 0;
     bool onlyOurs = false;
-    std::string csv;
 };
 
 /// One pair of hand and object.
@@ -82,23 +79,6 @@ void print(const Row& row)
         .print(work);
 }
 
-void write(std::ostream& csv, const Row& row)
-{
-    for (const MethodResult& method : row.comparison.methods)
-    {
-        for (std::size_t i = 0; i < method.outcomes.size(); ++i)
-        {
-            csv << fmt::format("{},{},{},{},{:.3f},{}\n",
-                               row.hand,
-                               row.object,
-                               i,
-                               method.name,
-                               method.outcomes[i].microseconds,
-                               method.outcomes[i].closing.stops.size());
-        }
-    }
-}
-
 void summarize(const std::vector<Row>& rows)
 {
     std::vector<double> best;
@@ -115,13 +95,10 @@ void summarize(const std::vector<Row>& rows)
         other += row.comparison.oursOther;
     }
     fmt::print("\n{} pairs, {} candidates\n", rows.size(), candidates);
-    if (isFclPresent())
-    {
-        fmt::print("baseline at default steps with {}: {:.1f} x ours in the mean, least {:.1f}\n",
-                   fclVersion(),
-                   meanOf(fcl),
-                   std::ranges::min(fcl));
-    }
+    fmt::print("baseline at default steps with {}: {:.1f} x ours in the mean, least {:.1f}\n",
+               fclVersion(),
+               meanOf(fcl),
+               std::ranges::min(fcl));
     fmt::print(
         "baseline at its fastest step on our trees: {:.1f} x ours in the median, least {:.1f}\n",
         medianOf(best),
@@ -135,12 +112,6 @@ void summarize(const std::vector<Row>& rows)
 
 bool run(const Arguments& arguments)
 {
-    std::ofstream csv;
-    if (!arguments.csv.empty())
-    {
-        csv.open(arguments.csv);
-        csv << "hand,object,candidate,method,microseconds,links_stopped\n";
-    }
     std::vector<Row> rows;
     for (const std::string& name : arguments.hands)
     {
@@ -153,12 +124,9 @@ bool run(const Arguments& arguments)
             const ClosingCase scene{.hand = hand,
                                     .object = object,
                                     .candidates = arguments.candidates,
-                                    .seed = arguments.seed,
-                                    .clutter = arguments.clutter};
-            const Peers peers = arguments.onlyOurs ? Peers::None : Peers::All;
-            rows.push_back({name, file, compareClosing(scene, peers)});
+                                    .seed = arguments.seed};
+            rows.push_back({name, file, compareClosing(scene, !arguments.onlyOurs)});
             print(rows.back());
-            write(csv, rows.back());
         }
     }
     if (!arguments.onlyOurs)
@@ -184,13 +152,8 @@ int main(int argc, char** argv)
                      {"--objects", &arguments.objects, "files below objects/"},
                      {"-n,--candidates", &arguments.candidates, "of each hand with each object"},
                      {"--seed", &arguments.seed, "of the candidates"},
-                     {"--clutter",
-                      &arguments.clutter,
-                      "objects out of reach beside the one that ours grasps",
-                      0},
                      {"--only-ours",
                       &arguments.onlyOurs,
-                      "to count its instructions: no other method"},
-                     {"--csv", &arguments.csv, "file for one line per candidate and method"}},
+                      "to count its instructions: no other method"}},
          .run = [&] { return run(arguments); }});
 }

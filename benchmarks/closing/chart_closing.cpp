@@ -48,10 +48,10 @@ struct World
                                         loadMeshFile(data / "objects" / pair.object).mesh)),
           candidates({.hand = hand, .object = object, .candidates = count, .seed = 1}),
           trees(treeProximity(hand, object)),
-          fcl(isFclPresent() ? fclProximity(hand, object) : nullptr)
+          fcl(fclProximity(hand, object))
     {
         const RunClosing continuous = runContinuous(candidates, kFine);
-        const RunClosing sweep = runDiscrete(fcl != nullptr ? *fcl : *trees,
+        const RunClosing sweep = runDiscrete(*fcl,
                                              hand,
                                              {.closingStep = 0.001,
                                               .contactGap = kFine,
@@ -155,7 +155,7 @@ ChartMethod stepping(const SharedWorld& world,
 /// Errors are those of the posture: the largest difference of a joint [rad], of sliding ones ten
 /// times that [m]. The reference is in between of two closings that share nothing but the hand:
 /// ours at a tolerance of 1e-9 m and overlap tests in steps of 0.001 rad, bisected to the same gap,
-/// by FCL where it is present. Candidates at which the two differ by more than 1e-6 rad are left
+/// by FCL. Candidates at which the two differ by more than 1e-6 rad are left
 /// out for all methods; the title says how many.
 ChartScene makeScene(const std::string& name, const ChartOptions& options, int candidates)
 {
@@ -181,11 +181,7 @@ ChartScene makeScene(const std::string& name, const ChartOptions& options, int c
     scene.methods.push_back(stepping(world, "stepping, own trees", *world->trees, usual, steps));
     scene.methods.push_back(
         stepping(world, "stepping, own trees, gap 1 µm", *world->trees, fine, steps));
-    if (world->fcl != nullptr)
-    {
-        scene.methods.push_back(
-            stepping(world, "stepping, FCL", *world->fcl, usual, {1.0, 0.1, 0.01}));
-    }
+    scene.methods.push_back(stepping(world, "stepping, FCL", *world->fcl, usual, {1.0, 0.1, 0.01}));
     return scene;
 }
 }  // namespace

@@ -10,8 +10,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
-#include <optional>
+#include <map>
 
 namespace bullet_ccd::benchmarks
 {
@@ -26,64 +25,6 @@ using grasp::HandModel;
 constexpr double kTolerance = 2e-5;  // [m]
 constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
 
-/// The baseline's collision library is the peer's.
-class FclProximity : public LinkProximity
-{
-public:
-    FclProximity(const HandModel& hand, const GraspObject& object) : m_object(object.tree.mesh())
-    {
-        for (const SsvTree* tree : hand.linkTrees)
-        {
-            m_links.push_back(tree != nullptr ? std::optional<FclModel>(FclModel(tree->mesh()))
-                                              : std::nullopt);
-        }
-    }
-
-    void place(std::span<const Isometry3d> X_WL) override
-    {
-        m_poses.assign(X_WL.begin(), X_WL.end());
-    }
-
-    bool overlap(std::int32_t link, std::int32_t other) override
-    {
-        return fclOverlap(modelOf(link), poseOf(link), modelOf(other), poseOf(other));
-    }
-
-    double distance(std::int32_t link, std::int32_t other, double /*bound*/) override
-    {
-        return fclDistance(modelOf(link), poseOf(link), modelOf(other), poseOf(other));
-    }
-
-private:
-    [[nodiscard]] const FclModel& modelOf(std::int32_t link) const
-    {
-        return link == kNone ? m_object : *m_links[static_cast<std::size_t>(link)];
-    }
-    [[nodiscard]] Isometry3d poseOf(std::int32_t link) const
-    {
-        return link == kNone ? Isometry3d::Identity() : m_poses[static_cast<std::size_t>(link)];
-    }
-
-    FclModel m_object;
-    std::vector<std::optional<FclModel>> m_links;
-    std::vector<Isometry3d> m_poses;
-};
-
-/// In rings about the object.
-std::vector<RigidBody> clutterOf(const GraspObject& object, int count)
-{
-    std::vector<RigidBody> bodies;
-    for (int i = 0; i < count; ++i)
-    {
-        const double away = 2.0 * object.radius + 0.9 + 0.3 * (i / 10);
-        const double around = 2.0 * std::numbers::pi * (i % 10) / 10.0;
-        Isometry3d X = Isometry3d::Identity();
-        X.translation() = away * Eigen::Vector3d(std::cos(around), std::sin(around), 0.0);
-        bodies.push_back({.tree = &object.tree, .motion = restAt(X)});
-    }
-    return bodies;
-}
-
 class Ours
 {
 public:
@@ -91,10 +32,9 @@ public:
         : m_hand(scene.hand),
           m_object(scene.object),
           m_tolerance(tolerance),
-          m_clutter(clutterOf(scene.object, scene.clutter)),
           m_bodies{RigidBody{.tree = &scene.object.tree, .motion = {}}},
           m_environment(m_bodies),
-          m_close(grasp::kinematicClosing(m_clutter))
+          m_close(grasp::kinematicClosing())
     {
     }
 
@@ -122,7 +62,6 @@ private:
     const HandModel& m_hand;
     const GraspObject& m_object;
     double m_tolerance;
-    std::vector<RigidBody> m_clutter;
     std::array<RigidBody, 1> m_bodies;
     Environment m_environment;
     grasp::CloseHand m_close;
@@ -178,10 +117,25 @@ RunClosing runDiscrete(LinkProximity& proximity,
 
 std::unique_ptr<LinkProximity> fclProximity(const HandModel& hand, const GraspObject& object)
 {
-    return std::make_unique<FclProximity>(hand, object);
+    std::map<std::int32_t, FclModel> models{{kNone, FclModel(object.tree.mesh())}};
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        if (hand.linkTrees[link] != nullptr)
+        {
+            models.emplace(static_cast<std::int32_t>(link), hand.linkTrees[link]->mesh());
+        }
+    }
+    const auto overlap =
+        [models](std::int32_t a, const Isometry3d& X_WA, std::int32_t b, const Isometry3d& X_WB)
+    { return fclOverlap(models.at(a), X_WA, models.at(b), X_WB); };
+    const auto distance =
+        [models](
+            std::int32_t a, const Isometry3d& X_WA, std::int32_t b, const Isometry3d& X_WB, double)
+    { return fclDistance(models.at(a), X_WA, models.at(b), X_WB); };
+    return std::make_unique<LinkProximity>(overlap, distance);
 }
 
-ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
+ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers)
 {
     const std::vector<ClosingStart> starts = closingStarts(scene);
     ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
@@ -198,15 +152,12 @@ ClosingComparison compareClosing(const ClosingCase& scene, Peers peers)
         comparison.methods.push_back(std::move(method));
     };
     add("ours", runContinuous(scene, kTolerance));
-    if (peers == Peers::None)
+    if (!withPeers)
     {
         return comparison;
     }
-    if (isFclPresent())
-    {
-        const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
-        add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
-    }
+    const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
+    add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
     const std::unique_ptr<LinkProximity> trees = treeProximity(scene.hand, scene.object);
     for (const double factor : kFactors)
     {

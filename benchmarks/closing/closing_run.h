@@ -46,8 +46,6 @@ struct ClosingCase
     const grasp::GraspObject& object;
     int candidates = 20;
     std::uint64_t seed = 1;
-    /// Copies of the object that stand 0.9 m away and more, out of reach; for ours.
-    int clutter = 0;
 };
 
 /// Of one hand and object; candidates whose approach meets nothing are left out of all.
@@ -57,12 +55,6 @@ struct ClosingComparison
     std::vector<MethodResult> methods;  ///< ours first, then the baselines
     int oursOther = 0;                  ///< ours against the fine sweep
     double worstOther = 0.0;            ///< by so much [rad or m]
-};
-
-enum class Peers : std::uint8_t
-{
-    All,   ///< FCL only if it is installed
-    None,  ///< ours alone, and no reference
 };
 
 /// The candidates whose approach meets something.
@@ -76,7 +68,6 @@ using RunClosing = std::function<ClosingOutcome(const ClosingStart&)>;
                                      const DiscreteOptions& options);
 
 /// The baseline's collision library is FCL.
-/// @pre isFclPresent()
 [[nodiscard]] std::unique_ptr<LinkProximity> fclProximity(const grasp::HandModel& hand,
                                                           const grasp::GraspObject& object);
 
@@ -88,5 +79,6 @@ inline constexpr double kSamePosture = 0.02;
 ///
 /// Every method makes its own approach; all close from where ours ended, so that the postures can
 /// be compared.
-[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, Peers peers);
+/// @param withPeers  otherwise ours alone, and no reference
+[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers);
 }  // namespace bullet_ccd::benchmarks

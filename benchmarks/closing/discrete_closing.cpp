@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 namespace bullet_ccd::benchmarks
 {
@@ -19,49 +20,6 @@ using grasp::HandModel;
 
 /// Surfaces closer than this cannot be told from intersecting ones [m].
 constexpr double kOverlap = 1e-12;
-
-class TreeProximity : public LinkProximity
-{
-public:
-    TreeProximity(const HandModel& hand, const GraspObject& object) : m_hand(hand), m_object(object)
-    {
-    }
-
-    void place(std::span<const Eigen::Isometry3d> X_WL) override
-    {
-        m_poses.assign(X_WL.begin(), X_WL.end());
-    }
-
-    bool overlap(std::int32_t link, std::int32_t other) override
-    {
-        return distance(link, other, kOverlap) < kOverlap;
-    }
-
-    double distance(std::int32_t link, std::int32_t other, double bound) override
-    {
-        const Eigen::Isometry3d& X_WL = poseOf(link);
-        const SsvTree& tree = *m_hand.linkTrees[static_cast<std::size_t>(link)];
-        if (other == kNone)
-        {
-            return treeDistance(tree, m_object.tree, X_WL, bound).distance;
-        }
-        return treeDistance(tree,
-                            *m_hand.linkTrees[static_cast<std::size_t>(other)],
-                            poseOf(other).inverse() * X_WL,
-                            bound)
-            .distance;
-    }
-
-private:
-    [[nodiscard]] const Eigen::Isometry3d& poseOf(std::int32_t link) const
-    {
-        return m_poses[static_cast<std::size_t>(link)];
-    }
-
-    const HandModel& m_hand;
-    const GraspObject& m_object;
-    std::vector<Eigen::Isometry3d> m_poses;
-};
 
 /// A link and another, or the object (kNone).
 struct Pair
@@ -181,7 +139,15 @@ std::vector<char> movingLinks(const HandModel& hand, const std::vector<double>& 
 
 std::unique_ptr<LinkProximity> treeProximity(const HandModel& hand, const GraspObject& object)
 {
-    return std::make_unique<TreeProximity>(hand, object);
+    using Pose = Eigen::Isometry3d;
+    const auto treeOf = [&](std::int32_t body) -> const SsvTree&
+    { return body == kNone ? object.tree : *hand.linkTrees[static_cast<std::size_t>(body)]; };
+    const auto distance =
+        [=](std::int32_t a, const Pose& X_WA, std::int32_t b, const Pose& X_WB, double bound)
+    { return treeDistance(treeOf(a), treeOf(b), X_WB.inverse() * X_WA, bound).distance; };
+    const auto overlap = [=](std::int32_t a, const Pose& X_WA, std::int32_t b, const Pose& X_WB)
+    { return distance(a, X_WA, b, X_WB, kOverlap) < kOverlap; };
+    return std::make_unique<LinkProximity>(overlap, distance);
 }
 
 double discreteApproach(LinkProximity& proximity,

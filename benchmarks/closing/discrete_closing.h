@@ -4,9 +4,12 @@
 
 #include "grasp/closing/closing.h"
 
-#include <limits>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd::benchmarks
 {
@@ -15,16 +18,39 @@ namespace bullet_ccd::benchmarks
 class LinkProximity
 {
 public:
-    LinkProximity() = default;
-    virtual ~LinkProximity() = default;
-    LinkProximity(const LinkProximity&) = delete;
-    LinkProximity& operator=(const LinkProximity&) = delete;
+    /// Of a link and another body that stand there. Distances are those of the surfaces, 0 if they
+    /// intersect [m]; any value >= `bound` if it is not less.
+    using Pose = Eigen::Isometry3d;
+    using Overlap =
+        std::function<bool(std::int32_t, const Pose& X_WA, std::int32_t, const Pose& X_WB)>;
+    using Distance = std::function<double(
+        std::int32_t, const Pose& X_WA, std::int32_t, const Pose& X_WB, double bound)>;
+
+    LinkProximity(Overlap overlap, Distance distance)
+        : m_overlap(std::move(overlap)), m_distance(std::move(distance))
+    {
+    }
 
     /// Puts the links there, one pose per link. The object rests in W.
-    virtual void place(std::span<const Eigen::Isometry3d> X_WL) = 0;
-    [[nodiscard]] virtual bool overlap(std::int32_t link, std::int32_t other) = 0;
-    /// Distance of the surfaces, 0 if they intersect [m]; any value >= `bound` if it is not less.
-    [[nodiscard]] virtual double distance(std::int32_t link, std::int32_t other, double bound) = 0;
+    void place(std::span<const Pose> X_WL) { m_poses.assign(X_WL.begin(), X_WL.end()); }
+    [[nodiscard]] bool overlap(std::int32_t link, std::int32_t other) const
+    {
+        return m_overlap(link, poseOf(link), other, poseOf(other));
+    }
+    [[nodiscard]] double distance(std::int32_t link, std::int32_t other, double bound) const
+    {
+        return m_distance(link, poseOf(link), other, poseOf(other), bound);
+    }
+
+private:
+    [[nodiscard]] Pose poseOf(std::int32_t link) const
+    {
+        return link == kNone ? Pose::Identity() : m_poses[static_cast<std::size_t>(link)];
+    }
+
+    Overlap m_overlap;
+    Distance m_distance;
+    std::vector<Pose> m_poses;
 };
 
 /// On the project's own hierarchies. Keeps references to both.

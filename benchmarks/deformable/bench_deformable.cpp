@@ -1,6 +1,6 @@
-// Contacts of deforming meshes: ours against union boxes with bisection and with advancement.
+// Contacts of deforming meshes: ours against union boxes with advancement.
 #include "benchmarks/deformable/deforming_scenes.h"
-#include "benchmarks/deformable/union_boxes.h"
+#include "benchmarks/deformable/plain_method.h"
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
@@ -51,7 +51,7 @@ ElementaryPair pairOf(const FeaturePair& features, const DeformingScene& scene, 
     return pair;
 }
 
-/// Times of a plain method over all candidates of the frame; the pairs are a sample of them.
+/// Time of the plain method over all candidates of the frame; the pairs are a sample of them.
 struct PlainTime
 {
     double milliseconds = 0.0;
@@ -64,8 +64,7 @@ public:
     SceneRun(std::string name, const Arguments& arguments)
         : m_name(std::move(name)),
           m_arguments(arguments),
-          m_scene(makeDeformingScene(m_name, arguments.triangles, arguments.steps)),
-          m_plain(m_scene.mesh)
+          m_scene(makeDeformingScene(m_name, arguments.triangles, arguments.steps))
     {
         m_buildMilliseconds = 1e-3 * microsecondsOf([&] { m_surface.emplace_back(m_scene.mesh); });
     }
@@ -88,12 +87,9 @@ public:
             m_arguments.passes, [&] { first = deformableToi(bodies, options, m_work); });
         const double gain = twoThreadGain(bodies, all, first, start, end);
 
-        std::vector<FeaturePair> candidates;
-        const double boxes =
-            1e-3 * microsecondsOf(
-                       [&] { candidates = m_plain.candidates(start, end, m_arguments.tolerance); });
-        const PlainTime bisection = plain(candidates, step, all, bisectionToi);
-        const PlainTime advancement = plain(candidates, step, all, advancementToi);
+        const std::vector<FeaturePair> candidates =
+            overlappingFeatures(m_scene.mesh, start, end, m_arguments.tolerance);
+        const PlainTime advancement = plain(candidates, step, all);
         const double ours = refit + query;
         table.print({{"scene", m_name},
                      {"step", step},
@@ -106,13 +102,11 @@ public:
                      {"all", ours},
                      {"first", refit + firstOnly},
                      {"2 threads", gain},
-                     {"Y1", boxes + bisection.milliseconds},
-                     {"Y1/all", (boxes + bisection.milliseconds) / ours},
-                     {"Y2", boxes + advancement.milliseconds},
-                     {"Y2/all", (boxes + advancement.milliseconds) / ours},
+                     {"plain", advancement.milliseconds},
+                     {"plain/all", advancement.milliseconds / ours},
                      {"bytes", double(surface.memory()) / double(m_scene.mesh.triangles.size())},
-                     {"missed", bisection.missed + advancement.missed}});
-        return m_isSame && bisection.missed + advancement.missed == 0;
+                     {"missed", advancement.missed}});
+        return m_isSame && advancement.missed == 0;
     }
 
 private:
@@ -149,11 +143,10 @@ private:
         return medianOf(one) / medianOf(two);
     }
 
-    /// Every n-th candidate by the method, its time for all of them.
+    /// Every n-th candidate by advancement, its time for all of them.
     PlainTime plain(const std::vector<FeaturePair>& candidates,
                     std::size_t step,
-                    const DeformableResult& all,
-                    const std::function<double(const ElementaryPair&, double)>& method)
+                    const DeformableResult& all)
     {
         std::set<std::pair<ElementaryKind, std::array<std::int32_t, 4>>> found;
         for (const DeformableContact& contact : all.contacts)
@@ -173,7 +166,7 @@ private:
                            {
                                const ElementaryPair pair = pairOf(candidates[i], m_scene, step);
                                ++asked;
-                               if (method(pair, m_arguments.tolerance) <= 1.0)
+                               if (advancementToi(pair, m_arguments.tolerance) <= 1.0)
                                {
                                    touching.push_back(candidates[i]);
                                }
@@ -197,7 +190,6 @@ private:
     std::string m_name;
     const Arguments& m_arguments;
     DeformingScene m_scene;
-    UnionBoxes m_plain;
     std::vector<DeformableSurface> m_surface;
     DeformableWorkspace m_work;
     double m_buildMilliseconds = 0.0;
@@ -208,17 +200,16 @@ bool run(const Arguments& arguments)
 {
     fmt::print(
         "kernels: {}; tolerance {}; ms of processor time on one core, medians of {} passes; "
-        "Y1 is union boxes with bisection, Y2 with advancement, on every n-th of their pairs, at "
-        "most "
-        "about {}\n",
+        "plain is advancement on the pairs of boxes over the step (every n-th, at most about {}), "
+        "without finding them\n",
         surfaceKernels().level,
         arguments.tolerance,
         arguments.passes,
         arguments.sample);
     const Table table(
         "scene:<9|step:>4|triangles:>9|contacts:>8|pairs:>9|union pairs:>11|build:>7.1f|"
-        "refit:>6.2f|all:>7.2f|first:>7.2f|2 threads:>9.2f|Y1:>9.1f|Y1/all:>7.1f|Y2:>9.1f|"
-        "Y2/all:>7.1f|bytes:>6.0f|missed:>6");
+        "refit:>6.2f|all:>7.2f|first:>7.2f|2 threads:>9.2f|plain:>9.1f|plain/all:>9.1f|"
+        "bytes:>6.0f|missed:>6");
     bool isRight = true;
     for (const std::string& name : arguments.scenes)
     {
@@ -244,12 +235,12 @@ int main(int argc, char** argv)
         argc,
         argv,
         {.name = "bench_deformable",
-         .about = "Contacts of deforming meshes in a step, beside plain methods.",
+         .about = "Contacts of deforming meshes in a step, beside a plain method.",
          .options = {{"--scenes", &arguments.scenes, "breaking, falling, layers; default: all"},
                      {"-n,--triangles", &arguments.triangles, "about how many a scene has", 100},
                      {"--steps", &arguments.steps, "of each scene"},
                      {"--passes", &arguments.passes, "of which the median is shown"},
-                     {"--sample", &arguments.sample, "pairs that the plain methods are asked"},
+                     {"--sample", &arguments.sample, "pairs that the plain method is asked"},
                      {"--tolerance", &arguments.tolerance, "of all methods"}},
          .run = [&] { return run(arguments); }});
 }

@@ -11,8 +11,6 @@
 #include "tools/support/progress_line.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -20,7 +18,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
-#include <thread>
+#include <tbb/parallel_for_each.h>
+#include <tbb/task_arena.h>
 
 namespace bullet_ccd::benchmarks
 {
@@ -105,19 +104,13 @@ public:
     /// All rows, in the order in which they were judged.
     const std::vector<json>& run()
     {
-        const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-        const int jobs = m_arguments.planner.jobs > 0 ? m_arguments.planner.jobs : cores;
-        {
-            std::vector<std::jthread> threads;
-            for (int i = 0; i < jobs; ++i)
-            {
-                threads.emplace_back([this] { work(); });
-            }
-        }
-        if (m_error)
-        {
-            std::rethrow_exception(m_error);
-        }
+        const int jobs = m_arguments.planner.jobs;
+        tbb::task_arena(jobs > 0 ? jobs : tbb::task_arena::automatic)
+            .execute(
+                [this] {
+                    tbb::parallel_for_each(m_arguments.objects,
+                                           [this](const std::string& name) { take(name); });
+                });
         return m_rows;
     }
 
@@ -129,28 +122,6 @@ private:
     std::vector<json> m_rows;
     std::mutex m_mutex;  // of the rows
     tools::ProgressLine m_progress;
-    std::atomic<std::size_t> m_next = 0;
-    std::atomic<bool> m_failed = false;
-    std::exception_ptr m_error;
-
-    void work()
-    {
-        try
-        {
-            for (std::size_t i = m_next++; i < m_arguments.objects.size() && !m_failed;
-                 i = m_next++)
-            {
-                take(m_arguments.objects[i]);
-            }
-        }
-        catch (...)
-        {
-            if (!m_failed.exchange(true))
-            {
-                m_error = std::current_exception();
-            }
-        }
-    }
 
     [[nodiscard]] bool isKnown(const std::string& hand, const std::string& object)
     {
@@ -174,7 +145,7 @@ private:
         for (const auto& [handKey, hand] : m_hands)
         {
             const std::string objectKey = keyOf(tools::resolveObject(name));
-            if (m_failed || isKnown(handKey, objectKey))
+            if (isKnown(handKey, objectKey))
             {
                 continue;
             }

@@ -1,20 +1,15 @@
 #include "benchmarks/peers/fcl_peer.h"
 
 #include <algorithm>
-#include <stdexcept>
-
-#ifdef BULLET_CCD_PEER_FCL
 #include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/motion/interp_motion.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/distance.h>
-#endif
 
 namespace bullet_ccd::benchmarks
 {
-#ifdef BULLET_CCD_PEER_FCL
 namespace
 {
 using Volume = fcl::OBBRSS<double>;
@@ -48,11 +43,6 @@ FclAnswer collideContinuously(const FclBody& a,
     return {.hit = result.is_collide, .time = result.is_collide ? result.time_of_contact : 1.0};
 }
 }  // namespace
-
-bool isFclPresent()
-{
-    return true;
-}
 
 std::string fclVersion()
 {
@@ -119,69 +109,6 @@ double fclDistance(const FclModel& a,
         fcl::distance<double>(&a.data().model, X_WA, &b.data().model, X_WB, request, result);
     return std::max(0.0, distance);
 }
-
-std::size_t fclBytes(const FclModel& model)
-{
-    // BVHModel::memUsage() returns an error code, not the bytes.
-    const fcl::BVHModel<Volume>& bvh = model.data().model;
-    return static_cast<std::size_t>(bvh.getNumBVs()) * sizeof(fcl::BVNode<Volume>) +
-           static_cast<std::size_t>(bvh.num_tris) * sizeof(fcl::Triangle) +
-           static_cast<std::size_t>(bvh.num_vertices) * sizeof(Eigen::Vector3d);
-}
-
-#else
-
-// Without a model there is nothing to ask: only the constructor can be reached.
-struct FclModel::Data
-{
-};
-
-bool isFclPresent()
-{
-    return false;
-}
-
-std::string fclVersion()
-{
-    return "";
-}
-
-FclModel::FclModel(const TriangleMesh& /*mesh*/)
-{
-    throw std::logic_error("FCL is not part of this build: install libfcl-dev and configure again");
-}
-
-FclAnswer fclNaive(const FclBody& /*a*/, const FclBody& /*b*/, int /*samples*/)
-{
-    return {};
-}
-
-FclAnswer fclAdvancement(const FclBody& /*a*/, const FclBody& /*b*/, double /*time*/, int /*most*/)
-{
-    return {};
-}
-
-bool fclOverlap(const FclModel& /*a*/,
-                const Eigen::Isometry3d& /*X_WA*/,
-                const FclModel& /*b*/,
-                const Eigen::Isometry3d& /*X_WB*/)
-{
-    return false;
-}
-
-double fclDistance(const FclModel& /*a*/,
-                   const Eigen::Isometry3d& /*X_WA*/,
-                   const FclModel& /*b*/,
-                   const Eigen::Isometry3d& /*X_WB*/)
-{
-    return 0.0;
-}
-
-std::size_t fclBytes(const FclModel& /*model*/)
-{
-    return 0;
-}
-#endif
 
 std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double from, double end)
 {

@@ -2,8 +2,7 @@
 ///
 /// Motions are given to FCL as rotation and translation at both ends and the reference point, the
 /// only one of its constructors that moves as asked; so they must not turn by more than half a
-/// turn. In a build without FCL isFclPresent() is false and no model can be made: that throws
-/// std::logic_error.
+/// turn.
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -15,8 +14,7 @@
 
 namespace bullet_ccd::benchmarks
 {
-[[nodiscard]] bool isFclPresent();
-/// "FCL 0.7.0", or "" without it.
+/// "FCL 0.7.0".
 [[nodiscard]] std::string fclVersion();
 
 /// A mesh with FCL's hierarchy of oriented boxes and swept rectangles.
@@ -44,6 +42,9 @@ struct FclAnswer
     bool hit = false;
     double time = 1.0;
 };
+
+/// Of the yardstick.
+inline constexpr int kNaiveSamples = 1001;
 
 /// Tests for overlap at `samples` times from 0 to 1, in order, until one overlaps.
 [[nodiscard]] FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples);
@@ -82,7 +83,4 @@ struct FclAnswer
                                                  const FclBody& b,
                                                  double from,
                                                  double end);
-
-/// Bytes of hierarchy and triangles.
-[[nodiscard]] std::size_t fclBytes(const FclModel& model);
 }  // namespace bullet_ccd::benchmarks

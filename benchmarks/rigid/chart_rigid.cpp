@@ -2,7 +2,6 @@
 #include "benchmarks/peers/bullet_peer.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/rigid/rigid_sets.h"
-#include "benchmarks/rigid/rigid_targets.h"
 #include "benchmarks/support/chart.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/toi/rigid_toi.h"
@@ -11,7 +10,6 @@
 #include <fmt/format.h>
 #include <map>
 #include <memory>
-#include <optional>
 
 namespace bullet_ccd::benchmarks
 {
@@ -36,14 +34,14 @@ struct World
     SsvTree treeA;
     SsvTree treeB;
     double size = 0.0;  ///< longest side of B
-    std::optional<FclModel> fclA{};
-    std::optional<FclModel> fclB{};
+    FclModel fclA;
+    FclModel fclB;
     std::map<double, Hulls> hulls{};  ///< by margin
     SharedTruths truths{};
 
     [[nodiscard]] bool isLarge() const { return set.meshB->triangles.size() > kLargeMesh; }
-    [[nodiscard]] FclBody peerA(std::size_t i) const { return {*fclA, set.queries[i].motionA}; }
-    [[nodiscard]] FclBody peerB(std::size_t i) const { return {*fclB, set.queries[i].motionB}; }
+    [[nodiscard]] FclBody peerA(std::size_t i) const { return {fclA, set.queries[i].motionA}; }
+    [[nodiscard]] FclBody peerB(std::size_t i) const { return {fclB, set.queries[i].motionB}; }
 };
 using SharedWorld = std::shared_ptr<const World>;
 
@@ -63,8 +61,7 @@ ChartMethod ours(const SharedWorld& world, const std::string& name, ToiStrategy 
         const ToiResult result = askOurs(*world, i, tolerance, strategy, *work);
         return {.hit = isContact(result.status), .time = result.time};
     };
-    return toiMethod(
-        name, world->truths, tolerances(1, 7, world->size), answer, {.passes = world->passes});
+    return toiMethod(name, world->truths, tolerances(1, 7, world->size), answer, world->passes);
 }
 
 ChartAnswer sampleOurs(const World& world, std::size_t i, double samples)
@@ -145,7 +142,7 @@ ChartMethod bulletMethod(const SharedWorld& world, const std::string& name, Bull
     {
         settings.push_back({fmt::format("margin {}", margin), margin, 2.0 * margin});
     }
-    return toiMethod(name, world->truths, settings, answer, {.passes = world->passes});
+    return toiMethod(name, world->truths, settings, answer, world->passes);
 }
 
 /// For sets without references: our time at a tolerance of 1e-9 of the size, then the peer's first
@@ -153,10 +150,6 @@ ChartMethod bulletMethod(const SharedWorld& world, const std::string& name, Bull
 ChartTruth findTruth(const World& world, std::size_t i, ToiWorkspace& work)
 {
     const ToiResult ours = askOurs(world, i, 1e-9 * world.size, ToiStrategy::BestFirst, work);
-    if (!world.fclA)
-    {
-        return {.hit = isContact(ours.status), .time = ours.time, .slack = 1e-8};
-    }
     const FclAnswer sampled = fclNaive(world.peerA(i), world.peerB(i), kNaiveSamples);
     const double end = sampled.hit ? sampled.time : 1.0;
     if (const auto first = firstOverlap(world.peerA(i), world.peerB(i), ours.time, end);
@@ -194,11 +187,8 @@ std::vector<ChartTruth> truthsOf(const World& world)
 
 void addPeers(const SharedWorld& world, ChartScene& scene)
 {
-    if (world->fclA)
-    {
-        scene.methods.push_back(sampling(world, "FCL naive sampling", samplePeer));
-        scene.methods.push_back(peerAdvancement(world));
-    }
+    scene.methods.push_back(sampling(world, "FCL naive sampling", samplePeer));
+    scene.methods.push_back(peerAdvancement(world));
     if (!world->hulls.empty())
     {
         scene.methods.push_back(
@@ -225,12 +215,9 @@ ChartScene makeScene(const std::string& set, const ChartOptions& options, double
                                                      .peerSeconds = peerSeconds,
                                                      .treeA = buildSsvTree(*queries.meshA),
                                                      .treeB = buildSsvTree(*queries.meshB),
-                                                     .size = sizes.maxCoeff()});
-    if (isFclPresent())
-    {
-        world->fclA.emplace(*queries.meshA);
-        world->fclB.emplace(*queries.meshB);
-    }
+                                                     .size = sizes.maxCoeff(),
+                                                     .fclA = FclModel(*queries.meshA),
+                                                     .fclB = FclModel(*queries.meshB)});
     if (set.starts_with("convex_"))
     {
         for (const double margin : {0.0, 0.04})

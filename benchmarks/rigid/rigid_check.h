@@ -12,7 +12,7 @@
 
 namespace bullet_ccd::benchmarks
 {
-/// Who judges the answers: FCL, or our own exact distance in a build without it.
+/// Who judges the answers: FCL, or our own exact distance where it is not asked.
 struct Judges
 {
     const SsvTree& treeA;

@@ -1,10 +1,10 @@
 #include "benchmarks/rigid/rigid_run.h"
 
-#include "benchmarks/rigid/rigid_targets.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 
@@ -15,81 +15,58 @@ namespace
 class SetRun
 {
 public:
-    SetRun(const RigidSet& set, Hierarchies& hierarchies, const RunOptions& options)
-        : m_set(set), m_options(options)
+    SetRun(const RigidSet& set, const RunOptions& options)
+        : m_set(set),
+          m_options(options),
+          m_treeA(std::make_shared<const SsvTree>(buildSsvTree(*set.meshA))),
+          m_treeB(set.meshB == set.meshA
+                      ? m_treeA
+                      : std::make_shared<const SsvTree>(buildSsvTree(*set.meshB)))
     {
-        for (const RigidMethod& method : options.methods)
+        if (options.fcl)
         {
-            m_methods.push_back({.method = method,
-                                 .treeA = hierarchies.tree(set.meshA, method.kind),
-                                 .treeB = hierarchies.tree(set.meshB, method.kind)});
-        }
-        if (options.fcl && isFclPresent())
-        {
-            m_modelA = &hierarchies.model(set.meshA);
-            m_modelB = &hierarchies.model(set.meshB);
-        }
-    }
-
-    /// Asks and checks; warms the workspace.
-    void answerAll(const NaiveCache& cache)
-    {
-        findNaive(cache);
-        for (const Method& method : m_methods)
-        {
-            m_rows.push_back(answer(method));
+            m_modelA.emplace(*set.meshA);
+            m_modelB = set.meshB == set.meshA ? m_modelA : FclModel(*set.meshB);
         }
     }
 
-    /// What is to be timed: the peer, then all methods.
-    void addTo(std::vector<TimedMethod>& timed)
+    /// Asks, checks and warms the workspace; then all take turns, the peer first.
+    std::vector<RigidRow> run()
     {
-        const std::size_t count = m_set.queries.size();
-        timed.push_back({.queries = m_isKnown ? 0 : count,
-                         .passes = m_options.fclRepeats,
-                         .ask = [this](std::size_t i) { keep(askPeer(i).time); }});
-        for (const Method& method : m_methods)
+        for (std::size_t i = 0; m_modelA && i < m_set.queries.size(); ++i)
         {
-            timed.push_back({.queries = count,
+            m_naive.push_back(askPeer(i));
+        }
+        std::vector<RigidRow> rows;
+        std::vector<TimedMethod> timed{{.queries = m_naive.size(),
+                                        .passes = m_options.fclRepeats,
+                                        .ask = [this](std::size_t i) { keep(askPeer(i).time); }}};
+        for (const RigidMethod& method : m_options.methods)
+        {
+            rows.push_back(answer(method));
+            timed.push_back({.queries = m_set.queries.size(),
                              .passes = m_options.repeats,
                              .ask = [this, &method](std::size_t i) { keep(ask(i, method).time); }});
         }
-    }
-
-    /// @param micros of what addTo() added
-    std::vector<RigidRow> finish(std::span<const std::vector<double>> micros, NaiveCache& cache)
-    {
-        if (!m_isKnown)
+        const std::vector<std::vector<double>> micros = timeInTurns(timed);
+        const double fcl = meanOf(micros.front());
+        for (std::size_t k = 0; k < rows.size(); ++k)
         {
-            m_fclMicros = meanOf(micros.front());
-            cache.store(m_set, {.answers = m_naive, .meanMicros = m_fclMicros});
-        }
-        for (std::size_t k = 0; k < m_rows.size(); ++k)
-        {
-            nlohmann::json& values = m_rows[k].values;
             const double mean = meanOf(micros[k + 1]);
-            values["microseconds"] = mean;
-            values["fclMicroseconds"] = m_fclMicros;
-            values["ratio"] = m_fclMicros > 0.0 ? mean / m_fclMicros : 0.0;
-            values["note"] = m_isKnown && m_modelA != nullptr ? "*" : "";
+            rows[k].values["microseconds"] = mean;
+            rows[k].values["fclMicroseconds"] = fcl;
+            rows[k].values["ratio"] = fcl > 0.0 ? mean / fcl : 0.0;
         }
-        return std::move(m_rows);
+        return rows;
     }
 
 private:
-    struct Method
-    {
-        const RigidMethod& method;
-        const SsvTree& treeA;
-        const SsvTree& treeB;
-    };
-
-    ToiResult ask(std::size_t i, const Method& method)
+    ToiResult ask(std::size_t i, const RigidMethod& method)
     {
         const RigidQuery& query = m_set.queries[i];
-        return rigidToi({.tree = &method.treeA, .motion = query.motionA},
-                        {.tree = &method.treeB, .motion = query.motionB},
-                        {.tolerance = m_options.tolerance, .strategy = method.method.strategy},
+        return rigidToi({.tree = m_treeA.get(), .motion = query.motionA},
+                        {.tree = m_treeB.get(), .motion = query.motionB},
+                        {.tolerance = m_options.tolerance, .strategy = method.strategy},
                         m_work);
     }
 
@@ -99,7 +76,7 @@ private:
         return fclNaive({*m_modelA, query.motionA}, {*m_modelB, query.motionB}, kNaiveSamples);
     }
 
-    RigidRow answer(const Method& method)
+    RigidRow answer(const RigidMethod& method)
     {
         std::vector<ToiResult> answers;
         for (std::size_t i = 0; i < m_set.queries.size(); ++i)
@@ -112,7 +89,11 @@ private:
             row.check = checkAnswers(m_set,
                                      answers,
                                      m_options.tolerance,
-                                     {method.treeA, method.treeB, m_modelA, m_modelB, m_naive});
+                                     {*m_treeA,
+                                      *m_treeB,
+                                      m_modelA ? &*m_modelA : nullptr,
+                                      m_modelB ? &*m_modelB : nullptr,
+                                      m_naive});
         }
         const auto mean = [&](std::int64_t ToiCounters::*number)
         {
@@ -124,11 +105,11 @@ private:
             return sum / static_cast<double>(answers.size());
         };
         const std::vector<double>& errors = row.check.errors;
-        const bool isJudged = m_modelA != nullptr || !m_set.references.empty();
+        const bool isJudged = m_modelA || !m_set.references.empty();
         const auto contacts = std::ranges::count_if(
             answers, [](const ToiResult& result) { return isContact(result.status); });
         row.values = {{"set", m_set.name},
-                      {"strategy", method.method.name},
+                      {"strategy", method.name},
                       {"queries", answers.size()},
                       {"contacts", contacts},
                       {"hits", isJudged && m_options.check ? row.check.hits : contacts},
@@ -146,60 +127,16 @@ private:
         return row;
     }
 
-    /// Answers of the peer, which the check needs; its times, too, if they are known.
-    void findNaive(const NaiveCache& cache)
-    {
-        if (m_modelA == nullptr)
-        {
-            m_isKnown = true;
-        }
-        else if (const NaiveRun* cached = cache.find(m_set))
-        {
-            m_naive = cached->answers;
-            m_fclMicros = cached->meanMicros;
-            m_isKnown = true;
-        }
-        else
-        {
-            for (std::size_t i = 0; i < m_set.queries.size(); ++i)
-            {
-                m_naive.push_back(askPeer(i));
-            }
-        }
-    }
-
     const RigidSet& m_set;
     const RunOptions& m_options;
-    std::vector<Method> m_methods;
-    const FclModel* m_modelA = nullptr;
-    const FclModel* m_modelB = nullptr;
+    std::shared_ptr<const SsvTree> m_treeA;
+    std::shared_ptr<const SsvTree> m_treeB;
+    std::optional<FclModel> m_modelA;
+    std::optional<FclModel> m_modelB;
     ToiWorkspace m_work;
     std::vector<FclAnswer> m_naive;
-    double m_fclMicros = 0.0;
-    bool m_isKnown = false;  ///< the peer's time, or there is no peer
-    std::vector<RigidRow> m_rows;
 };
 }  // namespace
-
-const SsvTree& Hierarchies::tree(const Mesh& mesh, VolumeKind kind)
-{
-    auto& entry = m_trees[{mesh, kind}];
-    if (!entry)
-    {
-        entry = std::make_unique<SsvTree>(buildTreeOf(kind, *mesh));
-    }
-    return *entry;
-}
-
-const FclModel& Hierarchies::model(const Mesh& mesh)
-{
-    auto& entry = m_models[mesh];
-    if (!entry)
-    {
-        entry = std::make_unique<FclModel>(*mesh);
-    }
-    return *entry;
-}
 
 std::vector<RigidMethod> strategiesNamed(const std::vector<std::string>& names)
 {
@@ -224,42 +161,8 @@ std::vector<RigidMethod> strategiesNamed(const std::vector<std::string>& names)
     return methods;
 }
 
-const std::vector<RigidMethod>& allKinds()
+std::vector<RigidRow> runSet(const RigidSet& set, const RunOptions& options)
 {
-    static const std::vector<RigidMethod> kKinds{
-        {.name = "box", .kind = VolumeKind::Box},
-        {.name = "rounded box", .kind = VolumeKind::RoundedBox},
-        {.name = "swept rectangle", .kind = VolumeKind::SweptRectangle},
-        {.name = "swept line", .kind = VolumeKind::SweptLine},
-        {.name = "swept point", .kind = VolumeKind::SweptPoint},
-        {.name = "cheapest", .kind = VolumeKind::Cheapest}};
-    return kKinds;
-}
-
-std::vector<RigidRow> runTogether(std::span<const RigidSet> sets,
-                                  const RunOptions& options,
-                                  Hierarchies& hierarchies,
-                                  NaiveCache& cache)
-{
-    std::vector<std::unique_ptr<SetRun>> runs;
-    std::vector<TimedMethod> timed;
-    for (const RigidSet& set : sets)
-    {
-        runs.push_back(std::make_unique<SetRun>(set, hierarchies, options));
-        runs.back()->answerAll(cache);
-        runs.back()->addTo(timed);
-    }
-    const std::vector<std::vector<double>> micros = timeInTurns(timed);
-    const std::size_t ofOneSet = options.methods.size() + 1;
-    std::vector<RigidRow> rows;
-    for (std::size_t i = 0; i < runs.size(); ++i)
-    {
-        for (RigidRow& row :
-             runs[i]->finish(std::span(micros).subspan(i * ofOneSet, ofOneSet), cache))
-        {
-            rows.push_back(std::move(row));
-        }
-    }
-    return rows;
+    return SetRun(set, options).run();
 }
 }  // namespace bullet_ccd::benchmarks

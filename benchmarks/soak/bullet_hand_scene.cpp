@@ -2,13 +2,11 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/distance/tree_distance.h"
-#include "robots/shapes/household_objects.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
@@ -20,8 +18,6 @@ constexpr double kHoldingTime = 0.1;  // [s]
 constexpr double kOpeningTime = 0.4;  // [s]
 constexpr double kTorque = 0.3;       // of each joint at most [N m], or [N]
 constexpr double kLead = 0.05;        // of the target before the joint, at most [rad] or [m]
-constexpr double kDensity = 500.0;    // of the objects [kg/m^3]
-constexpr double kCoarseness = 2.0;   // of their meshes
 constexpr double kClearance = 2e-3;   // of the object from the open hand [m]
 constexpr std::size_t kOrientations = 6;
 constexpr double kNearestPlace = -0.03;  // along the approach, from the grasp frame [m]
@@ -36,22 +32,7 @@ const grasp::Preshape& preshapeOf(const HandModel& hand)
 }
 }  // namespace
 
-SoakObject makeSoakObject(std::uint64_t number)
-{
-    const std::vector<std::string>& families = shapes::objectFamilies();
-    SoakObject object;
-    object.name = families[(number - 1) % families.size()];
-    const std::optional<std::uint64_t> size =
-        number <= families.size() ? std::nullopt : std::optional(number);
-    TriangleMesh mesh = shapes::makeObject(object.name, size, kCoarseness);
-    static_cast<void>(examples::putIntoPrincipalAxes(mesh));
-    object.mass = kDensity * massProperties(mesh).volume;
-    object.audit = std::make_shared<const AuditMesh>(mesh);
-    object.shape = examples::meshShape(std::move(mesh));
-    return object;
-}
-
-HandScene::HandScene(const HandModel& hand, SoakObject object, const HandSoak& soak)
+HandScene::HandScene(const HandModel& hand, const HouseholdObject& object, const HandSoak& soak)
     : m_hand(hand),
       m_timeStep(soak.timeStep),
       m_pairs(hand),
@@ -59,34 +40,25 @@ HandScene::HandScene(const HandModel& hand, SoakObject object, const HandSoak& s
       m_audit(*m_world, {.longestMove = soak.longestMove, .mostSamples = soak.mostSamples}),
       m_open(preshapeOf(hand).positions),
       m_closed(grasp::closedPositions(hand, m_open)),
-      m_objectName(object.name),
-      m_objectMesh(object.audit)
+      m_kind(object)
 {
     m_world->setGravity(btVector3(0, 0, 0));
     m_world->getSolverInfo().m_numIterations = kSolverIterations;
     m_world->getPairCache()->setOverlapFilterCallback(&m_pairs);
     m_world.ccd().setCcdImpactListener(&m_audit);
-    m_objectTree = &object.shape->tree();
     addLinks();
     addMotors();
-    m_object = m_world.add(std::move(object.shape), object.mass);
+    m_object = m_world.add(std::make_unique<btCcdMeshShape>(object.tree), object.mass);
     m_object->setActivationState(DISABLE_DEACTIVATION);
-    m_names.push_back(m_objectName);
-    m_audit.add(m_object, m_objectMesh);
+    m_names.push_back(object.name);
+    m_audit.add(m_object, object.audit);
 }
 
 HandScene::~HandScene()
 {
-    for (const auto& limit : m_limits)
+    for (const auto& constraint : m_constraints)
     {
-        m_world->removeMultiBodyConstraint(limit.get());
-    }
-    for (const auto& motor : m_motors)
-    {
-        if (motor != nullptr)
-        {
-            m_world->removeMultiBodyConstraint(motor.get());
-        }
+        m_world->removeMultiBodyConstraint(constraint.get());
     }
     for (const auto& collider : m_body.colliders)
     {
@@ -145,21 +117,25 @@ void HandScene::addLinks()
 
 void HandScene::addMotors()
 {
-    for (std::size_t i = 0; i < m_hand.robot.tree.size(); ++i)
+    const auto add = [&](auto constraint)
     {
-        m_motors.emplace_back();
+        m_world->addMultiBodyConstraint(constraint.get());
+        m_constraints.push_back(std::move(constraint));
+    };
+    m_motors.resize(m_hand.robot.tree.size());
+    for (std::size_t i = 1; i < m_motors.size(); ++i)
+    {
         const Joint& joint = m_hand.robot.tree.links[i].joint;
-        if (i == 0 || !joint.isMovable())
+        if (joint.isMovable())
         {
-            continue;
+            const int link = static_cast<int>(i) - 1;
+            auto motor = std::make_unique<btMultiBodyJointMotor>(
+                m_body.body.get(), link, btScalar(0), btScalar(kTorque * m_timeStep));
+            m_motors[i] = motor.get();
+            add(std::move(motor));
+            add(std::make_unique<btMultiBodyJointLimitConstraint>(
+                m_body.body.get(), link, btScalar(joint.lower), btScalar(joint.upper)));
         }
-        const int link = static_cast<int>(i) - 1;
-        m_motors[i] = std::make_unique<btMultiBodyJointMotor>(
-            m_body.body.get(), link, btScalar(0), btScalar(kTorque * m_timeStep));
-        m_world->addMultiBodyConstraint(m_motors[i].get());
-        m_limits.push_back(std::make_unique<btMultiBodyJointLimitConstraint>(
-            m_body.body.get(), link, btScalar(joint.lower), btScalar(joint.upper)));
-        m_world->addMultiBodyConstraint(m_limits.back().get());
     }
 }
 
@@ -177,10 +153,10 @@ bool HandScene::isClear(const Eigen::Isometry3d& X_WO) const
         const Eigen::Isometry3d X_OL = X_WO.inverse() * X_WL;
         const AuditMesh& link = *m_linkMeshes[i];
         const TrianglePair nearest =
-            treeDistance(*m_hand.linkTrees[i], *m_objectTree, X_OL, kClearance);
+            treeDistance(*m_hand.linkTrees[i], *m_kind.tree, X_OL, kClearance);
         if (nearest.distance <= 0.0 ||
-            m_objectMesh->contains(X_OL * link.mesh().vertices.front()) ||
-            link.contains(X_OL.inverse() * m_objectMesh->mesh().vertices.front()))
+            m_kind.audit->contains(X_OL * link.mesh().vertices.front()) ||
+            link.contains(X_OL.inverse() * m_kind.audit->mesh().vertices.front()))
         {
             return false;
         }
@@ -214,7 +190,7 @@ void HandScene::place(Random& random)
             }
         }
     }
-    throw std::runtime_error("no place for " + m_objectName + " before the hand: try another seed");
+    throw std::runtime_error("no place for " + m_kind.name + " before the hand: try another seed");
 }
 
 bool HandScene::close(Random& random)

@@ -4,6 +4,7 @@
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/soak/bullet_soaks.h"
+#include "benchmarks/soak/household_bin.h"
 #include "bullet_ccd/examples/example_support.h"
 #include "grasp/sim/hand_multi_body.h"
 #include "grasp/sim/hand_pairs.h"
@@ -23,23 +24,12 @@ using reference::AuditResult;
 using reference::Random;
 using reference::WorldAudit;
 
-struct SoakObject
-{
-    std::string name;
-    std::shared_ptr<const AuditMesh> audit;
-    std::unique_ptr<btCcdMeshShape> shape;
-    double mass = 0.0;
-};
-
-/// Household object of a soak, by its number from 1 on: all families in turn, first in their usual
-/// sizes.
-[[nodiscard]] SoakObject makeSoakObject(std::uint64_t number);
-
 /// One hand and one object, no gravity.
 class HandScene
 {
 public:
-    HandScene(const HandModel& hand, SoakObject object, const HandSoak& soak);
+    /// Refers to both.
+    HandScene(const HandModel& hand, const HouseholdObject& object, const HandSoak& soak);
     ~HandScene();
     HandScene(const HandScene&) = delete;
     HandScene& operator=(const HandScene&) = delete;
@@ -60,14 +50,12 @@ private:
     std::vector<std::shared_ptr<const AuditMesh>> m_linkMeshes;  // one a link, null without
     examples::World m_world{examples::Engine::Ccd};
     WorldAudit m_audit;
-    std::vector<std::string> m_names;                              // by number in the audit
-    std::vector<std::unique_ptr<btMultiBodyJointMotor>> m_motors;  // one a link, null if fixed
-    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_limits;
+    std::vector<std::string> m_names;              // by number in the audit
+    std::vector<btMultiBodyJointMotor*> m_motors;  // one a link, null if fixed
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_constraints;
     std::vector<double> m_open;
     std::vector<double> m_closed;
-    std::string m_objectName;
-    std::shared_ptr<const AuditMesh> m_objectMesh;
-    const SsvTree* m_objectTree = nullptr;  // of its shape
+    const HouseholdObject& m_kind;
     btRigidBody* m_object = nullptr;
     AuditResult m_seen;
 

@@ -2,7 +2,6 @@
 
 #include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/soak/bullet_hand_scene.h"
-#include "benchmarks/soak/household_bin.h"
 #include "grasp/hand/hand_model.h"
 #include "tools/support/progress_line.h"
 
@@ -18,6 +17,7 @@ namespace
 using namespace reference;
 // Inner half lengths of the bin for twenty objects [m]; its area grows with their number.
 const Eigen::Vector2d kHalfInnerForTwenty(0.25, 0.2);
+constexpr double kDensityInHand = 500.0;  // of the objects that are held [kg/m^3]
 
 std::map<std::string, std::int64_t> countsOf(const btCcdControl& control, const AuditResult& seen)
 {
@@ -75,7 +75,7 @@ Judgement judgementOf(const AuditResult& seen,
 }
 
 /// What is wrong with where the objects are at the end; or "".
-std::string restOf(const examples::HouseholdBin& bin, double restSpeed)
+std::string restOf(const HouseholdBin& bin, double restSpeed)
 {
     for (std::size_t i = 0; i < bin.size(); ++i)
     {
@@ -101,7 +101,7 @@ SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
     WorldAudit audit(*world, {.longestMove = soak.longestMove, .mostSamples = soak.mostSamples});
     world.ccd().setCcdImpactListener(&audit);
     const double scale = std::sqrt(std::max(1.0, soak.objects / 20.0));
-    const examples::HouseholdBin bin(
+    const HouseholdBin bin(
         world,
         audit,
         {.objects = soak.objects, .seed = seed, .halfInner = scale * kHalfInnerForTwenty});
@@ -132,9 +132,8 @@ SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
 
 SoakAnswer runHand(const HandModel& hand, const HandSoak& soak, std::uint64_t seed)
 {
-    SoakObject object = makeSoakObject(seed);
-    const std::string name = object.name;
-    HandScene scene(hand, std::move(object), soak);
+    const HouseholdObject object = makeHouseholdObject(seed - 1, seed, kDensityInHand);
+    HandScene scene(hand, object, soak);
     Random random(7918 + seed);
     int held = 0;
     tools::ProgressLine progress(static_cast<std::size_t>(soak.closings), "closings");
@@ -149,7 +148,8 @@ SoakAnswer runHand(const HandModel& hand, const HandSoak& soak, std::uint64_t se
     answer.counts["closings"] = soak.closings;
     answer.counts["held"] = held;
     printWorld(
-        fmt::format("seed {}: {} held {} times in {} closings", seed, name, held, soak.closings),
+        fmt::format(
+            "seed {}: {} held {} times in {} closings", seed, object.name, held, soak.closings),
         scene.busiest(),
         scene.names(),
         answer.counts);

@@ -8,15 +8,18 @@
 #include <algorithm>
 #include <optional>
 
-namespace bullet_ccd::examples
+namespace bullet_ccd::benchmarks
 {
 namespace
 {
-constexpr double kWall = 0.02;        // thickness [m]
-constexpr double kDensity = 800.0;    // [kg/m^3]
-constexpr double kCoarseness = 2.0;   // of the meshes
-constexpr double kClearance = 0.005;  // between bounding balls at the start [m]
+constexpr double kWall = 0.02;       // thickness [m]
+constexpr double kDensity = 800.0;   // [kg/m^3]
+constexpr double kCoarseness = 2.0;  // of the meshes
+constexpr double kBetween = 0.005;   // bounding balls at the start [m]
 
+using examples::meshShape;
+using examples::poseAt;
+using examples::World;
 using reference::AuditMesh;
 using reference::Random;
 
@@ -33,9 +36,9 @@ Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
                           const Eigen::Vector2d& halfInner,
                           Random& random)
 {
-    const double freeX = std::max(0.0, halfInner.x() - radius - kClearance);
-    const double freeY = std::max(0.0, halfInner.y() - radius - kClearance);
-    for (double z = radius + kClearance;; z += 0.01)
+    const double freeX = std::max(0.0, halfInner.x() - radius - kBetween);
+    const double freeY = std::max(0.0, halfInner.y() - radius - kBetween);
+    for (double z = radius + kBetween;; z += 0.01)
     {
         for (int attempt = 0; attempt < 20; ++attempt)
         {
@@ -45,7 +48,7 @@ Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
             if (std::ranges::all_of(
                     taken,
                     [&](const Ball& ball)
-                    { return (ball.center - place).norm() > ball.radius + radius + kClearance; }))
+                    { return (ball.center - place).norm() > ball.radius + radius + kBetween; }))
             {
                 return place;
             }
@@ -53,6 +56,25 @@ Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
     }
 }
 }  // namespace
+
+HouseholdObject makeHouseholdObject(std::size_t number, std::uint64_t seed, double density)
+{
+    const std::vector<std::string>& families = shapes::objectFamilies();
+    HouseholdObject object;
+    object.name = families[number % families.size()];
+    const std::optional<std::uint64_t> size =
+        number < families.size() ? std::nullopt : std::optional(seed);
+    TriangleMesh mesh = shapes::makeObject(object.name, size, kCoarseness);
+    static_cast<void>(examples::putIntoPrincipalAxes(mesh));
+    object.mass = density * massProperties(mesh).volume;
+    for (const Eigen::Vector3d& vertex : mesh.vertices)
+    {
+        object.reach = std::max(object.reach, vertex.norm());
+    }
+    object.audit = std::make_shared<const AuditMesh>(mesh);
+    object.tree = std::make_shared<const SsvTree>(buildSsvTree(std::move(mesh)));
+    return object;
+}
 
 HouseholdBin::HouseholdBin(World& world, reference::WorldAudit& audit, const BinOptions& options)
     : m_halfInner(options.halfInner)
@@ -62,7 +84,7 @@ HouseholdBin::HouseholdBin(World& world, reference::WorldAudit& audit, const Bin
     std::vector<Ball> taken;
     for (int i = 0; i < options.objects; ++i)
     {
-        const Kind& kind = m_kinds[std::size_t(i) % m_kinds.size()];
+        const HouseholdObject& kind = m_kinds[std::size_t(i) % m_kinds.size()];
         taken.push_back({findPlace(taken, kind.reach, m_halfInner, random), kind.reach});
         Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
         X.linear() = random.rotation();
@@ -102,26 +124,11 @@ void HouseholdBin::addWalls(World& world, reference::WorldAudit& audit)
 
 void HouseholdBin::makeKinds(const BinOptions& options)
 {
-    const std::vector<std::string>& families = shapes::objectFamilies();
-    const std::size_t count =
-        std::min(std::size_t(options.objects), std::size_t(kSizes) * families.size());
+    const std::size_t count = std::min(std::size_t(options.objects),
+                                       std::size_t(kSizes) * shapes::objectFamilies().size());
     for (std::size_t i = 0; i < count; ++i)
     {
-        Kind kind;
-        kind.name = families[i % families.size()];
-        // The first round in usual sizes.
-        const std::optional<std::uint64_t> size =
-            i < families.size() ? std::nullopt : std::optional(options.seed * 1000 + i);
-        TriangleMesh mesh = shapes::makeObject(kind.name, size, kCoarseness);
-        static_cast<void>(putIntoPrincipalAxes(mesh));
-        kind.mass = kDensity * massProperties(mesh).volume;
-        for (const Eigen::Vector3d& vertex : mesh.vertices)
-        {
-            kind.reach = std::max(kind.reach, vertex.norm());
-        }
-        kind.audit = std::make_shared<const AuditMesh>(mesh);
-        kind.tree = std::make_shared<const SsvTree>(buildSsvTree(std::move(mesh)));
-        m_kinds.push_back(std::move(kind));
+        m_kinds.push_back(makeHouseholdObject(i, options.seed * 1000 + i, kDensity));
     }
 }
 
@@ -156,4 +163,4 @@ double HouseholdBin::meanSpeed() const
     }
     return sum / double(m_objects.size());
 }
-}  // namespace bullet_ccd::examples
+}  // namespace bullet_ccd::benchmarks

@@ -9,8 +9,23 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::examples
+namespace bullet_ccd::benchmarks
 {
+/// A shape, and what is to be known of it.
+struct HouseholdObject
+{
+    std::string name;
+    std::shared_ptr<const reference::AuditMesh> audit;
+    std::shared_ptr<const SsvTree> tree;
+    double mass = 0.0;   ///< [kg]
+    double reach = 0.0;  ///< from the centre of mass, the origin [m]
+};
+
+/// Number 0 and on: all families in turn, first in their usual sizes, then in sizes by the seed.
+[[nodiscard]] HouseholdObject makeHouseholdObject(std::size_t number,
+                                                  std::uint64_t seed,
+                                                  double density);
+
 struct BinOptions
 {
     int objects = 20;
@@ -24,7 +39,7 @@ public:
     /// Adds the objects, in a column clear of each other, and a bin whose walls are as high as the
     /// column: all families in turn, at most kSizes sizes of each, 500 to 5000 triangles an object.
     /// Making them takes half a second a kind.
-    HouseholdBin(World& world, reference::WorldAudit& audit, const BinOptions& options);
+    HouseholdBin(examples::World& world, reference::WorldAudit& audit, const BinOptions& options);
 
     static constexpr int kSizes = 2;
 
@@ -39,14 +54,6 @@ public:
     [[nodiscard]] const btRigidBody& object(std::size_t i) const { return *m_objects[i].body; }
 
 private:
-    struct Kind
-    {
-        std::string name;
-        std::shared_ptr<const reference::AuditMesh> audit;
-        std::shared_ptr<const SsvTree> tree;
-        double mass = 0.0;
-        double reach = 0.0;  // from the centre of mass
-    };
     struct Object
     {
         btRigidBody* body = nullptr;
@@ -55,11 +62,11 @@ private:
 
     Eigen::Vector2d m_halfInner;
     double m_top = 0.0;  // of the column of objects at the start
-    std::vector<Kind> m_kinds;
+    std::vector<HouseholdObject> m_kinds;
     std::vector<Object> m_objects;
     std::vector<std::string> m_names;
 
-    void addWalls(World& world, reference::WorldAudit& audit);
+    void addWalls(examples::World& world, reference::WorldAudit& audit);
     void makeKinds(const BinOptions& options);
 };
-}  // namespace bullet_ccd::examples
+}  // namespace bullet_ccd::benchmarks

@@ -276,16 +276,13 @@ std::vector<Method<RigidCase>> rigidMethods()
 {
     std::vector<Method<RigidCase>> all;
     addOurs(all);
-    if (isFclPresent())
+    all.push_back({.name = "FCL advancement",
+                   .owner = "fcl",
+                   .setting = "CCDC_CONSERVATIVE_ADVANCEMENT, toc_err 1e-6",
+                   .run = fclAdvancing});
+    for (const int steps : {97, 997, 9973})
     {
-        all.push_back({.name = "FCL advancement",
-                       .owner = "fcl",
-                       .setting = "CCDC_CONSERVATIVE_ADVANCEMENT, toc_err 1e-6",
-                       .run = fclAdvancing});
-        for (const int steps : {97, 997, 9973})
-        {
-            all.push_back(sampling<RigidCase>("FCL sampling", "fcl", steps, fclSampling));
-        }
+        all.push_back(sampling<RigidCase>("FCL sampling", "fcl", steps, fclSampling));
     }
     const auto cast = [&](const char* name, const char* setting, BulletCast kind, auto cannot)
     {
@@ -325,10 +322,7 @@ std::vector<Method<ArticulatedCase>> articulatedMethods()
     }
     for (const int steps : {241, 997})
     {
-        if (isFclPresent())
-        {
-            all.push_back(sampling<ArticulatedCase>("FCL overlap", "fcl", steps, overlapSampling));
-        }
+        all.push_back(sampling<ArticulatedCase>("FCL overlap", "fcl", steps, overlapSampling));
     }
     return all;
 }

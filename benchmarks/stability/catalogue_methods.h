@@ -37,9 +37,9 @@ struct Method
 
 /// This library with every strategy at the finest tolerance of the case, FCL's sampling and its
 /// conservative advancement, Bullet's casts and the closest points of its hulls at sampled poses;
-/// for chains, sampling with exact distances and with FCL's overlap test. Peers that are not part
-/// of the build are left out. Numbers of steps are primes: many of the catalogue's contact times
-/// are multiples of 1/1000, which round numbers of steps would hit by luck.
+/// for chains, sampling with exact distances and with FCL's overlap test. Numbers of steps
+/// are primes: many of the catalogue's contact times are multiples of 1/1000, which round numbers
+/// of steps would hit by luck.
 [[nodiscard]] std::vector<Method<reference::RigidCase>> rigidMethods();
 [[nodiscard]] std::vector<Method<reference::ArticulatedCase>> articulatedMethods();
 

@@ -311,7 +311,7 @@ json runCatalogue(const CatalogueOptions& options)
                {"title", "Contact times with exact answers, where known methods fail"},
                {"limit", options.limit},
                {"variantLimit", options.variantLimit},
-               {"peers", {isFclPresent() ? "FCL" : "", "Bullet in double precision"}},
+               {"peers", {"FCL", "Bullet in double precision"}},
                {"defaultIterations", ToiOptions{}.maxIterations},
                {"relations", json::array()},
                {"methods", json::array()},

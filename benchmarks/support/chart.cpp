@@ -178,7 +178,7 @@ ChartMethod toiMethod(const std::string& name,
                       const SharedTruths& truths,
                       const std::vector<ToiSetting>& settings,
                       const std::function<ChartAnswer(std::size_t, double)>& answer,
-                      const ToiAsking& asking)
+                      int passes)
 {
     ChartMethod method{.name = name, .settings = {}};
     for (const ToiSetting& setting : settings)
@@ -190,11 +190,10 @@ ChartMethod toiMethod(const std::string& name,
             result.micros = micros;
             return result;
         };
-        method.settings.push_back(toiSetting(
-            setting.label,
-            setting.reach,
-            truths,
-            [=] { return askAll(std::min(asking.queries, truths->size()), asking.passes, ask); }));
+        method.settings.push_back(toiSetting(setting.label,
+                                             setting.reach,
+                                             truths,
+                                             [=] { return askAll(truths->size(), passes, ask); }));
     }
     return method;
 }

@@ -137,19 +137,12 @@ struct ToiSetting
 [[nodiscard]] std::vector<ToiSetting> tolerances(int first, int last, double unit = 1.0);
 [[nodiscard]] std::vector<ToiSetting> sampleCounts(const std::vector<int>& counts);
 
-/// How a method is asked.
-struct ToiAsking
-{
-    int passes = 1;                         ///< the median time counts
-    std::size_t queries = std::size_t(-1);  ///< at most so many, the first ones
-};
-
-/// A method that answers query i with a setting; the time of the call counts.
+/// A method that answers query i with a setting; the median time of the passes counts.
 [[nodiscard]] ChartMethod toiMethod(const std::string& name,
                                     const SharedTruths& truths,
                                     const std::vector<ToiSetting>& settings,
                                     const std::function<ChartAnswer(std::size_t, double)>& answer,
-                                    const ToiAsking& asking = {});
+                                    int passes = 1);
 
 /// What every family can be asked.
 struct ChartOptions

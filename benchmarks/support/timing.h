@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <ctime>
 #include <functional>
 #include <numeric>
@@ -55,18 +54,6 @@ inline double medianOf(std::vector<double> values)
     std::ranges::sort(values);
     const std::size_t half = values.size() / 2;
     return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-/// The value that this share of all is not above, 0 <= share <= 1; 0 for none.
-inline double quantileOf(std::vector<double> values, double share)
-{
-    if (values.empty())
-    {
-        return 0.0;
-    }
-    std::ranges::sort(values);
-    const double last = static_cast<double>(values.size() - 1);
-    return values[static_cast<std::size_t>(std::lround(std::ceil(share * last - 1e-9)))];
 }
 
 inline double sumOf(std::span<const double> values)

@@ -79,10 +79,6 @@ class RigidCheck : public testing::Test
 protected:
     void SetUp() override
     {
-        if (!isFclPresent())
-        {
-            GTEST_SKIP() << "FCL is not part of this build: install libfcl-dev";
-        }
         m_model.emplace(*m_set.meshA);
         for (const RigidQuery& query : m_set.queries)
         {

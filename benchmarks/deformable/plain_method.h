@@ -1,0 +1,33 @@
+/// What a plain method does, as yardstick: boxes over the whole step, then every pair of features
+/// by itself.
+#pragma once
+
+#include "bullet_ccd/deformable/deformable_toi.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bullet_ccd::benchmarks
+{
+/// A pair of features of one mesh, as DeformableContact has its vertices.
+struct FeaturePair
+{
+    ElementaryKind kind = ElementaryKind::VertexFace;
+    std::array<std::int32_t, 4> vertices{};
+};
+
+/// Pairs without a common vertex whose boxes over the whole step, widened by the distance, overlap.
+[[nodiscard]] std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
+                                                           std::span<const Eigen::Vector3d> start,
+                                                           std::span<const Eigen::Vector3d> end,
+                                                           double distance);
+
+/// Time of contact, or 2 without one. Never late: nothing can meet before the distance has been
+/// used up at the largest relative speed.
+[[nodiscard]] double advancementToi(const ElementaryPair& pair, double tolerance);
+}  // namespace bullet_ccd::benchmarks
