@@ -479,38 +479,36 @@ void addQueries(py::module_& module)
     const ToiOptions options;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     module.attr("DEFAULT_TOLERANCE") = kDefaultTolerance;
-    module.def("toi",
-               &toi,
-               py::arg("mesh_a").none(false),
-               py::arg("mesh_b").none(false),
-               py::arg("motion_a") = py::none(),
-               py::arg("motion_b") = py::none(),
-               py::kw_only(),
-               py::arg("tolerance") = options.tolerance,
-               py::arg("minimum_separation") = options.minimumSeparation,
-               py::arg("strategy") = options.strategy,
-               py::arg("max_iterations") = options.maxIterations,
-               py::arg("time_limit") = kInfinity);
-    module.def("toi_batch",
-               &toiBatch,
-               py::arg("mesh_a").none(false),
-               py::arg("mesh_b").none(false),
-               py::arg("motions_a") = py::none(),
-               py::arg("motions_b") = py::none(),
-               py::kw_only(),
-               py::arg("tolerance") = options.tolerance,
-               py::arg("minimum_separation") = options.minimumSeparation,
-               py::arg("strategy") = options.strategy,
-               py::arg("max_iterations") = options.maxIterations,
-               py::arg("time_limit") = kInfinity);
-    module.def("distance",
-               &distance,
-               py::arg("mesh_a").none(false),
-               py::arg("mesh_b").none(false),
-               py::arg("pose_a") = py::none(),
-               py::arg("pose_b") = py::none(),
-               py::kw_only(),
-               py::arg("upper_bound") = kInfinity);
+    const auto addToi =
+        [&](const char* name, const auto& query, const char* motionA, const char* motionB)
+    {
+        module.def(name,
+                   query,
+                   py::arg("mesh_a").none(false),
+                   py::arg("mesh_b").none(false),
+                   py::arg(motionA) = py::none(),
+                   py::arg(motionB) = py::none(),
+                   py::kw_only(),
+                   py::arg("tolerance") = options.tolerance,
+                   py::arg("minimum_separation") = options.minimumSeparation,
+                   py::arg("strategy") = options.strategy,
+                   py::arg("max_iterations") = options.maxIterations,
+                   py::arg("time_limit") = kInfinity);
+    };
+    addToi("toi", &toi, "motion_a", "motion_b");
+    addToi("toi_batch", &toiBatch, "motions_a", "motions_b");
+    const auto addAtPoses = [&](const char* name, const auto& query, const auto& last)
+    {
+        module.def(name,
+                   query,
+                   py::arg("mesh_a").none(false),
+                   py::arg("mesh_b").none(false),
+                   py::arg("pose_a") = py::none(),
+                   py::arg("pose_b") = py::none(),
+                   py::kw_only(),
+                   last);
+    };
+    addAtPoses("distance", &distance, py::arg("upper_bound") = kInfinity);
     module.def("least_distance",
                &leastDistanceOf,
                py::arg("mesh_a").none(false),
@@ -521,14 +519,7 @@ void addQueries(py::module_& module)
                py::arg("tolerance") = options.tolerance,
                py::arg("enough") = kInfinity,
                py::arg("time_limit") = kInfinity);
-    module.def("contacts",
-               &contacts,
-               py::arg("mesh_a").none(false),
-               py::arg("mesh_b").none(false),
-               py::arg("pose_a") = py::none(),
-               py::arg("pose_b") = py::none(),
-               py::kw_only(),
-               py::arg("threshold"));
+    addAtPoses("contacts", &contacts, py::arg("threshold"));
     py::class_<FirstContact, ToiResult>(module, "FirstContact")
         .def_readonly("body_a", &FirstContact::bodyA)
         .def_readonly("body_b", &FirstContact::bodyB);

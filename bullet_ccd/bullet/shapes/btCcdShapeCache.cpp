@@ -17,13 +17,10 @@
 #include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
-#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <algorithm>
-#include <bit>
 #include <mutex>
-#include <type_traits>
 #include <utility>
 
 using bullet_ccd::SsvTree;
@@ -33,7 +30,7 @@ namespace
 {
 /// Hash of what defines a shape. Asked for every shape in every step, so only a few numbers of
 /// large shapes enter.
-class Fingerprint
+class Fingerprint : btCcdHash
 {
 public:
     explicit Fingerprint(const btCollisionShape& shape) { add(shape); }
@@ -44,30 +41,10 @@ public:
         add(margin);
         addBits(content);
     }
-    std::uint64_t value() const { return m_hash; }
+    using btCcdHash::value;
 
 private:
-    std::uint64_t m_hash = 0;
-
-    void addBits(std::uint64_t bits)
-    {
-        m_hash = (m_hash ^ bits) * 0x9e3779b97f4a7c15U;
-        m_hash ^= m_hash >> 32U;
-    }
-    void add(int number) { addBits(std::uint64_t(std::uint32_t(number))); }
-    void add(btScalar number)
-    {
-        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
-        addBits(std::bit_cast<Bits>(number));
-    }
-    void add(const void* address) { addBits(std::bit_cast<std::uintptr_t>(address)); }
-    void add(const btVector3& v)
-    {
-        add(v.x());
-        add(v.y());
-        add(v.z());
-    }
-
+    using btCcdHash::add;
     void add(const btCollisionShape& shape);
     void addBounds(const btCollisionShape& shape);
     void addSpheres(const btMultiSphereShape& spheres);
@@ -119,21 +96,15 @@ void Fingerprint::addMesh(const btStridingMeshInterface* mesh)
     add(mesh->getNumSubParts());
     if (mesh->getNumSubParts() > 0)
     {
-        const unsigned char* vertices = nullptr;
-        const unsigned char* indices = nullptr;
-        int vertexCount = 0;
-        int triangleCount = 0;
-        int stride = 0;
-        int indexStride = 0;
-        PHY_ScalarType type = PHY_FLOAT;
-        PHY_ScalarType indexType = PHY_INTEGER;
-        mesh->getLockedReadOnlyVertexIndexBase(
-            &vertices, vertexCount, type, stride, &indices, indexStride, triangleCount, indexType);
-        mesh->unLockReadOnlyVertexBase(0);
-        add(vertices);
-        add(indices);
-        add(vertexCount);
-        add(triangleCount);
+        btCcdVisitMeshPart(*mesh,
+                           0,
+                           [this](const btCcdMeshPart& part)
+                           {
+                               add(part.m_vertices);
+                               add(part.m_indices);
+                               add(part.m_vertexCount);
+                               add(part.m_triangleCount);
+                           });
     }
 }
 

@@ -6,65 +6,13 @@
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
-#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
-#include <type_traits>
 
 namespace
 {
-class ContentHash
-{
-public:
-    [[nodiscard]] std::uint64_t value() const { return m_hash; }
-
-    void addBits(std::uint64_t bits)
-    {
-        m_hash = (m_hash ^ bits) * 0x9e3779b97f4a7c15U;
-        m_hash ^= m_hash >> 32U;
-    }
-    void add(int number) { addBits(std::uint64_t(std::uint32_t(number))); }
-    void add(btScalar number)
-    {
-        using Bits = std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>;
-        addBits(std::bit_cast<Bits>(number));
-    }
-    void add(const void* address) { addBits(std::bit_cast<std::uintptr_t>(address)); }
-    void add(const btVector3& v)
-    {
-        add(v.x());
-        add(v.y());
-        add(v.z());
-    }
-    void addBytes(const void* from, std::size_t count)
-    {
-        const auto* bytes = static_cast<const unsigned char*>(from);
-        std::uint64_t word = 0;
-        for (; count >= sizeof(word); bytes += sizeof(word), count -= sizeof(word))
-        {
-            std::memcpy(&word, bytes, sizeof(word));
-            addBits(word);
-        }
-        word = 0;
-        std::memcpy(&word, bytes, count);
-        addBits(word);
-    }
-    /// `count` rows of which only the first `used` bytes matter.
-    void addRows(const unsigned char* from, int count, int stride, std::size_t used)
-    {
-        for (int i = 0; i < count; ++i)
-        {
-            addBytes(from + std::ptrdiff_t(i) * stride, used);
-        }
-    }
-
-private:
-    std::uint64_t m_hash = 0;
-};
-
 /// The fields of a height field are open to derived classes only.
 struct HeightField : btHeightfieldTerrainShape
 {
@@ -96,7 +44,7 @@ std::size_t sizeOf(PHY_ScalarType type)
     }
 }
 
-void addHeights(ContentHash& hash, const btHeightfieldTerrainShape& shape)
+void addHeights(btCcdHash& hash, const btHeightfieldTerrainShape& shape)
 {
     const btCcdHeightGrid grid = btCcdHeightGridOf(shape);
     hash.add(grid.m_width);
@@ -105,37 +53,39 @@ void addHeights(ContentHash& hash, const btHeightfieldTerrainShape& shape)
     hash.addBytes(grid.m_heights, size * std::size_t(grid.m_width) * std::size_t(grid.m_length));
 }
 
-void addTriangles(ContentHash& hash, const btStridingMeshInterface& mesh)
+/// `count` rows of which only the first `used` bytes matter.
+void addRows(btCcdHash& hash, const unsigned char* from, int count, int stride, std::size_t used)
 {
-    for (int part = 0; part < mesh.getNumSubParts(); ++part)
+    for (int i = 0; i < count; ++i)
     {
-        const unsigned char* vertices = nullptr;
-        const unsigned char* indices = nullptr;
-        int vertexCount = 0;
-        int triangleCount = 0;
-        int stride = 0;
-        int indexStride = 0;
-        PHY_ScalarType type = PHY_FLOAT;
-        PHY_ScalarType indexType = PHY_INTEGER;
-        mesh.getLockedReadOnlyVertexIndexBase(&vertices,
-                                              vertexCount,
-                                              type,
-                                              stride,
-                                              &indices,
-                                              indexStride,
-                                              triangleCount,
-                                              indexType,
-                                              part);
-        const std::size_t index = indexType == PHY_INTEGER ? sizeof(int) : sizeOf(indexType);
-        hash.addRows(vertices, vertexCount, stride, 3 * sizeOf(type));
-        hash.addRows(indices, triangleCount, indexStride, 3 * index);
-        mesh.unLockReadOnlyVertexBase(part);
+        hash.addBytes(from + std::ptrdiff_t(i) * stride, used);
     }
 }
 
-void addContent(ContentHash& hash, const btCollisionShape& shape);
+void addTriangles(btCcdHash& hash, const btStridingMeshInterface& mesh)
+{
+    for (int part = 0; part < mesh.getNumSubParts(); ++part)
+    {
+        btCcdVisitMeshPart(
+            mesh,
+            part,
+            [&hash](const btCcdMeshPart& data)
+            {
+                const std::size_t index =
+                    data.m_indexType == PHY_INTEGER ? sizeof(int) : sizeOf(data.m_indexType);
+                addRows(hash,
+                        data.m_vertices,
+                        data.m_vertexCount,
+                        data.m_vertexStride,
+                        3 * sizeOf(data.m_vertexType));
+                addRows(hash, data.m_indices, data.m_triangleCount, data.m_indexStride, 3 * index);
+            });
+    }
+}
 
-void addGImpactParts(ContentHash& hash, const btGImpactShapeInterface& shape)
+void addContent(btCcdHash& hash, const btCollisionShape& shape);
+
+void addGImpactParts(btCcdHash& hash, const btGImpactShapeInterface& shape)
 {
     if (shape.getGImpactShapeType() == CONST_GIMPACT_TRIMESH_SHAPE)
     {
@@ -147,7 +97,7 @@ void addGImpactParts(ContentHash& hash, const btGImpactShapeInterface& shape)
     }
 }
 
-void addContent(ContentHash& hash, const btCollisionShape& shape)
+void addContent(btCcdHash& hash, const btCollisionShape& shape)
 {
     switch (shape.getShapeType())
     {
@@ -196,6 +146,20 @@ void addContent(ContentHash& hash, const btCollisionShape& shape)
 }
 }  // namespace
 
+void btCcdHash::addBytes(const void* from, std::size_t count)
+{
+    const auto* bytes = static_cast<const unsigned char*>(from);
+    std::uint64_t word = 0;
+    for (; count >= sizeof(word); bytes += sizeof(word), count -= sizeof(word))
+    {
+        std::memcpy(&word, bytes, sizeof(word));
+        addBits(word);
+    }
+    word = 0;
+    std::memcpy(&word, bytes, count);
+    addBits(word);
+}
+
 btCcdHeightGrid btCcdHeightGridOf(const btHeightfieldTerrainShape& shape)
 {
     return HeightField::gridOf(shape);
@@ -203,14 +167,14 @@ btCcdHeightGrid btCcdHeightGridOf(const btHeightfieldTerrainShape& shape)
 
 std::uint64_t btCcdContentOf(const btCollisionShape& shape)
 {
-    ContentHash hash;
+    btCcdHash hash;
     addContent(hash, shape);
     return hash.value();
 }
 
 std::uint64_t btCcdRevisionOf(const btCollisionShape& shape)
 {
-    ContentHash hash;
+    btCcdHash hash;
     if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
     {
         const auto& hull = static_cast<const btConvexHullShape&>(shape);

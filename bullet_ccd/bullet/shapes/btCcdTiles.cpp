@@ -7,7 +7,6 @@
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
-#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,25 +38,8 @@ std::int64_t trianglesOf(const btStridingMeshInterface& mesh)
     std::int64_t count = 0;
     for (int part = 0; part < mesh.getNumSubParts(); ++part)
     {
-        const unsigned char* vertices = nullptr;
-        const unsigned char* indices = nullptr;
-        int vertexCount = 0;
-        int triangleCount = 0;
-        int stride = 0;
-        int indexStride = 0;
-        PHY_ScalarType type = PHY_FLOAT;
-        PHY_ScalarType indexType = PHY_INTEGER;
-        mesh.getLockedReadOnlyVertexIndexBase(&vertices,
-                                              vertexCount,
-                                              type,
-                                              stride,
-                                              &indices,
-                                              indexStride,
-                                              triangleCount,
-                                              indexType,
-                                              part);
-        mesh.unLockReadOnlyVertexBase(part);
-        count += triangleCount;
+        btCcdVisitMeshPart(
+            mesh, part, [&count](const btCcdMeshPart& data) { count += data.m_triangleCount; });
     }
     return count;
 }

@@ -240,6 +240,26 @@ struct Pairs
         }
     }
 
+    /// How another part comes near.
+    struct Path
+    {
+        Eigen::Isometry3d X_WS;     // of the shape that it comes near, at the start
+        Eigen::AlignedBox3d m_box;  // in the world, of all points within `near` of it on its way
+        double m_way;  // how far points of the shape move that it can meet; may be infinite
+    };
+    static Path pathNear(const btCcdObjectMotion& motion,
+                         const btCcdShapePart& other,
+                         const btCcdObjectMotion& otherMotion,
+                         double near)
+    {
+        const btCcdBall ball = btCcdBallOf(other);
+        const Eigen::AlignedBox3d box = otherMotion.boxOf(ball.m_center, ball.m_radius + near);
+        const Eigen::Isometry3d X_WS = btCcdShapePoseAt(motion, 0.0);
+        const double farthest =
+            (box.center() - X_WS.translation()).norm() + 0.5 * box.diagonal().norm();
+        return {X_WS, box, motion.wayAt(farthest)};
+    }
+
     /// A plane with a piece that the other part does not leave, from above its middle.
     static btCcdShapePart wideEnough(const btCcdShapePart& plane,
                                      const btCcdObjectMotion& motion,
@@ -247,12 +267,8 @@ struct Pairs
                                      const btCcdObjectMotion& otherMotion,
                                      double near)
     {
-        const btCcdBall ball = btCcdBallOf(other);
-        const Eigen::AlignedBox3d path = otherMotion.boxOf(ball.m_center, ball.m_radius + near);
-        const Eigen::Isometry3d X_WS = btCcdShapePoseAt(motion, 0.0);
-        const double farthest =
-            (path.center() - X_WS.translation()).norm() + 0.5 * path.diagonal().norm();
-        const double half = path.diagonal().norm() + motion.wayAt(farthest);
+        const Path path = pathNear(motion, other, otherMotion, near);
+        const double half = path.m_box.diagonal().norm() + path.m_way;
         btCcdShapePart part = plane;
         part.m_tree = btCcdPlanePiece(std::isfinite(half) ? half : 0.0);
         return part;
@@ -266,18 +282,13 @@ struct Pairs
                                       const btCcdObjectMotion& otherMotion,
                                       double near)
     {
-        const btCcdBall ball = btCcdBallOf(other);
-        const Eigen::AlignedBox3d path = otherMotion.boxOf(ball.m_center, ball.m_radius + near);
-        const Eigen::Isometry3d X_WS = btCcdShapePoseAt(motion, 0.0);
-        const double farthest =
-            (path.center() - X_WS.translation()).norm() + 0.5 * path.diagonal().norm();
-        const double way = motion.wayAt(farthest);
-        if (!std::isfinite(way) || !path.sizes().allFinite())
+        const Path path = pathNear(motion, other, otherMotion, near);
+        if (!std::isfinite(path.m_way) || !path.m_box.sizes().allFinite())
         {
             return part.m_tiles->box();
         }
-        const Eigen::AlignedBox3d box = btCcdBoxIn((X_WS * part.X_SG).inverse(), path);
-        const Eigen::Vector3d room = Eigen::Vector3d::Constant(way);
+        const Eigen::AlignedBox3d box = btCcdBoxIn((path.X_WS * part.X_SG).inverse(), path.m_box);
+        const Eigen::Vector3d room = Eigen::Vector3d::Constant(path.m_way);
         return {box.min() - room, box.max() + room};
     }
 };

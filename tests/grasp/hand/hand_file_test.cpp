@@ -1,4 +1,5 @@
 #include "grasp/hand/hand_model.h"
+#include "tests/grasp/hand/urdf_text.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
@@ -18,25 +19,9 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+using tests::boxLink;
+using tests::hinge;
 using tests::TempFolder;
-
-std::string boxLink(const std::string& name, const std::string& size, const std::string& origin)
-{
-    return "<link name=\"" + name + "\"><collision><origin xyz=\"" + origin +
-           "\"/><geometry><box size=\"" + size + "\"/></geometry></collision></link>";
-}
-
-std::string hinge(const std::string& name,
-                  const std::string& parent,
-                  const std::string& child,
-                  const std::string& xyz,
-                  const std::string& axis,
-                  const std::string& limits)
-{
-    return "<joint name=\"" + name + "\" type=\"revolute\"><parent link=\"" + parent +
-           "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
-           "\"/><limit " + limits + " effort=\"1\" velocity=\"1\"/></joint>";
-}
 
 /// Two fingers of two phalanges each on a palm on a wrist, all boxes. The fingers stand on +z at
 /// x = -0.05 and 0.05 and turn about y: the left one closes to positive, the right one to negative

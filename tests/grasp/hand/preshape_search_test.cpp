@@ -8,6 +8,7 @@
 #include "grasp/hand/srdf_writer.h"
 #include "grasp/hand/trial_grasps.h"
 #include "grasp/planner/grasp_planner.h"
+#include "tests/grasp/hand/urdf_text.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -24,6 +25,8 @@ namespace
 {
 using testing::Contains;
 using testing::HasSubstr;
+using tests::boxLink;
+using tests::hinge;
 using tests::TempFolder;
 
 TEST(TrialBody, DistanceIsThatOfBallBarAndBox)
@@ -55,43 +58,25 @@ TEST(TrialBody, DistanceIsThatOfBallBarAndBox)
     EXPECT_GT(inside, 3);
 }
 
-std::string block(const std::string& name, const std::string& size, const std::string& origin)
-{
-    return "<link name=\"" + name + "\"><collision><origin xyz=\"" + origin +
-           "\"/><geometry><box size=\"" + size + "\"/></geometry></collision></link>";
-}
-
-std::string joint(const std::string& name,
-                  const std::string& parent,
-                  const std::string& child,
-                  const std::string& xyz,
-                  const std::string& axis,
-                  const std::string& limits)
-{
-    return "<joint name=\"" + name + "\" type=\"revolute\"><parent link=\"" + parent +
-           "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
-           "\"/><limit " + limits + " effort=\"1\" velocity=\"1\"/></joint>";
-}
-
 /// A palm in the plane x-z that looks along +x; two fingers on its upper end that bend towards +x,
 /// and a thumb beside its lower end whose base turns about z. At 0 the thumb bends towards +x, too,
 /// as the fingers do, beside them. Turned by a right angle it stands in front of the palm.
 std::string thumbedHand()
 {
     std::string text = "<?xml version=\"1.0\"?><robot name=\"thumbed\">" +
-                       block("palm", "0.02 0.08 0.09", "0 0 0.045");
+                       boxLink("palm", "0.02 0.08 0.09", "0 0 0.045");
     for (const std::string& name : {std::string("fore"), std::string("ring")})
     {
         const std::string y = name == "fore" ? "0.022" : "-0.022";
-        text += block(name + "_1", "0.016 0.018 0.045", "0 0 0.024") +
-                block(name + "_2", "0.016 0.018 0.035", "0 0 0.019") +
-                joint(name + "1",
+        text += boxLink(name + "_1", "0.016 0.018 0.045", "0 0 0.024") +
+                boxLink(name + "_2", "0.016 0.018 0.035", "0 0 0.019") +
+                hinge(name + "1",
                       "palm",
                       name + "_1",
                       "0 " + y + " 0.095",
                       "0 1 0",
                       "lower=\"0\" upper=\"1.5\"") +
-                joint(name + "2",
+                hinge(name + "2",
                       name + "_1",
                       name + "_2",
                       "0 0 0.05",
@@ -99,12 +84,12 @@ std::string thumbedHand()
                       "lower=\"0\" upper=\"1.5\"");
     }
     text +=
-        block("base", "0.016 0.016 0.016", "0 0.05 0") +
-        block("thumb_1", "0.016 0.018 0.045", "0 0 0.024") +
-        block("thumb_2", "0.016 0.018 0.035", "0 0 0.019") +
-        joint("turn", "palm", "base", "0.02 0 0.02", "0 0 -1", "lower=\"0\" upper=\"1.8\"") +
-        joint("thumb1", "base", "thumb_1", "0 0.05 0.01", "0 1 0", "lower=\"0\" upper=\"1.3\"") +
-        joint("thumb2", "thumb_1", "thumb_2", "0 0 0.05", "0 1 0", "lower=\"0\" upper=\"1.5\"");
+        boxLink("base", "0.016 0.016 0.016", "0 0.05 0") +
+        boxLink("thumb_1", "0.016 0.018 0.045", "0 0 0.024") +
+        boxLink("thumb_2", "0.016 0.018 0.035", "0 0 0.019") +
+        hinge("turn", "palm", "base", "0.02 0 0.02", "0 0 -1", "lower=\"0\" upper=\"1.8\"") +
+        hinge("thumb1", "base", "thumb_1", "0 0.05 0.01", "0 1 0", "lower=\"0\" upper=\"1.3\"") +
+        hinge("thumb2", "thumb_1", "thumb_2", "0 0 0.05", "0 1 0", "lower=\"0\" upper=\"1.5\"");
     return text + "</robot>";
 }
 
