@@ -47,7 +47,8 @@ public:
     /// registered before, except GImpact's own, still answer for the contacts of stock shapes. So
     /// call it after other registrations and before objects are added. A second call does nothing.
     ///
-    /// The registration lasts until unregisterAlgorithm() or the end of the program.
+    /// The registration lasts until unregisterAlgorithm() (see btCcdRegistration) or the end of the
+    /// program.
     static void registerAlgorithm(btCollisionDispatcher* dispatcher);
     /// Frees what belongs to a dispatcher that is about to be destroyed. Its pairs must be gone.
     static void unregisterAlgorithm(btCollisionDispatcher* dispatcher);
@@ -91,6 +92,23 @@ private:
                     const btCollisionObjectWrapper* body1,
                     const btDispatcherInfo& dispatchInfo,
                     btManifoldResult* result);
+};
+
+/// Registers the algorithm for as long as it lives. Declare it after the dispatcher and before the
+/// world: so it goes after all pairs and before the dispatcher.
+class BULLET_CCD_API btCcdRegistration
+{
+public:
+    explicit btCcdRegistration(btCollisionDispatcher& dispatcher) : m_dispatcher(dispatcher)
+    {
+        btCcdCollisionAlgorithm::registerAlgorithm(&dispatcher);
+    }
+    ~btCcdRegistration() { btCcdCollisionAlgorithm::unregisterAlgorithm(&m_dispatcher); }
+    btCcdRegistration(const btCcdRegistration&) = delete;
+    btCcdRegistration& operator=(const btCcdRegistration&) = delete;
+
+private:
+    btCollisionDispatcher& m_dispatcher;
 };
 
 #endif  // BT_CCD_COLLISION_ALGORITHM_H

@@ -83,6 +83,22 @@ void btCcdControl::teleported(const btCollisionObject* object)
 void btCcdControl::setCcdImpactListener(btCcdImpactListener* listener)
 {
     m_step->setListener(listener);
+    m_step->stepper().setListener(listener);
+}
+
+const btCcdImpact* btCcdControl::findCcdImpact(const btCollisionObject* a,
+                                               const btCollisionObject* b) const
+{
+    const std::vector<btCcdStep::SeenImpact>& all = m_step->impacts();
+    const auto found = std::find_if(all.begin(),
+                                    all.end(),
+                                    [&](const btCcdStep::SeenImpact& seen)
+                                    {
+                                        return std::minmax<const btCollisionObject*>(
+                                                   seen.m_impact.m_objectA,
+                                                   seen.m_impact.m_objectB) == std::minmax(a, b);
+                                    });
+    return found != all.end() ? &found->m_impact : nullptr;
 }
 
 void btCcdControl::stopLinkOnFirstContact(btMultiBody* body, int link)

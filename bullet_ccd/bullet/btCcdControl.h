@@ -59,6 +59,13 @@ struct btCcdImpactListener
     /// May change velocities, but must not add or remove objects. It is safe but slow to return
     /// Continue without having ended the approach: the pair is met again a little nearer.
     virtual btCcdAfterImpact onImpact(const btCcdImpact& impact) = 0;
+    /// False for a pair that is not to be swept in this step: each may go through the other unless
+    /// Bullet's discrete contacts stop it. Asked for pairs that are near each other, in the middle
+    /// of a step.
+    virtual bool isSwept(const btCollisionObject& /*a*/, const btCollisionObject& /*b*/)
+    {
+        return true;
+    }
     /// The body of this collider has met its limits at the impact.
     virtual void onYield(const btCollisionObject& /*object*/,
                          btCcdYield /*how*/,
@@ -135,6 +142,11 @@ public:
     void teleported(const btCollisionObject* object);
     /// The listener is not owned. Without one (null) the solver answers all impacts.
     void setCcdImpactListener(btCcdImpactListener* listener);
+
+    /// The first impact of the two in the step that has been done last, or is under way; in either
+    /// order; null if they have not met. For contact callbacks, which Bullet calls when the next
+    /// step begins. Valid until then; the first thousand impacts of a step are kept.
+    const btCcdImpact* findCcdImpact(const btCollisionObject* a, const btCollisionObject* b) const;
 
     /// The link and all its ancestors freeze at the link's next impact. The rest of the multibody
     /// goes on without loss of time. btCcdStopLink() names the colliders that are needed.

@@ -1,5 +1,6 @@
 #include "grasp/sim/hand_simulation.h"
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
 #include "bullet_ccd/math/check.h"
@@ -52,6 +53,7 @@ struct BulletParts
 
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher;
+    btCcdRegistration registration{dispatcher};
     btSimpleBroadphase broadphase;
     btMultiBodyConstraintSolver solver;
 };

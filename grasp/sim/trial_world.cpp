@@ -1,6 +1,5 @@
 #include "grasp/sim/trial_world.h"
 
-#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -67,7 +66,6 @@ TrialWorld::TrialWorld(const HandModel& hand,
             "trial: " + std::to_string(positions.size()) + " joint positions for " +
                 std::to_string(hand.robot.tree.size()) + " links: give one per link");
     require(X_WH.matrix().allFinite(), "trial: the pose of the hand is NaN or infinite");
-    btCcdCollisionAlgorithm::registerAlgorithm(&m_dispatcher);
     HoldingSolver::configure(m_world.getSolverInfo());
     // Surfaces rest a little below the sum of their margins. At the sum itself, where motion from
     // outside is stopped, rounding alone would make impacts of what rests.

@@ -1,6 +1,7 @@
 /// A hand that drives its joints and an object that is free, in a Bullet world.
 #pragma once
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
 #include "grasp/grasp_types.h"
 #include "grasp/sim/hand_multi_body.h"
@@ -111,6 +112,7 @@ private:
     std::unique_ptr<btRigidBody> m_table;
     btDefaultCollisionConfiguration m_configuration;
     btCollisionDispatcher m_dispatcher;
+    btCcdRegistration m_registration{m_dispatcher};
     btDbvtBroadphase m_broadphase;
     HoldingSolver m_solver;
     btCcdMultiBodyDynamicsWorld m_world;

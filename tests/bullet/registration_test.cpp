@@ -2,6 +2,7 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
@@ -141,5 +142,34 @@ TEST(Registration, WhatIsRegisteredBetweenTheTwoLinesStays)
         }
     }
     btCcdCollisionAlgorithm::unregisterAlgorithm(&dispatcher);
+}
+
+TEST(Registration, EndsWithItsOwner)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btBoxShape shape(vec(1, 1, 1));
+    btCollisionObject object;
+    object.setCollisionShape(&shape);
+    const btCollisionObjectWrapper wrapper(
+        nullptr, &shape, &object, object.getWorldTransform(), -1, -1);
+    const auto isOurs = [&]
+    {
+        btCollisionAlgorithm* algorithm =
+            dispatcher.findAlgorithm(&wrapper, &wrapper, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        const bool ours = dynamic_cast<btCcdCollisionAlgorithm*>(algorithm) != nullptr;
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+        return ours;
+    };
+    EXPECT_FALSE(isOurs());
+    {
+        const btCcdRegistration registration(dispatcher);
+        const btCcdDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+        EXPECT_TRUE(isOurs());
+    }
+    EXPECT_FALSE(isOurs());
 }
 }  // namespace bullet_ccd::tests

@@ -509,7 +509,8 @@ bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
 {
     return a.m_tracked && b.m_tracked && a.m_object != b.m_object &&
            (a.m_motion > 0.0 || b.m_motion > 0.0) && !isSqueezed(a, b) &&
-           btCcdMayMeet(m_world, *a.m_object, *b.m_object);
+           btCcdMayMeet(m_world, *a.m_object, *b.m_object) &&
+           (m_listener == nullptr || m_listener->isSwept(*a.m_object, *b.m_object));
 }
 
 void btCcdStepper::ask(Pair& pair)

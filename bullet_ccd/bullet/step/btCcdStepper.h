@@ -60,6 +60,8 @@ public:
     /// Objects that are left to Bullet.
     void setEnabled(const btCollisionObject* object, bool enabled);
     [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
+    /// Null: none, which says which pairs are swept.
+    void setListener(btCcdImpactListener* listener) { m_listener = listener; }
     /// Shapes have been changed in place.
     void forgetShapes();
 
@@ -143,6 +145,7 @@ private:
     btCollisionWorld& m_world;
     btCcdContext& m_context;
     std::unique_ptr<btCcdTracker> m_tracker;
+    btCcdImpactListener* m_listener = nullptr;
     std::vector<Pose> m_poses;  // by index in the world
     std::vector<std::unique_ptr<KnownMultiBody>> m_multiBodies;
     std::size_t m_multiBodyCount = 0;

@@ -82,6 +82,45 @@ TEST_P(Reports, SayNothingOfACompoundWithoutChildren)
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST_P(Reports, AListenerMayLeaveAPairToBullet)
+{
+    struct Veto : btCcdImpactListener
+    {
+        const btCollisionObject* m_free = nullptr;
+
+        btCcdAfterImpact onImpact(const btCcdImpact&) override { return btCcdAfterImpact::Solve; }
+        bool isSwept(const btCollisionObject& a, const btCollisionObject& b) override
+        {
+            return &a != m_free && &b != m_free;
+        }
+    };
+    Scene scene(GetParam());
+    btRigidBody* plate = scene.body(scene.boxMesh(vec(1, 1, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
+    btRigidBody* bodies[2];
+    for (int i = 0; i < 2; ++i)
+    {
+        bodies[i] =
+            scene.body(scene.box(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(i - 0.5, 0, 0.061)));
+        bodies[i]->setLinearVelocity(vec(0, 0, -100));
+    }
+    Veto veto;
+    veto.m_free = bodies[1];
+    scene.ccd().setCcdImpactListener(&veto);
+    scene.step(0.01);
+    EXPECT_GT(double(bodies[0]->getWorldTransform().getOrigin().z()), 0.01);
+    EXPECT_LT(double(bodies[1]->getWorldTransform().getOrigin().z()), -0.5);
+
+    const btCcdImpact* impact = scene.ccd().findCcdImpact(bodies[0], plate);
+    ASSERT_NE(impact, nullptr);
+    EXPECT_EQ(impact, scene.ccd().findCcdImpact(plate, bodies[0]));
+    EXPECT_EQ(scene.ccd().findCcdImpact(plate, bodies[1]), nullptr);
+    // 50 mm to go, 0.5 mm of which are the margin of the mesh.
+    EXPECT_NEAR(double(impact->m_time), 0.0495 / 100.0, 1e-6);
+    EXPECT_NEAR(std::abs(double(impact->m_normal.z())), 1.0, 1e-6);
+    scene.step(0.01);
+    EXPECT_EQ(scene.ccd().findCcdImpact(plate, bodies[1]), nullptr);
+}
+
 TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
 {
     Scene scene(GetParam());
