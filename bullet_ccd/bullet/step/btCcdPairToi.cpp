@@ -127,6 +127,44 @@ FirstContactResult askShell(const Parts& parts)
     return first;
 }
 
+/// True if a corner of the first is inside the second, a convex polyhedron.
+bool isCornerInside(const SsvTree& tree, const Eigen::Isometry3d& X_OT, const SsvTree& outer)
+{
+    const bullet_ccd::TriangleMesh& mesh = outer.mesh();
+    if (mesh.triangles.size() < 4)
+    {
+        return false;  // a point or a segment
+    }
+    const Eigen::Vector3d corner = X_OT * tree.mesh().vertices.front();
+    bool isBelow = true;
+    bool isAbove = true;
+    for (std::size_t i = 0; i < mesh.triangles.size() && (isBelow || isAbove); ++i)
+    {
+        const auto vertex = [&](std::size_t k) -> const Eigen::Vector3d&
+        { return mesh.vertices[std::size_t(mesh.triangles[i][k])]; };
+        const Eigen::Vector3d normal = (vertex(1) - vertex(0)).cross(vertex(2) - vertex(0));
+        const double side = normal.dot(corner - vertex(0));
+        isBelow = isBelow && side < 0.0;
+        isAbove = isAbove && side > 0.0;
+    }
+    return isBelow || isAbove;
+}
+
+/// True if one part begins wholly below the surface of the other, or of its core: surfaces are far
+/// from each other then.
+bool startsInside(const Parts& parts, bool cores)
+{
+    const auto tree = [cores](const btCcdShapePart& part) -> const SsvTree&
+    { return cores && part.m_core != nullptr ? *part.m_core : *part.m_tree; };
+    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
+    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
+    const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
+    return (parts.m_b.m_core != nullptr &&
+            isCornerInside(tree(parts.m_a), X_BA, tree(parts.m_b))) ||
+           (parts.m_a.m_core != nullptr &&
+            isCornerInside(tree(parts.m_b), X_BA.inverse(), tree(parts.m_a)));
+}
+
 /// The contacts are Bullet's: the surfaces, and below them the cores.
 FirstContactResult askStock(const Parts& parts, double tolerance)
 {
@@ -137,7 +175,17 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
         ask(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, surfaces, tolerance);
     if (!startsWithin(parts, first, surfaces + tolerance))
     {
-        return first;
+        if (!startsInside(parts, false))
+        {
+            return first;
+        }
+        if (startsInside(parts, true))
+        {
+            FirstContactResult overlap;
+            overlap.status = ToiStatus::Overlapping;
+            overlap.time = 0.0;
+            return overlap;
+        }
     }
     const auto core = [](const btCcdShapePart& part) -> const SsvTree&
     { return part.m_core != nullptr ? *part.m_core : *part.m_tree; };

@@ -256,6 +256,37 @@ std::vector<Eigen::Isometry3d> stepped(btMultiBody& body, double seconds)
 }
 }  // namespace
 
+/// A thing that is smaller than what it is pressed into may be wholly below the surface.
+TEST(TimeOfImpact, OfWhatIsInsideIsThatOfTheCores)
+{
+    const btBoxShape wall(vec(2, 2, 0.05));
+    const btSphereShape ball(btScalar(0.002));
+    btCollisionObject a;
+    btCollisionObject b;
+    a.setCollisionShape(const_cast<btBoxShape*>(&wall));
+    b.setCollisionShape(const_cast<btSphereShape*>(&ball));
+    a.setInterpolationWorldTransform(a.getWorldTransform());
+    Asker asker;
+    for (const bool swapped : {false, true})
+    {
+        const auto ask = [&](double from, double to)
+        {
+            b.setWorldTransform(poseAt(vec(0.3, 0.2, from)));
+            b.setInterpolationWorldTransform(poseAt(vec(0.3, 0.2, to)));
+            return swapped ? asker.ask(b, a) : asker.ask(a, b);
+        };
+        // 13 mm deep. It may go on to the core, which begins some 25 mm deep, and no farther.
+        const double fraction = ask(0.037, -0.163);
+        EXPECT_GT(fraction, 0.0);
+        EXPECT_LT(0.037 - 0.2 * fraction, 0.037);
+        EXPECT_GT(0.037 - 0.2 * fraction, 0.02);
+        EXPECT_EQ(ask(0.037, 0.2), 1.0);
+        // In the core it is Bullet's, whichever way it goes.
+        EXPECT_EQ(ask(0.001, 0.2), 1.0);
+        EXPECT_EQ(ask(0.001, -0.2), 1.0);
+    }
+}
+
 TEST(TimeOfImpact, OfLinksIsThatOfBulletsOwnIntegration)
 {
     constexpr double kStep = 0.1;
