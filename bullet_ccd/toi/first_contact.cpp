@@ -138,6 +138,12 @@ FirstContactResult firstContact(std::span<const MovingBody> bodies,
     {
         searchScene(state);
         result = describe(state);
+        const bool mayPress = state.start.touches || state.scene.mayStartTouching();
+        if (result.status == ToiStatus::Hit && mayPress && !state.start.approaches)
+        {
+            state.start.approaches = pressesFromStart(state);
+            state.start.touches = state.start.touches || state.start.approaches;
+        }
     }
     catch (const GaveUp& end)
     {

@@ -224,12 +224,46 @@ TEST_F(RigidToiOfFlatPlates, ArePressedFromAnyGapWithinTheTolerance)
         const double gap = m_random.logUniform(1e-7, 0.9 * kTolerance);
         const PlateAbovePlate scene(m_random, gap, 0.0);
         const ToiResult hit = query(scene, {0.1, 0.0, -2.0 * gap}, Eigen::Vector3d::Zero());
-        EXPECT_TRUE(isContact(hit.status)) << i << ": gap " << gap;
-        EXPECT_NE(hit.status, ToiStatus::Overlapping) << i << ": gap " << gap;
+        EXPECT_EQ(hit.status, ToiStatus::TouchingPressing) << i << ": gap " << gap;
         EXPECT_LE(hit.time, 0.5 + 1e-9) << i;
         EXPECT_GE(hit.time, 0.49) << i;
     }
     EXPECT_LT(m_most, 5000);
+}
+
+/// Both plates turn, about an axis in their plane, and the upper one drifts straight on in W: seen
+/// from the lower one, it comes up or down by s t sin(w t). No direction that rests in W separates
+/// them for long.
+TEST_F(RigidToiOfFlatPlates, OnATurningPlateAreLeftAndMetWhenTheyAre)
+{
+    constexpr double kSpeed = 0.3;
+    constexpr double kTurn = 0.1;
+    for (int i = 0; i < 40; ++i)
+    {
+        const double gap = m_random.logUniform(1e-8, 1e-2);
+        const PlateAbovePlate scene(m_random, gap, 0.0);
+        const bool falls = i % 2 == 0;
+        const double slide = falls ? -kSpeed : kSpeed;
+        RigidBody upper{.tree = &m_a, .motion = restAt(scene.X_WB * scene.X_BA)};
+        upper.motion.reference_B = scene.X_BA.inverse() * Eigen::Vector3d::Zero();
+        RigidBody lower{.tree = &m_b, .motion = restAt(scene.X_WB)};
+        upper.motion.w_W = lower.motion.w_W = scene.X_WB.linear() * Eigen::Vector3d(0, kTurn, 0);
+        upper.motion.v_W = scene.X_WB.linear() * Eigen::Vector3d(slide, 0, 0);
+        const ToiResult result = rigidToi(upper, lower, {.tolerance = kTolerance}, m_work);
+        m_most = std::max(m_most, result.counters.nodePairs + result.counters.trianglePairs);
+        const auto heightAt = [&](double t) { return gap + slide * t * std::sin(kTurn * t); };
+        if (!falls)
+        {
+            EXPECT_EQ(result.status,
+                      gap <= kTolerance ? ToiStatus::TouchingLeaving : ToiStatus::Separated)
+                << i << ": gap " << gap;
+            continue;
+        }
+        ASSERT_TRUE(isContact(result.status)) << i << ": gap " << gap;
+        EXPECT_GE(heightAt(result.time), -1e-13) << i;
+        EXPECT_LE(heightAt(result.time), 2.0 * ToiOptions{}.aim * kTolerance) << i;
+    }
+    EXPECT_LT(m_most, 20'000);
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

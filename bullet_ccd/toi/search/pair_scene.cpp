@@ -112,6 +112,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_bodies = bodies;
     m_bodyPairs = pairs;
     m_state.pair = kNone;
+    m_turningState.pair = kNone;
     m_batchPair = kNone;
     m_mayStartTouching = false;
     m_hasFaces = false;
@@ -207,6 +208,30 @@ const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& co
         computeState(pair, t);
     }
     return m_state;
+}
+
+const PairState& PairScene::turningStateAt(std::int32_t index, double t, ToiCounters& counters)
+{
+    const ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
+    const PairState& state = stateAt(index, t, counters);
+    if (!pair.isRigid || !pair.rigid.turnsB || pair.rigid.inFrameOfB)
+    {
+        return state;
+    }
+    const bool isOther = m_turningState.pair != index;
+    if (isOther)
+    {
+        const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(index)];
+        m_turning = makeRigidPair(m_bodies[static_cast<std::size_t>(bodies.bodyA)],
+                                  m_bodies[static_cast<std::size_t>(bodies.bodyB)],
+                                  RigidFrame::OfB);
+    }
+    if (isOther || m_turningState.time != t)
+    {
+        m_turningState = {
+            .pair = index, .time = t, .motion = m_turning.at(t), .rounding = state.rounding};
+    }
+    return m_turningState;
 }
 
 void PairScene::computeState(std::int32_t index, double t)
@@ -354,7 +379,7 @@ float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters
     }
     const Step flat = flatStep(*pair.treeA,
                                *pair.treeB,
-                               stateAt(p.pair, p.time, counters),
+                               turningStateAt(p.pair, p.time, counters),
                                pair.limits.margin(),
                                p.nodeA,
                                p.nodeB);

@@ -98,6 +98,12 @@ public:
     /// Relative state of a pair of bodies at time t; valid until the next call.
     [[nodiscard]] const PairState& stateAt(std::int32_t pair, double t, ToiCounters& counters);
 
+    /// The same with directions that turn with B, if the pair is rigid: what lies on a face of B
+    /// stays apart along the normal of that face, however B turns.
+    [[nodiscard]] const PairState& turningStateAt(std::int32_t pair,
+                                                  double t,
+                                                  ToiCounters& counters);
+
     /// Frame of B's tree in W.
     [[nodiscard]] Eigen::Isometry3d worldOfB(std::int32_t pair, double t) const;
 
@@ -134,6 +140,8 @@ private:
     std::vector<OwnFrames> m_trees;
     std::size_t m_treesUsed = 0;
     PairState m_state;
+    RigidPair m_turning{};  ///< of the pair that `m_turningState` is of, in the frame of B
+    PairState m_turningState;
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
     bool m_hasFaces = false;           ///< of some tree

@@ -55,9 +55,9 @@ double across(double along)
     return std::sqrt(std::max(0.0, 1.0 - along * along) + 1e-14);
 }
 
-/// Best step over all directions that can separate two triangles; where the closest points are too
-/// close, or too badly conditioned, to give a direction. `across` is that of the closest points:
-/// made perpendicular to an edge it is the direction between the edge and a corner.
+/// Best gap and best step over all directions that can separate two triangles; where the closest
+/// points are too close, or too badly conditioned, to give a direction. `across` is that of the
+/// closest points: made perpendicular to an edge it is the direction between the edge and a corner.
 TriangleApproach bestApproach(const RelativeMotion& motion,
                               const TriangleCorners& cornersA,
                               const TriangleCorners& cornersB,
@@ -87,10 +87,8 @@ TriangleApproach bestApproach(const RelativeMotion& motion,
             TriangleApproach approach{};
             approachAlong(
                 motion, cornersA[0].data(), cornersB[0].data(), n.data(), margin, approach);
-            if (approach.gap > best.gap)
-            {
-                best = approach;
-            }
+            best.gap = std::max(best.gap, approach.gap);
+            best.time = std::max(best.time, approach.time);
         }
     };
     consider(edgesA[0].cross(edgesA[1]));
@@ -256,6 +254,41 @@ Step flatStep(const SsvTree& treeA,
     return best;
 }
 
+double slidingStep(const SsvTree& treeA,
+                   const SsvTree& treeB,
+                   const PairState& state,
+                   double margin,
+                   std::int32_t slotA,
+                   std::int32_t slotB)
+{
+    const TriangleCorners& cornersA = treeA.corners(slotA);
+    const TriangleCorners& cornersB = treeB.corners(slotB);
+    const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.motion.R);
+    const Vector3d across =
+        cornersB[0] - (R * (cornersA[0] + vector(state.motion.armA)) + vector(state.motion.p));
+    double longest = 0.0;
+    for (const Vector3d& normal :
+         {Vector3d(R * (cornersA[1] - cornersA[0]).cross(cornersA[2] - cornersA[0])),
+          Vector3d((cornersB[1] - cornersB[0]).cross(cornersB[2] - cornersB[0]))})
+    {
+        const Vector3d n =
+            (normal.dot(across) < 0.0 ? Vector3d(-normal) : normal).stableNormalized();
+        if (n.isZero(0.0))
+        {
+            continue;
+        }
+        TriangleApproach approach{};
+        approachAlong(state.motion,
+                      cornersA[0].data(),
+                      cornersB[0].data(),
+                      n.data(),
+                      margin + state.rounding,
+                      approach);
+        longest = std::max(longest, approach.time);
+    }
+    return longest;
+}
+
 TriangleStep triangleStep(const SsvTree& treeA,
                           const SsvTree& treeB,
                           const PairState& state,
@@ -293,7 +326,7 @@ TriangleStep triangleStep(const SsvTree& treeA,
     const Vector3d across = result.distance.pointB - result.distance.pointA;
     const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, across, keep);
     BULLET_CCD_ASSERT(best.gap <= result.distance.distance + state.rounding);
-    result.time = (best.gap > approach.gap ? best : approach).time;
+    result.time = std::max(best.time, approach.time);
     const double exactRoom = result.distance.distance - keep;
     if (exactRoom > 0.0)
     {

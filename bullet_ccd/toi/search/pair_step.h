@@ -66,6 +66,15 @@ struct TriangleStep
                             std::int32_t nodeA,
                             std::int32_t nodeB);
 
+/// Certified step of two triangles in slots of the trees along their normals. It is long where they
+/// slide along each other: closest points at their edges see only what comes towards them.
+[[nodiscard]] double slidingStep(const SsvTree& treeA,
+                                 const SsvTree& treeB,
+                                 const PairState& state,
+                                 double margin,
+                                 std::int32_t slotA,
+                                 std::int32_t slotB);
+
 /// Distance and certified step of two triangles in slots of the trees.
 /// @param apart they are known not to touch at this time
 [[nodiscard]] TriangleStep triangleStep(const SsvTree& treeA,

@@ -73,11 +73,11 @@ Turning turningOf(const MovingBody& body)
     return t;
 }
 
-/// A seen from the turning frame of B, if accelerations are smaller there than seen from W. With
+/// A seen from the turning frame of B, if that is asked for. With
 /// W = wA - wB, d the vector from B's reference to A's and r a point of A from its reference, the
 /// acceleration is (bullet_ccd/toi/README.md, "Relative motion")
 ///   W x (W x r) + (W x wB) x r + wB x (wB x d) - 2 wB x v
-void tryFrameOfB(const Turning& a, const Turning& b, RigidPair& pair)
+void tryFrameOfB(const Turning& a, const Turning& b, RigidFrame frame, RigidPair& pair)
 {
     const Vector3d W = a.w_W - b.w_W;
     const double twist = W.cross(b.w_W).norm();
@@ -86,7 +86,7 @@ void tryFrameOfB(const Turning& a, const Turning& b, RigidPair& pair)
     const double constant = b.rate * farthest + 2.0 * b.w_W.cross(pair.v).norm();
     const double inFrame = constant + (W.squaredNorm() + twist) * a.radius;
     const double inWorld = a.rate * a.rate * a.radius + b.rate * b.rate * b.radius;
-    if (inFrame >= inWorld)
+    if (frame == RigidFrame::Slower && inFrame >= inWorld)
     {
         return;
     }
@@ -107,7 +107,7 @@ void tryFrameOfB(const Turning& a, const Turning& b, RigidPair& pair)
 }
 }  // namespace
 
-RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB)
+RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB, RigidFrame frame)
 {
     const Turning a = turningOf(bodyA);
     const Turning b = turningOf(bodyB);
@@ -131,7 +131,7 @@ RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB)
         pair.turnB = turnParts(toB, b.axis, -1.0, Matrix3d::Identity());
         pair.wB = toB * b.w_W;
         pair.wBw = b.w_W;
-        tryFrameOfB(a, b, pair);
+        tryFrameOfB(a, b, frame, pair);
     }
     else
     {

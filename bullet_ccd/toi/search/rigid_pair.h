@@ -38,8 +38,17 @@ struct RigidPair
     [[nodiscard]] RelativeMotion at(double t) const;
 };
 
+/// Where accelerations and directions are seen from.
+enum class RigidFrame
+{
+    Slower,  ///< W, or the turning frame of B if accelerations are smaller there
+    OfB,     ///< directions turn with B, if it turns
+};
+
 /// @pre both motions are RigidMotion
-[[nodiscard]] RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB);
+[[nodiscard]] RigidPair makeRigidPair(const MovingBody& bodyA,
+                                      const MovingBody& bodyB,
+                                      RigidFrame frame = RigidFrame::Slower);
 
 /// The same in the form that the SIMD kernels take.
 [[nodiscard]] RigidPoses toRigidPoses(const RigidPair& pair);

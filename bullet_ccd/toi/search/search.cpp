@@ -10,7 +10,10 @@ namespace bullet_ccd
 namespace
 {
 /// The closest triangles of the two meshes, which have triangles as close as `found`.
-EarliestHit closestTriangles(const ScenePair& pair, const PairState& state, EarliestHit found)
+EarliestHit closestTriangles(const ScenePair& pair,
+                             const PairState& state,
+                             EarliestHit found,
+                             const NodeMarks& exempt = {})
 {
     using Eigen::Map;
     using Eigen::Vector3d;
@@ -22,7 +25,7 @@ EarliestHit closestTriangles(const ScenePair& pair, const PairState& state, Earl
     // A little above, so that the first of many that are equally far bounds the others.
     constexpr double kAbove = 1.0 + 1e-6;
     const TrianglePair closest =
-        treeDistance(*pair.treeA, *pair.treeB, X_BA, kAbove * found.distance.distance);
+        treeDistance(*pair.treeA, *pair.treeB, X_BA, kAbove * found.distance.distance, exempt);
     if (closest.triangleA != kNone && closest.distance < found.distance.distance)
     {
         found.triangleA = closest.triangleA;
@@ -47,6 +50,9 @@ bool relaxThreshold(ScenePair& pair, const PairState& state, double start)
     limits.threshold = std::min(limits.threshold, limits.floor + 0.75 * (start - limits.floor));
     return true;
 }
+
+/// Speeds below this part of that of the bodies are rounding: the bodies slide or rest.
+constexpr double kRestingSpeed = 1e-12;
 
 /// Speed at which two points that face each other close in.
 double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
@@ -108,10 +114,22 @@ bool advanceTriangles(SearchState& state, NodePair& p)
         }
         state.start.touches = true;
         pair.touchesAtStart = true;
-        // Speeds below the rounding of the velocities are those of bodies that slide or rest.
-        const bool closesIn = closingSpeed(pose.motion, step.distance) > 1e-12 * pair.speedScale;
+        const bool closesIn =
+            closingSpeed(pose.motion, step.distance) > kRestingSpeed * pair.speedScale;
         state.start.approaches = state.start.approaches || closesIn;
         step = look();
+    }
+    // Few queries look at so many triangles.
+    constexpr std::int64_t kManyTriangles = 256;
+    if (state.counters.trianglePairs > kManyTriangles)
+    {
+        step.time = std::max(step.time,
+                             slidingStep(*pair.treeA,
+                                         *pair.treeB,
+                                         state.scene.turningStateAt(p.pair, p.time, state.counters),
+                                         pair.limits.margin(),
+                                         slotA,
+                                         slotB));
     }
     const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);  // rounded down
     const bool stalls = next <= p.time;
@@ -135,6 +153,32 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     p.lastStep = static_cast<float>(step.time);
     p.time = next;
     return true;
+}
+
+bool pressesFromStart(SearchState& state)
+{
+    const EarliestHit& hit = state.hit;
+    const ScenePair& pair = state.scene.pair(hit.pair);
+    const PairState& pose = state.scene.stateAt(hit.pair, 0.0, state.counters);
+    const double near = state.options.minimumSeparation + state.options.tolerance;
+    const auto presses = [&](const TriangleDistance& d)
+    {
+        return d.distance > 0.0 && d.distance <= near &&
+               closingSpeed(pose.motion, d) > kRestingSpeed * pair.speedScale;
+    };
+    constexpr bool kApart = true;  // or it would be no later contact
+    const TriangleDistance ofHit =
+        triangleStep(
+            *pair.treeA, *pair.treeB, pose, pair.limits.margin(), kApart, hit.slotA, hit.slotB)
+            .distance;
+    if (presses(ofHit))
+    {
+        return true;
+    }
+    EarliestHit start;
+    start.distance.distance = near;
+    const NodeMarks exempt = pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{};
+    return presses(closestTriangles(pair, pose, start, exempt).distance);
 }
 
 void moveHit(SearchState& state, double time)

@@ -78,6 +78,10 @@ inline void checkLimit(SearchState& state, double time, std::int32_t pair)
 /// noted in state.hit.
 [[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
 
+/// True if the bodies of the contact that was found are within the tolerance at t = 0 already, and
+/// close in there: the triangles that meet, or those that are closest then.
+[[nodiscard]] bool pressesFromStart(SearchState& state);
+
 /// Moves the contact that was found back to a time from `state.hit.enough` on.
 void moveHit(SearchState& state, double time);
 
