@@ -260,6 +260,7 @@ int main(int argc, char** argv)
                                 "finger",
                                 "plate",
                                 "tunnel",
+                                "flat_box_10k",
                                 "convex_hull162_trans",
                                 "convex_hull162_rot40"},
                      .options = {{"--peer-seconds",

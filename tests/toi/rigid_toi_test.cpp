@@ -152,6 +152,34 @@ TEST(RigidToi, IsSeparatedUpToJustBeforeTheContact)
     EXPECT_GT(rerun, 200);
 }
 
+/// A sphere spins in a shell that is 1 % larger: all pairs stay near all the time, so that too many
+/// wait for a queue. It touches when it has moved by the clearance.
+TEST(RigidToi, OfASphereThatSpinsInAShellIsThatOfTheClearance)
+{
+    constexpr double kClearance = 0.01;
+    constexpr double kFlattening = 2e-3;  // of the faces, more than enough for this many
+    const SsvTree inner = buildSsvTree(makeSphere(1.0, 4));
+    const SsvTree outer = buildSsvTree(makeSphere(1.0 + kClearance, 4));
+    const RigidBody shell{.tree = &outer};
+    ToiWorkspace work;
+    for (const ToiStrategy strategy : {ToiStrategy::BestFirst, ToiStrategy::Interval})
+    {
+        RigidBody sphere{.tree = &inner, .motion = {.w_W = {1.0, 2.0, 0.5}}};
+        const ToiResult free = rigidToi(sphere, shell, {.strategy = strategy}, work);
+        EXPECT_EQ(free.status, ToiStatus::Separated);
+        EXPECT_LE(free.gap, kClearance);
+        EXPECT_GT(free.counters.nodePairs, 100'000);
+
+        sphere.motion.v_W = {0.0, 2.0 * kClearance, 0.0};
+        const ToiResult hit = rigidToi(sphere, shell, {.strategy = strategy}, work);
+        EXPECT_EQ(hit.status, ToiStatus::Hit);
+        EXPECT_LT(hit.time, 0.5 * (1.0 + kFlattening / kClearance));
+        EXPECT_GT(hit.time, 0.5 * (1.0 - kFlattening / kClearance));
+        EXPECT_LE(hit.gap, kDefaultTolerance);
+        EXPECT_NEAR((hit.pointB - hit.pointA).norm(), hit.gap, 1e-12);
+    }
+}
+
 /// Of a plate of 28,800 triangles above another.
 class RigidToiOfFlatPlates : public testing::Test
 {

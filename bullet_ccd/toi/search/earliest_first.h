@@ -30,6 +30,21 @@ public:
 
     [[nodiscard]] bool empty() const { return m_near.empty() && m_far.empty(); }
 
+    [[nodiscard]] std::size_t size() const { return m_near.size() + m_far.size(); }
+
+    /// Appends all that waits to `pairs`, in no order, and forgets it.
+    void moveTo(std::vector<NodePair>& pairs)
+    {
+        for (const std::vector<Key>* keys : {&m_near, &m_far})
+        {
+            for (const Key& key : *keys)
+            {
+                pairs.push_back(m_pairs[key.index]);
+            }
+        }
+        clear();
+    }
+
     /// Nothing in the queue is earlier. @pre not empty
     [[nodiscard]] double time()
     {

@@ -119,5 +119,8 @@ void searchScene(SearchState& state);
 // Each fills state.hit with the first contact, if there is one in [0, 1].
 void searchBestFirst(SearchState& state);
 void searchIntervals(SearchState& state);
+/// The same from the node pairs of state.front on, each certified up to its own time, and all up to
+/// `begin`.
+void searchIntervalsFrom(SearchState& state, double begin);
 void searchC2A(SearchState& state);
 }  // namespace bullet_ccd

@@ -15,6 +15,9 @@ namespace
 /// once, rounding puts some of them a little before the contact that was found: the search ends as
 /// soon as the earliest of them is past the time from which on that contact is near enough, and
 /// there is the answer.
+///
+/// A long queue costs more than it saves: each of its pairs waits for memory. What waits then is
+/// handed to the search by intervals, which keeps few pairs and sees them one after the other.
 class BestFirst
 {
 public:
@@ -34,6 +37,14 @@ public:
         }
         while (!m_queue.empty() && m_queue.time() < m_state.hit.enough)
         {
+            if (m_queue.size() > kMostWaiting)
+            {
+                const double time = m_queue.time();
+                m_state.front.clear();
+                m_queue.moveTo(m_state.front);
+                searchIntervalsFrom(m_state, time);
+                return;
+            }
             checkLimit(m_state, m_queue.time(), m_queue.top().pair);
             const std::size_t count = collect();
             if (count > 0)
@@ -48,6 +59,8 @@ public:
     }
 
 private:
+    static constexpr std::size_t kMostWaiting = 1U << 14;
+
     /// Takes the earliest pairs out of the queue: triangles are dealt with on the way, nodes fill a
     /// batch. Returns the size of the batch.
     std::size_t collect()

@@ -8,27 +8,21 @@ namespace bullet_ccd
 namespace
 {
 /// Depth first over intervals of time, the earlier half first. In each interval every pair of nodes
-/// is asked whether it keeps apart until the end; if not, it is opened if it moves little for its
-/// size, else it waits for the halves.
+/// is asked whether it keeps apart until the end; if not, it goes on from where it is certified: it
+/// is opened if it moves little for its size until the end, else it waits for the halves.
 class Intervals
 {
 public:
     explicit Intervals(SearchState& state) : m_state(state) {}
 
-    void run()
-    {
-        m_state.front.clear();
-        for (std::int32_t i = 0; i < m_state.scene.size(); ++i)
-        {
-            m_state.front.push_back({.pair = i, .nodeA = 0, .nodeB = 0});
-        }
-        process(0.0, 1.0, 0, m_state.front.size(), 0);
-    }
+    /// From the pairs in the front.
+    void run(double begin) { process(begin, m_state.end, 0, m_state.front.size(), 0); }
 
 private:
     [[nodiscard]] double last(double end) const { return std::min(end, m_state.hit.time); }
 
-    /// Node pairs front[begin, end) are those that may touch in [t0, t1].
+    /// Node pairs front[begin, end) are those that may touch in [t0, t1]. All pairs are certified
+    /// up to t0, and each up to its own time, from where it is looked at.
     void process(double t0, double t1, std::size_t begin, std::size_t end, int depth)
     {
         const std::size_t waiting = m_state.front.size();
@@ -62,27 +56,33 @@ private:
                (count == 0 || m_state.scene.canShareBatch(work.back(), batch[0])))
         {
             batch[count] = work.back();
-            batch[count++].time = t0;
+            batch[count].time = std::max(t0, batch[count].time);
             work.pop_back();
+            count += batch[count].time <= last(t1) ? 1 : 0;
+        }
+        if (count == 0)
+        {
+            return;
         }
         std::array<float, NodeBatch::kLanes> steps;
         m_state.scene.steps({batch.data(), count}, m_state.counters, steps.data());
         for (std::size_t i = 0; i < count; ++i)
         {
-            if (t0 + static_cast<double>(steps[i]) <= last(t1))
+            batch[i].time += static_cast<double>(steps[i]);
+            if (batch[i].time <= last(t1))
             {
-                dispatch(batch[i], last(t1), depth);
+                dispatch(batch[i], t0, last(t1), depth);
             }
         }
     }
 
-    void dispatch(NodePair p, double t1, int depth)
+    void dispatch(NodePair p, double t0, double t1, int depth)
     {
         const SsvNode& a = m_state.scene.nodeA(p);
         const SsvNode& b = m_state.scene.nodeB(p);
         if (a.isLeaf() && b.isLeaf())
         {
-            m_state.certified = p.time;  // other pairs are only up to the beginning of the interval
+            m_state.certified = t0;  // other pairs are only up to the beginning of the interval
             while (p.time <= last(t1) && advanceTriangles(m_state, p))
             {
             }
@@ -110,6 +110,16 @@ private:
 
 void searchIntervals(SearchState& state)
 {
-    Intervals(state).run();
+    state.front.clear();
+    for (std::int32_t i = 0; i < state.scene.size(); ++i)
+    {
+        state.front.push_back({.time = state.begin, .pair = i, .nodeA = 0, .nodeB = 0});
+    }
+    searchIntervalsFrom(state, state.begin);
+}
+
+void searchIntervalsFrom(SearchState& state, double begin)
+{
+    Intervals(state).run(begin);
 }
 }  // namespace bullet_ccd
