@@ -16,3 +16,4 @@
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "bullet_ccd/toi/least_distance.h"
 #include "bullet_ccd/toi/rigid_toi.h"
+#include "bullet_ccd/trajectory/trajectory.h"

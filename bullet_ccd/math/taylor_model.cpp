@@ -92,4 +92,35 @@ SineCosine sineCosine(double middle, double slope, double error)
     r.cosine.error += rounding;
     return r;
 }
+
+SineCosine sineCosine(const TaylorModel& angle)
+{
+    // As above, with a cubic without constant term in place of x s. What the angle may be off moves
+    // sine and cosine by no more.
+    TaylorModel arc{.c = {0.0, angle.c[1], angle.c[2], angle.c[3]}};
+    const double x = arc.norm() * kTaylorUp;
+    if (!(x <= kLongestArc))
+    {
+        return {.sine = constantModel(0.0, 1.0), .cosine = constantModel(0.0, 1.0)};
+    }
+    const TaylorModel square = arc * arc;
+    const TaylorModel fourth = square * square;
+    const double x3 = x * x * x;
+    const double sixth = x3 * x3 / 720.0;
+    const double seventh = x3 * x3 * x / 5040.0;
+    TaylorModel cosine = constantModel(1.0 - 0.5 * sixth, 2.0 * kTaylorUnit) - scaled(0.5, square) +
+                         scaled(1.0 / 24.0, fourth);
+    cosine.error = (cosine.error + 0.5 * sixth) * kTaylorUp;
+    TaylorModel sine = arc - scaled(1.0 / 6.0, arc * square) + scaled(1.0 / 120.0, arc * fourth);
+    sine.error = (sine.error + seventh) * kTaylorUp;
+    const double s = std::sin(angle.c[0]);
+    const double c = std::cos(angle.c[0]);
+    SineCosine r{.sine = scaled(s, cosine) + scaled(c, sine),
+                 .cosine = scaled(c, cosine) - scaled(s, sine)};
+    const double rounding =
+        (angle.error + 4.0 * kTaylorUnit * (1.0 + std::abs(angle.c[0]) + x)) * kTaylorUp;
+    r.sine.error += rounding;
+    r.cosine.error += rounding;
+    return r;
+}
 }  // namespace bullet_ccd

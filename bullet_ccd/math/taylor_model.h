@@ -157,4 +157,7 @@ struct SineCosine
 /// Sine and cosine of the angle middle + slope s, for any number of turns.
 /// @param error by which the angle may be off [rad]
 [[nodiscard]] SineCosine sineCosine(double middle, double slope, double error = 0.0);
+
+/// Sine and cosine of an angle [rad].
+[[nodiscard]] SineCosine sineCosine(const TaylorModel& angle);
 }  // namespace bullet_ccd

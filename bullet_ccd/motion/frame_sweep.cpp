@@ -53,13 +53,47 @@ struct OwnMotion
     SineCosine turn;
 };
 
+/// The path over [begin, end], of s in [-1, 1].
+TaylorModel pathModel(const JointPath& path, double begin, double end)
+{
+    // Taylor's series about the middle; a unit of its time is half the interval.
+    const std::array<double, 6> d = path.partOf(0.5 * (begin + end), end).c;
+    // s^4 = s^2 - 1/8 +- 1/8, s^5 = (5 s^3 - 5/4 s) / 4 +- 1/16.
+    TaylorModel model;
+    model.c = {d[0] - 0.125 * d[4], d[1] - 0.3125 * d[5], d[2] + d[4], d[3] + 1.25 * d[5]};
+    double size = 0.0;  // the sizes of all terms of the series add up to no more: |t| <= 1
+    for (const double coefficient : path.c)
+    {
+        size += std::abs(coefficient);
+    }
+    // A hundred roundings, and the end points, which are rounded, too: models hold a little beyond.
+    model.error =
+        (0.125 * std::abs(d[4]) + 0.0625 * std::abs(d[5]) + 256.0 * kTaylorUnit * size) * kTaylorUp;
+    return model;
+}
+
 OwnMotion ownMotion(const MovingFrame& frame, double begin, double end)
 {
-    // The end points are rounded, so the models are to hold a little beyond them.
-    const double middle = frame.position + 0.5 * (begin + end) * frame.rate;
-    const double slope = 0.5 * (end - begin) * frame.rate * (1.0 + 2.0 * kTaylorUnit);
-    const double error = 4.0 * kTaylorUnit * (std::abs(frame.position) + std::abs(frame.rate));
     OwnMotion own;
+    if (frame.curves)
+    {
+        const TaylorModel path = pathModel(frame.path, begin, end);
+        if (frame.slides)
+        {
+            own.shift = path;
+        }
+        else
+        {
+            own.turn = sineCosine(path);
+        }
+        return own;
+    }
+    // The end points are rounded, so the models are to hold a little beyond them.
+    const double position = frame.path.c[0];
+    const double rate = frame.path.c[1];
+    const double middle = position + 0.5 * (begin + end) * rate;
+    const double slope = 0.5 * (end - begin) * rate * (1.0 + 2.0 * kTaylorUnit);
+    const double error = 4.0 * kTaylorUnit * (std::abs(position) + std::abs(rate));
     if (frame.slides)
     {
         own.shift = linearModel(middle, slope);

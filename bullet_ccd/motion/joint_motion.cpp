@@ -12,15 +12,17 @@ const Link& linkOf(const KinematicTree& tree, std::int32_t index)
     return tree.links[static_cast<std::size_t>(index)];
 }
 
-/// Speed of the joint above the link: of a spherical one its angular speed.
-double rateOf(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
+/// What holds of the joint above the link, which is not the root: of a spherical one its angular
+/// speed.
+JointPathBounds boundsOf(const KinematicTree& tree, const JointMotion& motion, std::int32_t link)
 {
     const Joint& joint = linkOf(tree, link).joint;
     if (joint.type == JointType::Spherical)
     {
-        return motion.ball(link).rate.norm();
+        const double speed = motion.ball(link).rate.norm();
+        return {.lowestRate = speed, .highestRate = speed};
     }
-    return joint.isMovable() ? motion.rates[static_cast<std::size_t>(link)] : 0.0;
+    return joint.isMovable() ? motion.path(link).bounds() : JointPathBounds{};
 }
 
 bool turns(const Link& link)
@@ -58,10 +60,9 @@ JointMotion partOf(const JointMotion& motion, double begin, double end)
 {
     JointMotion part = motion;
     part.root = partOf(motion.root, begin, end);
-    for (std::size_t i = 0; i < part.positions.size(); ++i)
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(part.positions.size()); ++i)
     {
-        part.positions[i] += begin * part.rates[i];
-        part.rates[i] *= end - begin;
+        part.setPath(i, motion.path(i).partOf(begin, end));
     }
     for (BallMotion& ball : part.balls)
     {
@@ -92,11 +93,11 @@ MotionState linkStateAt(const KinematicTree& tree,
     {
         return ballStateAt(here, motion.ball(link), parent, t);
     }
-    const double rate = rateOf(tree, motion, link);
-    const double q = motion.positions[static_cast<std::size_t>(link)] + t * rate;
+    const JointPath path = motion.path(link);
+    const double rate = here.joint.isMovable() ? path.rateAt(t) : 0.0;
 
     MotionState state;
-    state.X_W = parent.X_W * linkInParent(here, q);
+    state.X_W = parent.X_W * linkInParent(here, path.at(t));
     state.w_W = parent.w_W;
     state.v_W = parent.v_W + parent.w_W.cross(state.X_W.translation() - parent.X_W.translation());
     if (rate != 0.0)
@@ -115,7 +116,8 @@ AccelerationBound linkAccelerationBound(const KinematicTree& tree,
     // Second derivative of a point P of the last link, o_k the joints' origins, from
     // d2P/dq_j dq_k = a_j x (a_k x (P - o_k)) for j <= k, both revolute, and a_j x a_k for a
     // prismatic k; a prismatic j before k contributes nothing.
-    double total = 0.0;  // sum of the angular speeds between base and link
+    double total = 0.0;    // sum of the angular speeds between base and link
+    double turning = 0.0;  // and of the angular accelerations of the joints themselves
     for (std::int32_t k = link; k != base && k != kNone; k = linkOf(tree, k).parent)
     {
         const Link& here = linkOf(tree, k);
@@ -125,34 +127,36 @@ AccelerationBound linkAccelerationBound(const KinematicTree& tree,
         }
         else if (turns(here))
         {
-            total += std::abs(rateOf(tree, motion, k));
+            const JointPathBounds own = boundsOf(tree, motion, k);
+            total += own.speed();
+            turning += own.bend;
         }
     }
 
-    AccelerationBound bound{.constant = 0.0, .perRadius = total * total};
+    AccelerationBound bound{.constant = 0.0, .perRadius = total * total + turning};
     double above = total;  // angular speed of the joints above k
     double reach = 0.0;    // bound of |o_link - o_k|
     for (std::int32_t k = link; k != base && k != kNone; k = linkOf(tree, k).parent)
     {
         const Link& here = linkOf(tree, k);
-        const double rate = std::abs(rateOf(tree, motion, k));
         if (here.parent == kNone)
         {
             const double spin = motion.root.w_W.norm();
             bound.constant += spin * reach * spin;
             break;
         }
+        const JointPathBounds own = boundsOf(tree, motion, k);
+        const double rate = own.speed();
         double travel = 0.0;
         if (turns(here))
         {
             above -= rate;
-            bound.constant += rate * reach * (rate + 2.0 * std::max(above, 0.0));
+            bound.constant += reach * (rate * (rate + 2.0 * std::max(above, 0.0)) + own.bend);
         }
         else if (here.joint.type == JointType::Prismatic)
         {
-            const double q0 = motion.positions[static_cast<std::size_t>(k)];
-            travel = std::max(std::abs(q0), std::abs(q0 + rateOf(tree, motion, k)));
-            bound.constant += 2.0 * rate * std::max(above, 0.0);
+            travel = own.reach;
+            bound.constant += 2.0 * rate * std::max(above, 0.0) + own.bend;
         }
         reach += here.X_PL0.translation().norm() + travel;
     }
@@ -182,7 +186,9 @@ bool moves(const KinematicTree& tree,
         {
             return !motion.root.v_W.isZero(0.0) || !motion.root.w_W.isZero(0.0);
         }
-        if (rateOf(tree, motion, k) != 0.0)
+        const Joint& joint = linkOf(tree, k).joint;
+        if (joint.type == JointType::Spherical ? !motion.ball(k).rate.isZero(0.0)
+                                               : joint.isMovable() && !motion.path(k).isConstant())
         {
             return true;
         }

@@ -12,6 +12,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -92,7 +94,52 @@ BULLET_CCD_API void applyMimics(const KinematicTree& tree, std::span<double> pos
                                                    std::int32_t link);
 
 // Motion of a kinematic tree over a step. Time t runs over [0, 1]. Joint positions change
-// linearly, q(t) = q0 + t * rate, and the root moves rigidly.
+// linearly, q(t) = q0 + t * rate, or as polynomials, and the root moves rigidly.
+
+/// What holds of a path at all times of the step, rounded outwards.
+struct JointPathBounds
+{
+    double lowestRate = 0.0;  ///< of the velocity
+    double highestRate = 0.0;
+    double bend = 0.0;   ///< of the size of the acceleration; 0 if the path is linear
+    double reach = 0.0;  ///< of the size of the position
+
+    [[nodiscard]] double speed() const
+    {
+        return highestRate > -lowestRate ? highestRate : -lowestRate;
+    }
+};
+
+/// Position of one joint over a step, q(t) = sum_k c[k] t^k for t in [0, 1], in [rad] or [m]: a
+/// polynomial of fifth degree at most. That covers lines, the cubics through positions and
+/// velocities, the quintics through accelerations too, and the pieces of B-splines.
+struct BULLET_CCD_API JointPath
+{
+    std::array<double, 6> c{};
+
+    [[nodiscard]] bool isLinear() const
+    {
+        return c[2] == 0.0 && c[3] == 0.0 && c[4] == 0.0 && c[5] == 0.0;
+    }
+    [[nodiscard]] bool isConstant() const { return c[1] == 0.0 && isLinear(); }
+
+    [[nodiscard]] double at(double t) const
+    {
+        return c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))));
+    }
+    /// Velocity [rad or m per step].
+    [[nodiscard]] double rateAt(double t) const
+    {
+        return c[1] + t * (2.0 * c[2] + t * (3.0 * c[3] + t * (4.0 * c[4] + t * (5.0 * c[5]))));
+    }
+
+    /// The part of the path from `begin` to `end` as a path over [0, 1].
+    [[nodiscard]] JointPath partOf(double begin, double end) const;
+
+    /// Guarantee: the bounds hold on [0, 1]. They are exact for linear paths; for others they are
+    /// those of the Bernstein coefficients of each half of the step.
+    [[nodiscard]] JointPathBounds bounds() const;
+};
 
 /// Motion of a spherical joint over the step: X_PL(t) = X_PL0 exp(t [rate]) start. The joint turns
 /// about an axis at rest in the parent, at constant speed, by any number of revolutions.
@@ -107,19 +154,48 @@ struct BallMotion
 [[nodiscard]] BULLET_CCD_API BallMotion ballBetween(const Eigen::Matrix3d& start,
                                                     const Eigen::Matrix3d& end);
 
+/// What the position of a joint has beyond position + t rate: coefficients of t^2 to t^5.
+using JointCurve = std::array<double, 4>;
+
 /// Motion of the root and of all joints.
 struct JointMotion
 {
     RigidMotion root;               ///< motion of link 0
     std::vector<double> positions;  ///< at t = 0, one entry per link
-    std::vector<double> rates;      ///< change over the step, one entry per link (mimic joints too)
+    /// Velocities at t = 0 [per step], one entry per link (mimic joints too): the change over the
+    /// step where there are no curves.
+    std::vector<double> rates;
     /// One entry per link, used for spherical joints; may be empty if there are none.
     std::vector<BallMotion> balls{};
+    /// One entry per link, not used for spherical joints; empty if all positions are linear.
+    std::vector<JointCurve> curves{};
 
     /// @pre the joint above `link` is spherical
     [[nodiscard]] const BallMotion& ball(std::int32_t link) const
     {
         return balls[static_cast<std::size_t>(link)];
+    }
+    /// The position of the joint above `link`, which is not spherical.
+    [[nodiscard]] JointPath path(std::int32_t link) const
+    {
+        const auto i = static_cast<std::size_t>(link);
+        JointPath path{{positions[i], rates[i]}};
+        if (!curves.empty())
+        {
+            std::copy(curves[i].begin(), curves[i].end(), path.c.begin() + 2);
+        }
+        return path;
+    }
+    /// Sets it. With curves empty, the path has to be linear.
+    void setPath(std::int32_t link, const JointPath& path)
+    {
+        const auto i = static_cast<std::size_t>(link);
+        positions[i] = path.c[0];
+        rates[i] = path.c[1];
+        if (!curves.empty())
+        {
+            std::copy(path.c.begin() + 2, path.c.end(), curves[i].begin());
+        }
     }
 };
 
@@ -140,8 +216,9 @@ struct JointMotion
 /// Bound of the acceleration of points of the link relative to `base`.
 ///
 /// Guarantee: the bound holds at every time of the step.
-/// Source: it is the sum of |q'_j| |q'_k| reach over all pairs of joints between the two, which
-/// bounds the second derivative of a point of a chain (bullet_ccd/README.md, "Motion bounds").
+/// Source: it is the sum of |q'_j| |q'_k| reach over all pairs of joints between the two and of
+/// |q''_k| reach, which bounds the second derivative of a point of a chain
+/// (bullet_ccd/toi/README.md, "Articulated bodies").
 [[nodiscard]] BULLET_CCD_API AccelerationBound linkAccelerationBound(const KinematicTree& tree,
                                                                      const JointMotion& motion,
                                                                      std::int32_t base,
@@ -152,7 +229,7 @@ struct JointMotion
                                                          std::int32_t linkA,
                                                          std::int32_t linkB);
 
-/// True if a joint with a non-zero rate lies between `base` (exclusive) and `link` (inclusive), or
+/// True if a joint that does not rest lies between `base` (exclusive) and `link` (inclusive), or
 /// `base` is kNone and the root moves.
 [[nodiscard]] BULLET_CCD_API bool moves(const KinematicTree& tree,
                                         const JointMotion& motion,

@@ -37,6 +37,8 @@ void append(std::vector<MovingFrame>& frames,
             LinkPlace& place)
 {
     const Matrix3d along = frameAlong(axis);
+    frame.curves = !frame.path.isLinear();
+    frame.bounds = frame.path.bounds();
     frame.parent = place.frame;
     frame.X_PF = place.X_FL;
     frame.X_PF.linear() *= along;
@@ -49,7 +51,9 @@ void append(std::vector<MovingFrame>& frames,
 /// Pose and velocities after the frame's own motion.
 void compose(const MovingFrame& frame, const MotionState& parent, double t, MotionState& state)
 {
-    const double q = frame.position + t * frame.rate;
+    const std::array<double, 6>& c = frame.path.c;
+    const double q = frame.curves ? frame.path.at(t) : c[0] + t * c[1];
+    const double rate = frame.curves ? frame.path.rateAt(t) : c[1];
     const Matrix3d R = parent.X_W.linear() * frame.X_PF.linear();
     const Vector3d arm = parent.X_W.linear() * frame.X_PF.translation();
     state.X_W.makeAffine();
@@ -59,17 +63,17 @@ void compose(const MovingFrame& frame, const MotionState& parent, double t, Moti
         const Vector3d reach = arm + q * R.col(2);
         state.X_W.linear() = R;
         state.X_W.translation() = parent.X_W.translation() + reach;
-        state.v_W = parent.v_W + parent.w_W.cross(reach) + frame.rate * R.col(2);
+        state.v_W = parent.v_W + parent.w_W.cross(reach) + rate * R.col(2);
         return;
     }
-    const double s = std::sin(q);
-    const double c = std::cos(q);
-    state.X_W.linear().col(0) = c * R.col(0) + s * R.col(1);
-    state.X_W.linear().col(1) = c * R.col(1) - s * R.col(0);
+    const double sine = std::sin(q);
+    const double cosine = std::cos(q);
+    state.X_W.linear().col(0) = cosine * R.col(0) + sine * R.col(1);
+    state.X_W.linear().col(1) = cosine * R.col(1) - sine * R.col(0);
     state.X_W.linear().col(2) = R.col(2);
     state.X_W.translation() = parent.X_W.translation() + arm;
     state.v_W = parent.v_W + parent.w_W.cross(arm);
-    state.w_W += frame.rate * R.col(2);
+    state.w_W += rate * R.col(2);
 }
 
 /// What is known of the angular velocity of a frame over the step: its part along the axis z of the
@@ -80,6 +84,7 @@ struct Spin
     double high = 0.0;
     double across = 0.0;
     double sum = 0.0;     ///< of all angular speeds
+    double bends = 0.0;   ///< of all angular accelerations of the joints themselves
     double change = 0.0;  ///< bound of the derivative of the angular velocity
 
     /// Seen along the axis of the next frame: `z` in the axes of this one.
@@ -99,7 +104,7 @@ struct Spin
     [[nodiscard]] double bend() const
     {
         const double size = std::max(std::abs(low), std::abs(high));
-        return std::min(sum * sum, size * size + across * across + change);
+        return std::min(sum * sum + bends, size * size + across * across + change);
     }
 };
 }  // namespace
@@ -119,11 +124,12 @@ void MovingFrames::addRoot(const RigidMotion& root)
     place.X_FL.translation() = root.X_W0 * root.reference_B;
     if (speed > 0.0)
     {
-        append(m_frames, {.slides = true, .rate = speed, .link = 0}, root.v_W / speed, place);
+        append(
+            m_frames, {.slides = true, .path = {{0.0, speed}}, .link = 0}, root.v_W / speed, place);
     }
     if (spin > 0.0)
     {
-        append(m_frames, {.rate = spin, .link = 0}, root.w_W / spin, place);
+        append(m_frames, {.path = {{0.0, spin}}, .link = 0}, root.w_W / spin, place);
     }
     Isometry3d X_RB = Isometry3d::Identity();
     X_RB.linear() = root.X_W0.linear();
@@ -137,8 +143,6 @@ void MovingFrames::addLink(const KinematicTree& tree, const JointMotion& motion,
     const auto index = static_cast<std::size_t>(link);
     const Link& here = tree.links[index];
     LinkPlace place = m_places[static_cast<std::size_t>(here.parent)];
-    const double position = motion.positions[index];
-    const double rate = motion.rates[index];
     if (here.joint.type == JointType::Spherical)
     {
         const BallMotion& ball = motion.ball(link);
@@ -146,21 +150,20 @@ void MovingFrames::addLink(const KinematicTree& tree, const JointMotion& motion,
         place.X_FL = place.X_FL * here.X_PL0;
         if (spin > 0.0)
         {
-            append(m_frames, {.rate = spin, .link = link}, ball.rate / spin, place);
+            append(m_frames, {.path = {{0.0, spin}}, .link = link}, ball.rate / spin, place);
         }
         place.X_FL.linear() *= ball.start;
     }
-    else if (!here.joint.isMovable() || rate == 0.0)
+    else if (!here.joint.isMovable() || motion.path(link).isConstant())
     {
-        place.X_FL = place.X_FL * linkInParent(here, position);
+        place.X_FL = place.X_FL * linkInParent(here, motion.positions[index]);
     }
     else
     {
         place.X_FL = place.X_FL * here.X_PL0;
         append(m_frames,
                {.slides = here.joint.type == JointType::Prismatic,
-                .position = position,
-                .rate = rate,
+                .path = motion.path(link),
                 .link = link},
                here.joint.axis,
                place);
@@ -248,18 +251,18 @@ AccelerationBound MovingFrames::accelerationBound(std::int32_t base, std::int32_
         const MovingFrame& here = at(chain[--depth]);
         bound.constant += spin.bend() * here.X_PF.translation().norm();
         spin.seenAlong(here.X_PF.linear().col(2));
-        const double rate = std::abs(here.rate);
+        const double speed = here.bounds.speed();
         if (here.slides)
         {
-            const double travel =
-                std::max(std::abs(here.position), std::abs(here.position + here.rate));
-            bound.constant += spin.bend() * travel + 2.0 * rate * std::min(spin.across, spin.sum);
+            bound.constant += spin.bend() * here.bounds.reach +
+                              2.0 * speed * std::min(spin.across, spin.sum) + here.bounds.bend;
             continue;
         }
-        spin.change += rate * spin.across;
-        spin.low += here.rate;
-        spin.high += here.rate;
-        spin.sum += rate;
+        spin.change += speed * spin.across + here.bounds.bend;
+        spin.low += here.bounds.lowestRate;
+        spin.high += here.bounds.highestRate;
+        spin.sum += speed;
+        spin.bends += here.bounds.bend;
     }
     bound.perRadius = spin.bend() * kUp;
     bound.constant *= kUp;
@@ -273,16 +276,16 @@ SpeedBound MovingFrames::speedBound(std::int32_t base, std::int32_t frame) const
     for (std::int32_t k = frame; k != base; k = at(k).parent)
     {
         const MovingFrame& here = at(k);
-        const double rate = std::abs(here.rate);
+        const double speed = here.bounds.speed();
         if (here.slides)
         {
-            bound.constant += rate;
-            reach += std::max(std::abs(here.position), std::abs(here.position + here.rate));
+            bound.constant += speed;
+            reach += here.bounds.reach;
         }
         else
         {
-            bound.constant += rate * reach;
-            bound.perRadius += rate;
+            bound.constant += speed * reach;
+            bound.perRadius += speed;
         }
         reach += here.X_PF.translation().norm();
     }
@@ -300,7 +303,7 @@ bool asRigidMotion(const MovingFrames& frames, std::int32_t frame, RigidMotion& 
     {
         const MovingFrame& here = frames.frames()[static_cast<std::size_t>(k)];
         const bool isFirst = here.parent == 0;
-        if (here.slides ? !isFirst : turn != kNone)
+        if (here.curves || (here.slides ? !isFirst : turn != kNone))
         {
             return false;
         }
@@ -308,12 +311,13 @@ bool asRigidMotion(const MovingFrames& frames, std::int32_t frame, RigidMotion& 
         Isometry3d X_PF = here.X_PF;
         if (here.slides)
         {
-            result.v_W = here.rate * here.X_PF.linear().col(2);
-            X_PF.translation() += here.position * here.X_PF.linear().col(2);
+            result.v_W = here.path.c[1] * here.X_PF.linear().col(2);
+            X_PF.translation() += here.path.c[0] * here.X_PF.linear().col(2);
         }
         else
         {
-            X_PF.linear() *= Eigen::AngleAxisd(here.position, Vector3d::UnitZ()).toRotationMatrix();
+            X_PF.linear() *=
+                Eigen::AngleAxisd(here.path.c[0], Vector3d::UnitZ()).toRotationMatrix();
         }
         X_W0 = X_PF * X_W0;
     }
@@ -321,7 +325,7 @@ bool asRigidMotion(const MovingFrames& frames, std::int32_t frame, RigidMotion& 
     {
         // The turn may be fixed below the slide: its axis keeps its direction there, too.
         const MovingFrame& here = frames.frames()[static_cast<std::size_t>(turn)];
-        result.w_W = here.rate * X_W0.linear().col(2);
+        result.w_W = here.path.c[1] * X_W0.linear().col(2);
     }
     result.X_W0 = X_W0;
     motion = result;

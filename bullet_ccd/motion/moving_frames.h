@@ -13,13 +13,14 @@
 namespace bullet_ccd
 {
 /// Frame F of a joint that moves. Its pose in the parent frame P at time t is X_PF, then a turn
-/// about its own z axis, or a slide along it, of position + t rate.
+/// about its own z axis, or a slide along it, of path.at(t).
 struct MovingFrame
 {
     std::int32_t parent = kNone;  ///< smaller than the frame's own index
     bool slides = false;
-    double position = 0.0;  ///< at t = 0 [rad] or [m]
-    double rate = 0.0;      ///< [rad per step] or [m per step]
+    bool curves = false;       ///< the path is not linear
+    JointPath path{};          ///< [rad] or [m]
+    JointPathBounds bounds{};  ///< of the path
     Eigen::Isometry3d X_PF = Eigen::Isometry3d::Identity();
     std::int32_t link = kNone;  ///< whose joint it is; 0 for the root
 };
@@ -64,9 +65,9 @@ public:
     ///
     /// With W_i the angular velocity of frame i, a point at r from the last origin accelerates by
     /// at most sum_i (|W_i|^2 + |W'_i|) |offset_i| + (|W_n|^2 + |W'_n|) r, and by twice |q' W x z|
-    /// for every slide. |W_i| is bounded from joint to joint by its part along the joint's axis,
-    /// which adds up with its sign, and its part across, so that joints that turn against each
-    /// other cancel; never worse than the sum of the products of all speeds.
+    /// and |q''| for every slide. |W_i| is bounded from joint to joint by its part along the
+    /// joint's axis, which adds up with its sign, and its part across, so that joints that turn
+    /// against each other cancel; never worse than the sum of the products of all speeds.
     [[nodiscard]] AccelerationBound accelerationBound(std::int32_t base, std::int32_t frame) const;
 
     /// Bound of the speed of points of the frame relative to `base`: the sum of what every joint

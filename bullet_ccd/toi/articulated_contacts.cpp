@@ -143,13 +143,13 @@ private:
             return m_rest.root.v_W.isZero(0.0) && m_rest.root.w_W.isZero(0.0);
         }
         return here.joint.type == JointType::Spherical ? m_rest.ball(link).rate.isZero(0.0)
-                                                       : m_rest.rates[index] == 0.0;
+                                                       : m_rest.path(link).isConstant();
     }
 
     void rest(std::int32_t link)
     {
         const auto index = static_cast<std::size_t>(link);
-        m_rest.rates[index] = 0.0;
+        m_rest.setPath(link, {{m_rest.positions[index]}});
         if (!m_rest.balls.empty())
         {
             m_rest.balls[index].rate.setZero();

@@ -54,9 +54,17 @@ void checkMotion(const LinkMotion& link, std::size_t body)
         fail(body, "no kinematic tree, no motion of its joints, or no such link");
     }
     checkMotion(link.motion->root, body);
-    if (!isFinite(link.motion->positions) || !isFinite(link.motion->rates))
+    if (!isFinite(link.motion->positions) || !isFinite(link.motion->rates) ||
+        !std::all_of(link.motion->curves.begin(),
+                     link.motion->curves.end(),
+                     [](const JointCurve& curve)
+                     { return std::isfinite(curve[0] + curve[1] + curve[2] + curve[3]); }))
     {
-        fail(body, "a joint position or rate is NaN or infinite");
+        fail(body, "a joint position, rate or curve is NaN or infinite");
+    }
+    if (!link.motion->curves.empty() && link.motion->curves.size() != link.tree->size())
+    {
+        fail(body, "there is not one curve a link: give one each, or none");
     }
 }
 

@@ -52,7 +52,11 @@ TEST(FrameSweep, BoxesContainMillionsOfPointsOfRandomTrees)
     for (int i = 0; i < 1500; ++i)
     {
         const KinematicTree tree = randomBallTree(random, random.integer(2, 9), 0.2);
-        const JointMotion motion = randomJointMotion(random, tree, random.uniform(0.0, 4.0));
+        JointMotion motion = randomJointMotion(random, tree, random.uniform(0.0, 4.0));
+        if (i % 2 == 1)
+        {
+            addRandomCurves(random, 4.0, motion);
+        }
         MovingFrames frames;
         frames.reset(tree, motion);
         const double begin = random.uniform(0.0, 0.9);
@@ -100,6 +104,10 @@ TEST(FrameSweep, OriginsOfFastChainsAreContainedInTheirModels)
     {
         KinematicTree tree = randomBallTree(random, 5, 0.0);
         JointMotion motion = randomJointMotion(random, tree, 4.0);
+        if (i % 2 == 1)
+        {
+            addRandomCurves(random, 4.0, motion);
+        }
         MovingFrames frames;
         frames.reset(tree, motion);
         const double begin = random.uniform(0.0, 0.5);
@@ -150,6 +158,10 @@ TEST(FrameSweep, ExcessFallsWithTheFourthPowerOfTheInterval)
             tree.links[k].joint.axis = random.direction();
             motion.positions.push_back(random.uniform(-2.0, 2.0));
             motion.rates.push_back(random.uniform(-1.0, 1.0));
+        }
+        if (i % 2 == 1)
+        {
+            addRandomCurves(random, 1.0, motion);
         }
         MovingFrames frames;
         frames.reset(tree, motion);

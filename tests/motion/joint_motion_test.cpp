@@ -42,6 +42,10 @@ Case randomCase(Random& random, double fastest)
     Case result;
     result.tree = randomTree(random, random.integer(2, 7), 0.2);
     result.motion = randomJointMotion(random, result.tree, fastest);
+    if (random.chance(0.5))
+    {
+        addRandomCurves(random, fastest, result.motion);
+    }
     result.link = random.integer(0, static_cast<int>(result.tree.size()) - 1);
     result.base = result.link;
     for (int up = random.integer(0, 6); up > 0 && result.base != kNone; --up)
@@ -158,7 +162,7 @@ TEST(Moves, SaysWhetherAJointBetweenThemTurns)
                                   .norm());
         }
         EXPECT_TRUE(result || change < 1e-13) << i;
-        // Cautious answers are allowed only where a joint has a rate; fixed joints have none.
+        // Fixed joints have rates and curves here, but do not move.
         EXPECT_TRUE(!result || change > 1e-13) << i;
         moving += result ? 1 : 0;
     }

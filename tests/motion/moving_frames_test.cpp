@@ -30,6 +30,10 @@ Scene randomScene(Random& random, double fastest)
     Scene scene;
     scene.tree = randomBallTree(random, random.integer(2, 9), 0.2);
     scene.motion = randomJointMotion(random, scene.tree, fastest);
+    if (random.chance(0.5))
+    {
+        addRandomCurves(random, fastest, scene.motion);
+    }
     scene.frames.reset(scene.tree, scene.motion);
     return scene;
 }

@@ -2,6 +2,7 @@
 /// benchmarks/run soak articulated runs a hundred thousand of them.
 #include "benchmarks/reference/queries/chain_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
+#include "benchmarks/reference/scenes/random_trees.h"
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
@@ -50,6 +51,25 @@ TEST_P(ArticulatedToiSoak, IsNeverLateNeverMissesAndNeverInventsAContact)
     {
         EXPECT_EQ(selfHits, tally.hits + tally.overlapping);
     }
+}
+
+/// The same chains on paths of second to fifth degree, all families in turn.
+TEST(ArticulatedToiSoakOfCurves, IsNeverLateNeverMissesAndNeverInventsAContact)
+{
+    const std::uint64_t count = longTests() ? 5000 : 40;
+    SoakTally tally;
+    for (std::uint64_t seed = 0; seed < count; ++seed)
+    {
+        ChainQuery query = chainQuery(seed);
+        Random random(seed);
+        addRandomCurves(random, 2.0, query.scene.motion);
+        const ChainOutcome outcome = runChainQuery(query);
+        tally.add(outcome.result.status, outcome.judgement.verdict);
+        EXPECT_EQ(outcome.judgement.verdict, Verdict::Right)
+            << outcome.judgement.text() << "\n  seed " << seed;
+        ASSERT_LT(tally.wrong(), 5) << "and so on";
+    }
+    EXPECT_EQ(vacuity({&tally, 1}, std::vector<std::string>{"curves"}, kChainShares), "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Families,

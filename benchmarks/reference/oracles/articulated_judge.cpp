@@ -287,13 +287,17 @@ double distanceRounding(const ArticulatedScene& scene)
     double reach = scene.motion.root.X_W0.translation().norm() + scene.motion.root.v_W.norm() +
                    2.0 * scene.motion.root.reference_B.norm();
     double widest = 0.0;
+    const JointMotion& joints = scene.motion;
     for (std::size_t i = 0; i < scene.tree.size(); ++i)
     {
         const Link& link = scene.tree.links[i];
         const bool slides = link.joint.type == JointType::Prismatic;
-        reach +=
-            link.X_PL0.translation().norm() +
-            (slides ? std::abs(scene.motion.positions[i]) + std::abs(scene.motion.rates[i]) : 0.0);
+        double way = std::abs(joints.positions[i]) + std::abs(joints.rates[i]);
+        for (std::size_t k = 0; !joints.curves.empty() && k < 4; ++k)
+        {
+            way += std::abs(joints.curves[i][k]);
+        }
+        reach += link.X_PL0.translation().norm() + (slides ? way : 0.0);
         widest = std::max(widest, radiusOf(scene.linkMeshes[i]));
     }
     double farthest = 0.0;

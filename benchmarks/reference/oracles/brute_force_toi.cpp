@@ -195,7 +195,11 @@ Eigen::Isometry3d oracleLinkPose(const KinematicTree& tree,
         return oraclePose(motion.root, t);
     }
     Eigen::Isometry3d X = oracleLinkPose(tree, motion, here.parent, t) * here.X_PL0;
-    const double q = motion.positions[index] + t * motion.rates[index];
+    double q = motion.positions[index] + t * motion.rates[index];
+    for (std::size_t k = 0; !motion.curves.empty() && k < 4; ++k)
+    {
+        q += motion.curves[index][k] * std::pow(t, double(k + 2));
+    }
     if (here.joint.type == JointType::Revolute)
     {
         X.rotate(Eigen::AngleAxisd(q, here.joint.axis));
@@ -237,11 +241,16 @@ OracleBody oracleLink(const TriangleMesh& mesh,
     {
         const auto index = static_cast<std::size_t>(at);
         const Link& here = tree.links[index];
-        const double q = motion.positions[index];
-        const double rate = motion.rates[index];
+        double rate = std::abs(motion.rates[index]);
+        double way = std::abs(motion.positions[index]) + rate;
+        for (std::size_t k = 0; !motion.curves.empty() && k < 4; ++k)
+        {
+            rate += double(k + 2) * std::abs(motion.curves[index][k]);
+            way += std::abs(motion.curves[index][k]);
+        }
         if (here.joint.type == JointType::Revolute)
         {
-            speed += std::abs(rate) * reach;
+            speed += rate * reach;
         }
         else if (here.joint.type == JointType::Spherical)
         {
@@ -249,8 +258,8 @@ OracleBody oracleLink(const TriangleMesh& mesh,
         }
         else if (here.joint.type == JointType::Prismatic)
         {
-            speed += std::abs(rate);
-            reach += std::max(std::abs(q), std::abs(q + rate));
+            speed += rate;
+            reach += way;
         }
         reach += here.X_PL0.translation().norm();
     }

@@ -62,6 +62,19 @@ JointMotion randomJointMotion(Random& random, const KinematicTree& tree, double 
     return motion;
 }
 
+void addRandomCurves(Random& random, double most, JointMotion& motion)
+{
+    for (std::size_t i = 0; i < motion.positions.size(); ++i)
+    {
+        JointCurve curve{};
+        for (double& coefficient : curve)
+        {
+            coefficient = random.chance(0.3) ? 0.0 : 0.25 * random.uniform(-most, most);
+        }
+        motion.curves.push_back(random.chance(0.3) ? JointCurve{} : curve);
+    }
+}
+
 RigidMotion randomRigidMotion(Random& random, double fastest)
 {
     RigidMotion motion;

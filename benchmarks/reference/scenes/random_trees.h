@@ -12,13 +12,17 @@ namespace bullet_ccd::reference
 /// revolute, some prismatic, some fixed.
 [[nodiscard]] KinematicTree randomTree(Random& random, int links, double branching);
 
-/// Rates up to `fastest`; a third of the joints rest; the root moves in half of all cases.
 /// The same with some spherical joints.
 [[nodiscard]] KinematicTree randomBallTree(Random& random, int links, double branching);
 
+/// Rates up to `fastest`; a third of the joints rest; the root moves in half of all cases.
 [[nodiscard]] JointMotion randomJointMotion(Random& random,
                                             const KinematicTree& tree,
                                             double fastest);
+
+/// Bends the paths of most joints by terms of second to fifth degree of up to `most` in all, so
+/// that joints that rested move, too.
+void addRandomCurves(Random& random, double most, JointMotion& motion);
 
 [[nodiscard]] RigidMotion randomRigidMotion(Random& random, double fastest);
 

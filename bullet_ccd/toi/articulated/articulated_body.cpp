@@ -19,6 +19,10 @@ bool isFinite(const JointMotion& motion)
     };
     return root.v_W.allFinite() && root.w_W.allFinite() && root.reference_B.allFinite() &&
            finite(motion.positions) && finite(motion.rates) &&
+           std::all_of(motion.curves.begin(),
+                       motion.curves.end(),
+                       [](const JointCurve& curve)
+                       { return std::isfinite(curve[0] + curve[1] + curve[2] + curve[3]); }) &&
            std::all_of(motion.balls.begin(),
                        motion.balls.end(),
                        [](const BallMotion& ball)
@@ -37,14 +41,18 @@ void checkBody(const ArticulatedBody& body)
                     [](const Link& link) { return link.joint.type == JointType::Spherical; });
     // Messages are built only where they are needed: a query is to allocate nothing.
     if (body.linkTrees.size() != links || body.motion->positions.size() != links ||
-        body.motion->rates.size() != links || (hasBalls && body.motion->balls.size() != links))
+        body.motion->rates.size() != links || (hasBalls && body.motion->balls.size() != links) ||
+        (!body.motion->curves.empty() && body.motion->curves.size() != links))
     {
         throw std::invalid_argument("articulatedToi: " + std::to_string(links) + " links, but " +
                                     std::to_string(body.linkTrees.size()) + " hierarchies, " +
                                     std::to_string(body.motion->positions.size()) + " positions, " +
-                                    std::to_string(body.motion->rates.size()) + " rates and " +
+                                    std::to_string(body.motion->rates.size()) + " rates, " +
                                     std::to_string(body.motion->balls.size()) +
-                                    " motions of spherical joints: give one of each a link");
+                                    " motions of spherical joints and " +
+                                    std::to_string(body.motion->curves.size()) +
+                                    " curves: give one of each a link, and curves if there are "
+                                    "any");
     }
     require(isFinite(*body.motion),
             "time of impact: a velocity or joint position is NaN or infinite");

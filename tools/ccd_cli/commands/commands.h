@@ -14,6 +14,7 @@ namespace bullet_ccd::tools
 void addToiCommand(CLI::App& app, int& exitCode);
 void addBatchCommand(CLI::App& app, int& exitCode);
 void addArticulatedCommand(CLI::App& app, int& exitCode);
+void addCertifyCommand(CLI::App& app, int& exitCode);
 void addDeformableCommand(CLI::App& app, int& exitCode);
 void addElementaryCommand(CLI::App& app, int& exitCode);
 

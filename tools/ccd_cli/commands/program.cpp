@@ -15,14 +15,15 @@ constexpr const char* kBulletCcdFooter =
     "over the interval t = 0 to 1. Meshes are OBJ, STL, PLY, OFF, DAE, glTF or GLB files. "
     "docs/glossary.md defines tolerance, gap and minimum separation.\n"
     "\n"
-    "Exit codes: 0 if everything was answered, 2 for wrong options, 3 for bad input, "
-    "130 after Ctrl-C, which keeps what was done.\n"
+    "Exit codes: 0 if everything was answered, 1 if a trajectory was not certified, 2 for wrong "
+    "options, 3 for bad input, 130 after Ctrl-C, which keeps what was done.\n"
     "\n"
     "Examples:\n"
     "  bullet-ccd toi cube.obj plate.obj --a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4\n"
     "  bullet-ccd batch bunny.ply bunny.ply queries.csv -o results.csv --summary\n"
     "  bullet-ccd articulated arm.urdf --from start.csv --to goal.csv \\\n"
-    "      --obstacles table.stl --self";
+    "      --obstacles table.stl --self\n"
+    "  bullet-ccd certify arm.urdf --trajectory path.csv --obstacles scene.yaml";
 }  // namespace
 
 int runBulletCcd(int argc, char** argv)
@@ -40,6 +41,7 @@ int runBulletCcd(int argc, char** argv)
             addToiCommand(app, exitCode);
             addBatchCommand(app, exitCode);
             addArticulatedCommand(app, exitCode);
+            addCertifyCommand(app, exitCode);
             addDeformableCommand(app, exitCode);
             addElementaryCommand(app, exitCode);
         });

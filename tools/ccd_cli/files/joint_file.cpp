@@ -25,21 +25,6 @@ bool isDriven(const Link& link)
     return link.joint.isMovable() && link.joint.mimicOf == kNone && link.parent != kNone;
 }
 
-/// The names of all joints that a file may give, for messages.
-std::string drivenNames(const KinematicTree& tree)
-{
-    std::string text;
-    for (const Link& link : tree.links)
-    {
-        if (isDriven(link))
-        {
-            text += text.empty() ? "" : ", ";
-            text += link.joint.name;
-        }
-    }
-    return text;
-}
-
 std::vector<JointColumn> jointColumns(const CsvTable& table, const KinematicTree& tree)
 {
     std::vector<JointColumn> columns;
@@ -67,9 +52,10 @@ std::vector<JointColumn> jointColumns(const CsvTable& table, const KinematicTree
 class JointFileReader
 {
 public:
-    JointFileReader(CsvTable table, const KinematicTree& tree)
+    JointFileReader(CsvTable table, const KinematicTree& tree, TimeColumn times)
         : m_table(std::move(table)),
           m_tree(tree),
+          m_time(times == TimeColumn::Increasing ? m_table.find("time") : std::nullopt),
           m_columns(jointColumns(m_table, tree)),
           m_base(poseColumns(m_table, "base_")),
           m_rest(tree.size(), 0.0)
@@ -134,6 +120,20 @@ private:
             result.base = poseOf(m_table, row, *m_base);
         }
         applyMimics(m_tree, result.positions);
+        result.time = static_cast<double>(m_file.rows.size());
+        if (m_time)
+        {
+            result.time = m_table.number(row, *m_time);
+            if (!m_file.rows.empty() && result.time <= m_file.rows.back().time)
+            {
+                m_table.fail(row,
+                             *m_time,
+                             fmt::format("{} s is not after the {} s of the row before: let times "
+                                         "increase",
+                                         result.time,
+                                         m_file.rows.back().time));
+            }
+        }
         return result;
     }
 
@@ -157,6 +157,7 @@ private:
 
     CsvTable m_table;
     const KinematicTree& m_tree;
+    std::optional<std::size_t> m_time;
     std::vector<JointColumn> m_columns;
     std::optional<PoseColumns> m_base;
     std::vector<double> m_rest;
@@ -165,8 +166,25 @@ private:
 };
 }  // namespace
 
-JointFile readJointFile(const std::filesystem::path& path, const KinematicTree& tree)
+JointFile readJointFile(const std::filesystem::path& path,
+                        const KinematicTree& tree,
+                        TimeColumn times)
 {
-    return JointFileReader(readCsvTable(path, "give a CSV file of joint positions"), tree).read();
+    return JointFileReader(readCsvTable(path, "give a CSV file of joint positions"), tree, times)
+        .read();
+}
+
+std::string drivenNames(const KinematicTree& tree)
+{
+    std::string text;
+    for (const Link& link : tree.links)
+    {
+        if (isDriven(link))
+        {
+            text += text.empty() ? "" : ", ";
+            text += link.joint.name;
+        }
+    }
+    return text;
 }
 }  // namespace bullet_ccd::tools

@@ -209,4 +209,27 @@ void addSelfPairs(RobotLinks& links, const std::filesystem::path& srdf, double r
         }
     }
 }
+
+void attachObject(RobotLinks& links,
+                  const std::string& name,
+                  TriangleMesh mesh,
+                  std::int32_t link,
+                  const Eigen::Isometry3d& X_LO,
+                  bool testsSelf)
+{
+    KinematicTree& tree = links.robot.tree;
+    const auto object = static_cast<std::int32_t>(tree.size());
+    tree.links.push_back({.name = name, .parent = link, .X_PL0 = X_LO});
+    links.trees.push_back(std::make_unique<const SsvTree>(buildSsvTree(std::move(mesh))));
+    links.linkTrees.push_back(links.trees.back().get());
+    const std::vector<std::int32_t> carriers = carriersOf(tree);
+    for (std::int32_t other = 0; testsSelf && other < object; ++other)
+    {
+        if (links.linkTrees[static_cast<std::size_t>(other)] != nullptr &&
+            carriers[static_cast<std::size_t>(other)] != carriers.back())
+        {
+            links.selfPairs.emplace_back(object, other);
+        }
+    }
+}
 }  // namespace bullet_ccd::tools

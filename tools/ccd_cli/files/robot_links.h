@@ -45,4 +45,15 @@ struct RobotLinks
 /// come within `reach` [m] of each other at some position within the limits of the joint: the
 /// region of the joint. The rest of both is tested. Throws as readSrdf().
 void addSelfPairs(RobotLinks& links, const std::filesystem::path& srdf, double reach);
+
+/// Fixes an object to a link, as a further link of that name. After addSelfPairs() it can be tested
+/// against all other links too, whole.
+/// @param X_LO      pose of the mesh in the link
+/// @param testsSelf test it against the links that joints move relative to it
+void attachObject(RobotLinks& links,
+                  const std::string& name,
+                  TriangleMesh mesh,
+                  std::int32_t link,
+                  const Eigen::Isometry3d& X_LO,
+                  bool testsSelf);
 }  // namespace bullet_ccd::tools
