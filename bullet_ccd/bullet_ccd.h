@@ -16,4 +16,5 @@
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "bullet_ccd/toi/least_distance.h"
 #include "bullet_ccd/toi/rigid_toi.h"
+#include "bullet_ccd/trajectory/contact_manager.h"
 #include "bullet_ccd/trajectory/trajectory.h"

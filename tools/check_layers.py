@@ -29,6 +29,8 @@ ORDER = [
     "bullet_ccd/deformable/kernels",
     "bullet_ccd/deformable",
     "bullet_ccd/bullet_ccd.h",  # umbrellas, each above the rooms that it includes
+    "bullet_ccd/ompl",
+    "bullet_ccd/ompl/examples",
     "bullet_ccd/io",
     "bullet_ccd/io.h",
     "bullet_ccd/bullet/*.h",  # what a user includes
@@ -87,6 +89,7 @@ ORDER = [
     "benchmarks/bullet",
     "benchmarks/stability",
     "benchmarks/soak",
+    "benchmarks/planning",
     "tests",  # one room: its folders mirror all of the above, and nobody includes it
 ]
 ROOTS = tuple(sorted({room.split("/")[0] for room in ORDER}))
@@ -119,6 +122,7 @@ FOREIGN = [
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
     (re.compile(r"^libqhull"), {"grasp/quality"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
+    (re.compile(r"^ompl/"), {"bullet_ccd/ompl", "bullet_ccd/ompl/examples", "benchmarks/planning"}),
     (re.compile(r"^fcl/"), {"benchmarks/peers"}),
     (re.compile(r"^CLI/"), COMMAND_LINES),
     (re.compile(r"^tools/ccd_cli/"), CCD_CLI),

@@ -1,6 +1,5 @@
-#include "bullet_ccd/motion/kinematic_tree.h"
-
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -6,15 +6,16 @@
 include(CMakePackageConfigHelpers)
 
 set(_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/bullet_ccd")
-set(_components core io bullet bullet_float64 grasp grasp_sim)
+set(_components core io ompl bullet bullet_float64 grasp grasp_sim)
 set(_target_core bullet_ccd_core)
 set(_target_io bullet_ccd_io)
+set(_target_ompl bullet_ccd_ompl)
 set(_target_bullet bullet_ccd_bullet)
 set(_target_bullet_float64 bullet_ccd_bullet_float64)
 set(_target_grasp grasp)
 set(_target_grasp_sim grasp_sim)
 # Names behind the namespace: bullet_ccd::core, grasp::grasp, grasp::sim.
-foreach(_component core io bullet bullet_float64)
+foreach(_component core io ompl bullet bullet_float64)
     set(_namespace_${_component} bullet_ccd::)
     set(_export_name_${_component} ${_component})
 endforeach()
@@ -28,6 +29,8 @@ set(_pc_requires_core "eigen3")
 set(_pc_private_core "tbb")
 set(_pc_requires_io "bullet_ccd-core")
 set(_pc_private_io "urdfdom tinyxml2")
+set(_pc_requires_ompl "bullet_ccd-core ompl")
+set(_pc_private_ompl "tbb")
 set(_pc_requires_bullet "bullet_ccd-core bullet")
 set(_pc_requires_bullet_float64 "bullet_ccd-core bullet-float64")
 set(_pc_requires_grasp "bullet_ccd-io")
@@ -95,6 +98,7 @@ install(FILES "${PROJECT_SOURCE_DIR}/docs/glossary.md" DESTINATION "${CMAKE_INST
 install(FILES "${PROJECT_BINARY_DIR}/bullet_ccdConfig.cmake"
               "${PROJECT_BINARY_DIR}/bullet_ccdConfigVersion.cmake"
               "${CMAKE_CURRENT_LIST_DIR}/FindBulletPrecision.cmake"
+        "${CMAKE_CURRENT_LIST_DIR}/FindOmpl.cmake"
         DESTINATION "${_config_dir}" COMPONENT dev)
 
 # A program that links both precisions is refused when it is configured: CMake says that the
