@@ -36,4 +36,16 @@ struct HandSoak
 /// object, or links that can meet with each other. A hit is an object that the hand holds in at
 /// least half of its closings.
 [[nodiscard]] SoakSubject handSoak(const HandSoak& soak);
+
+struct RandomSoak
+{
+    int bodies = 45;       ///< in most worlds at most so many begin, in every fourth three times
+    double seconds = 5.0;  ///< simulated time [s]
+};
+
+/// Closed rooms of thin and thick walls with bodies of all shapes, joints, motors, kinematic
+/// objects, bodies that come, go, are put elsewhere or get other shapes, in worlds of all classes
+/// and by action. Wrong if a body that was not squeezed gets past the middle of a wall, if a pose
+/// or a velocity is not finite, or if a step does not end.
+[[nodiscard]] SoakSubject randomSoak(const RandomSoak& soak);
 }  // namespace bullet_ccd::benchmarks

@@ -37,6 +37,12 @@ int main(int argc, char** argv)
         hand.closings = quick ? std::min(hand.closings, 3) : hand.closings;
         return handSoak(hand);
     };
+    RandomSoak random;
+    const auto makeRandom = [&](bool quick)
+    {
+        random.seconds = quick ? std::min(random.seconds, 1.0) : random.seconds;
+        return randomSoak(random);
+    };
     return runProgram(
         argc,
         argv,
@@ -55,6 +61,14 @@ int main(int argc, char** argv)
                      {{"--objects", &bin.objects, "number of objects in each bin"},
                       {"--seconds", &bin.seconds, "simulated time [s]"},
                       {"--rest-speed", &bin.restSpeed, "largest mean speed at the end [m/s]"}})),
+             soakProgram(
+                 "random",
+                 "Random things happen to random objects in a closed room; nothing gets "
+                 "out of it.",
+                 {.count = 1000, .quickCount = 3, .checkpoint = "soak_bullet_random.checkpoint"},
+                 makeRandom,
+                 {{"--bodies", &random.bodies, "number of objects in most rooms, at most"},
+                  {"--seconds", &random.seconds, "simulated time [s]"}}),
              soakProgram(
                  "hand",
                  "A hand closes on objects, one per seed, and opens again; nothing ever "
