@@ -140,6 +140,39 @@ struct Descent
         }
     }
 
+    /// Before a pair is found: the normal of a large face along which the meshes are farthest
+    /// apart. Along it nothing counts that is not below the bound.
+    void setFirstTie()
+    {
+        double widest = 0.0;
+        const auto consider = [&](const Eigen::Vector3d& normal)
+        {
+            for (const Eigen::Vector3d& n : {normal, Eigen::Vector3d(-normal)})
+            {
+                const Eigen::Vector3d inA = R.transpose() * n;
+                const double gap =
+                    extentAlong(treeB, 0, n).low - extentAlong(treeA, 0, inA).high - n.dot(p);
+                if (gap > widest)
+                {
+                    widest = gap;
+                    constexpr double kRounding = 1e-14;
+                    tie = {.inA = inA,
+                           .inB = n,
+                           .gap = bound + n.dot(p) +
+                                  kRounding * (treeA.radius() + treeB.radius() + p.norm())};
+                }
+            }
+        };
+        for (const Eigen::Vector3d& normal : treeB.faceSlabs().normals)
+        {
+            consider(normal);
+        }
+        for (const Eigen::Vector3d& normal : treeA.faceSlabs().normals)
+        {
+            consider(R * normal);
+        }
+    }
+
     void setTie(const TrianglePair& best)
     {
         const Eigen::Vector3d across = (best.pointB - best.pointA).stableNormalized();
@@ -208,8 +241,12 @@ Skipped descend(const SsvTree& treeA,
     {
         descent.untilCheck = 0;
     }
+    if (std::isfinite(bound))
+    {
+        descent.setFirstTie();
+    }
     const double apart = descent.separationOf(0, 0);
-    if (apart <= bound && !exempt.exempts(0, 0))
+    if (apart <= bound && !exempt.exempts(0, 0) && !descent.isNoBetter(0, 0))
     {
         descent.skipped = descent.mustStop() ? apart : descent.skipped;
         if (!descent.isStopped)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -238,6 +239,30 @@ TEST(TreeDistance, OfFlatPlatesIsThatOfTheLowestCorner)
         const TrianglePair pair = treeDistance(a, b, scene.X_BA, kInfinity);
         EXPECT_NEAR(pair.distance, gap, 1e-6 * gap + 1e-14) << i << ": tilt " << tilt;
         EXPECT_NEAR((pair.pointA - pair.pointB).norm(), pair.distance, 1e-14) << i;
+    }
+}
+
+TEST(TreeDistance, OfFlatPlatesIsFoundWhereItIsBelowTheBound)
+{
+    Random random(34);
+    const SsvTree a = buildSsvTree(flatPlate(60, 1.0));
+    const SsvTree b = buildSsvTree(flatPlate(70, 3.0));
+    std::vector<TrianglePair> pairs;
+    for (int i = 0; i < 200; ++i)
+    {
+        const double gap = random.logUniform(1e-7, 1.0);
+        const double tilt = random.chance(0.5) ? 0.0 : random.logUniform(1e-12, 0.1);
+        const PlateAbovePlate scene(random, gap, tilt);
+        const double share = random.logUniform(2e-6, 0.5);
+        const TrianglePair above = treeDistance(a, b, scene.X_BA, gap * (1.0 + share));
+        EXPECT_NE(above.triangleA, kNone) << i << ": gap " << gap << ", tilt " << tilt;
+        EXPECT_NEAR(above.distance, gap, 1e-6 * gap + 1e-14) << i << ": tilt " << tilt;
+        const TrianglePair below = treeDistance(a, b, scene.X_BA, gap * (1.0 - share));
+        EXPECT_EQ(below.triangleA, kNone) << i << ": gap " << gap << ", tilt " << tilt;
+        EXPECT_EQ(below.distance, gap * (1.0 - share)) << i;
+        pairs.clear();
+        trianglePairsWithin(a, b, scene.X_BA, gap * (1.0 - share), pairs);
+        EXPECT_TRUE(pairs.empty()) << i;
     }
 }
 }  // namespace
