@@ -31,6 +31,7 @@ ORDER = [
     "bullet_ccd/bullet_ccd.h",  # umbrellas, each above the rooms that it includes
     "bullet_ccd/ompl",
     "bullet_ccd/ompl/examples",
+    "bullet_ccd/reduce",
     "bullet_ccd/io",
     "bullet_ccd/io.h",
     "bullet_ccd/bullet/*.h",  # what a user includes

@@ -6,8 +6,9 @@
 include(CMakePackageConfigHelpers)
 
 set(_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/bullet_ccd")
-set(_components core io ompl bullet bullet_float64 grasp grasp_sim)
+set(_components core reduce io ompl bullet bullet_float64 grasp grasp_sim)
 set(_target_core bullet_ccd_core)
+set(_target_reduce bullet_ccd_reduce)
 set(_target_io bullet_ccd_io)
 set(_target_ompl bullet_ccd_ompl)
 set(_target_bullet bullet_ccd_bullet)
@@ -15,7 +16,7 @@ set(_target_bullet_float64 bullet_ccd_bullet_float64)
 set(_target_grasp grasp)
 set(_target_grasp_sim grasp_sim)
 # Names behind the namespace: bullet_ccd::core, grasp::grasp, grasp::sim.
-foreach(_component core io ompl bullet bullet_float64)
+foreach(_component core reduce io ompl bullet bullet_float64)
     set(_namespace_${_component} bullet_ccd::)
     set(_export_name_${_component} ${_component})
 endforeach()
@@ -27,6 +28,9 @@ set(_export_name_grasp_sim sim)
 # For builds without CMake: `pkg-config --cflags --libs bullet_ccd-core`, one file per component.
 set(_pc_requires_core "eigen3")
 set(_pc_private_core "tbb")
+set(_pc_requires_reduce "bullet_ccd-core")
+set(_pc_private_reduce "qhull_r tbb")
+set(_pc_libraries_reduce " -lmeshoptimizer")
 set(_pc_requires_io "bullet_ccd-core")
 set(_pc_private_io "urdfdom tinyxml2")
 set(_pc_requires_ompl "bullet_ccd-core ompl")
@@ -53,6 +57,7 @@ Requires: ${_pc_requires_${component}}
 Requires.private: ${_pc_private_${component}}
 Cflags: -std=c++20 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}/bullet-ccd
 Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -l$<TARGET_FILE_BASE_NAME:${target}>
+Libs.private:${_pc_libraries_${component}}
 ")
     set(_folder "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
     install(FILES "${PROJECT_BINARY_DIR}/${_file}" DESTINATION "${_folder}" COMPONENT dev)

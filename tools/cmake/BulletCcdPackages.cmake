@@ -36,7 +36,7 @@ endif()
 
 # What the programs need beside our own libraries is found by dpkg-shlibdeps.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-foreach(_target bullet_ccd_core bullet_ccd_io bullet_ccd_bullet bullet_ccd_bullet_float64 grasp grasp_sim)
+foreach(_target bullet_ccd_core bullet_ccd_reduce bullet_ccd_io bullet_ccd_bullet bullet_ccd_bullet_float64 grasp grasp_sim)
     if(TARGET ${_target})
         get_target_property(_folder ${_target} BINARY_DIR)
         list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${_folder}")

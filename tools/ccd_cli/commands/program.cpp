@@ -44,6 +44,7 @@ int runBulletCcd(int argc, char** argv)
             addCertifyCommand(app, exitCode);
             addDeformableCommand(app, exitCode);
             addElementaryCommand(app, exitCode);
+            addReduceCommand(app, exitCode);
         });
 }
 }  // namespace bullet_ccd::tools
