@@ -121,7 +121,7 @@ FOREIGN = [
     (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS),
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
-    (re.compile(r"^libqhull"), {"grasp/quality"}),
+    (re.compile(r"^libqhull"), {"bullet_ccd/reduce"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
     (re.compile(r"^ompl/"), {"bullet_ccd/ompl", "bullet_ccd/ompl/examples", "benchmarks/planning"}),
     (re.compile(r"^fcl/"), {"benchmarks/peers"}),

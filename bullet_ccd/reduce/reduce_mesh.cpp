@@ -5,14 +5,13 @@
 #include "bullet_ccd/reduce/convex_hull.h"
 #include "bullet_ccd/reduce/simple_shapes.h"
 
-#include <meshoptimizer.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
+#include <meshoptimizer.h>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -157,16 +156,16 @@ public:
     {
         switch (kind)
         {
-        case ModelKind::Sphere:
-            return roundModel(sphereAround(m_mesh));
-        case ModelKind::Capsule:
-            return capsule();
-        case ModelKind::Box:
-            return box();
-        case ModelKind::Hull:
-            return compared({.kind = ModelKind::Hull, .mesh = convexHull(m_mesh)});
-        case ModelKind::Mesh:
-            return smallestMesh();
+            case ModelKind::Sphere:
+                return roundModel(sphereAround(m_mesh));
+            case ModelKind::Capsule:
+                return capsule();
+            case ModelKind::Box:
+                return box();
+            case ModelKind::Hull:
+                return compared({.kind = ModelKind::Hull, .mesh = convexHull(m_mesh)});
+            case ModelKind::Mesh:
+                return smallestMesh();
         }
         return std::nullopt;
     }
@@ -301,8 +300,7 @@ private:
         }
         return std::ranges::all_of(
             oneVertexPerPart(m_mesh),
-            [&](std::int32_t vertex)
-            {
+            [&](std::int32_t vertex) {
                 return windingNumber(outer, m_mesh.vertices[static_cast<std::size_t>(vertex)]) >
                        0.5;
             });
@@ -343,28 +341,26 @@ private:
         return m_options.contains ? outside(*simple) : compared({.mesh = std::move(*simple)});
     }
 
-    /// The error that the simplifier is told is not the deviation, so it is searched for: upwards
-    /// while the accuracy is kept, downwards until it is.
+    /// The error that the simplifier is told is not the deviation, so it is searched for: by
+    /// halves and doubles until one keeps the accuracy and the next does not, then between them.
     [[nodiscard]] std::optional<ReducedModel> smallestMesh() const
     {
-        constexpr double kStep = 1.5;
-        constexpr int kTries = 8;
+        constexpr int kTries = 12;
         double error = m_options.contains ? 0.5 * m_options.accuracy : m_options.accuracy;
-        std::optional<ReducedModel> best = meshOfError(error);
-        const bool grows = best.has_value();
-        for (int i = 0; i < kTries; ++i)
+        double kept = 0.0;
+        double lost = 0.0;
+        std::optional<ReducedModel> best;
+        for (int i = 0; i < kTries && !(kept > 0.0 && lost > 0.0 && lost < 1.1 * kept); ++i)
         {
-            error = grows ? error * kStep : error / kStep;
             std::optional<ReducedModel> next = meshOfError(error);
-            if (grows && (!next || next->mesh.triangles.size() >= best->mesh.triangles.size()))
+            const bool isBetter =
+                next && (!best || next->mesh.triangles.size() < best->mesh.triangles.size());
+            (isBetter ? kept : lost) = error;
+            if (isBetter)
             {
-                break;
+                best = std::move(next);
             }
-            best = std::move(next);
-            if (!grows && best)
-            {
-                break;
-            }
+            error = lost == 0.0 ? 2.0 * kept : kept == 0.0 ? 0.5 * lost : std::sqrt(kept * lost);
         }
         return best;
     }
@@ -379,16 +375,16 @@ const char* modelKindName(ModelKind kind)
 {
     switch (kind)
     {
-    case ModelKind::Sphere:
-        return "sphere";
-    case ModelKind::Capsule:
-        return "capsule";
-    case ModelKind::Box:
-        return "box";
-    case ModelKind::Hull:
-        return "hull";
-    case ModelKind::Mesh:
-        return "mesh";
+        case ModelKind::Sphere:
+            return "sphere";
+        case ModelKind::Capsule:
+            return "capsule";
+        case ModelKind::Box:
+            return "box";
+        case ModelKind::Hull:
+            return "hull";
+        case ModelKind::Mesh:
+            return "mesh";
     }
     return "";
 }
@@ -416,11 +412,8 @@ std::optional<ReducedModel> reduceMesh(const TriangleMesh& mesh, const ReduceOpt
     {
         return reducer.model(*options.kind);
     }
-    for (const ModelKind kind : {ModelKind::Sphere,
-                                 ModelKind::Capsule,
-                                 ModelKind::Box,
-                                 ModelKind::Hull,
-                                 ModelKind::Mesh})
+    for (const ModelKind kind :
+         {ModelKind::Sphere, ModelKind::Capsule, ModelKind::Box, ModelKind::Hull, ModelKind::Mesh})
     {
         if (std::optional<ReducedModel> found = reducer.model(kind))
         {

@@ -1,8 +1,8 @@
 /// Smaller models of a body that keep a promised accuracy: fewer triangles, or a simple shape.
 ///
-/// What a simplifier says of its error is never believed. Every model is compared with the full mesh
-/// by surfaceDeviation() in both directions, and a model that deviates by more than the accuracy is
-/// not returned.
+/// What a simplifier says of its error is never believed. Every model is compared with the full
+/// mesh by surfaceDeviation() in both directions, and a model that deviates by more than the
+/// accuracy is not returned.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -70,8 +70,8 @@ struct ReduceOptions
 [[nodiscard]] BULLET_CCD_API double smallestAccuracy(const TriangleMesh& mesh);
 
 /// The cheapest model that keeps the accuracy: sphere, capsule, box, convex hull, else a mesh of
-/// fewer triangles whose vertices are vertices of the full mesh (moved outwards where the model must
-/// contain it). The full mesh itself, with deviation 0, if nothing smaller keeps the accuracy.
+/// fewer triangles whose vertices are vertices of the full mesh (moved outwards where the model
+/// must contain it). The full mesh itself, with deviation 0, if nothing smaller keeps the accuracy.
 ///
 /// Guarantee: deviation() <= accuracy, by surfaceDeviation(). Two bodies whose models have a gap of
 /// g have a gap in [g - s, g + s], where s is the sum of their deviations. The result is
@@ -80,6 +80,6 @@ struct ReduceOptions
 /// How: the simplifier is that of meshoptimizer, the hull is Qhull's.
 /// Throws std::invalid_argument for a mesh that checkMesh() refuses, an accuracy below
 /// smallestAccuracy(), and `contains` for a mesh that is not closed.
-[[nodiscard]] BULLET_CCD_API std::optional<ReducedModel>
-reduceMesh(const TriangleMesh& mesh, const ReduceOptions& options);
+[[nodiscard]] BULLET_CCD_API std::optional<ReducedModel> reduceMesh(const TriangleMesh& mesh,
+                                                                    const ReduceOptions& options);
 }  // namespace bullet_ccd

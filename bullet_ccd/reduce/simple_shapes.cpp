@@ -44,8 +44,7 @@ Matrix3d principalAxes(const TriangleMesh& mesh)
         {
             corners[k] = mesh.vertices[static_cast<std::size_t>(t[k])] - origin;
         }
-        const double weight =
-            0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+        const double weight = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
         const Vector3d sum = corners[0] + corners[1] + corners[2];
         area += weight;
         first += weight / 3.0 * sum;
@@ -112,11 +111,11 @@ ReducedModel sphereAround(const TriangleMesh& mesh)
     Vector3d center = bounds(mesh).center();
     for (int step = 1; step <= 200; ++step)
     {
-        const auto farthest = std::max_element(
-            mesh.vertices.begin(),
-            mesh.vertices.end(),
-            [&](const Vector3d& x, const Vector3d& y)
-            { return (x - center).squaredNorm() < (y - center).squaredNorm(); });
+        const auto farthest =
+            std::max_element(mesh.vertices.begin(),
+                             mesh.vertices.end(),
+                             [&](const Vector3d& x, const Vector3d& y)
+                             { return (x - center).squaredNorm() < (y - center).squaredNorm(); });
         center += (*farthest - center) / (step + 1.0);
     }
     // Where the vertices are on a sphere, the middle of the bounds is often the better centre.
@@ -163,8 +162,8 @@ ReducedModel boxAround(const MeshFrame& frame)
 
 void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, ReducedModel& model)
 {
-    // All vertices are inside, and the distance from the axis is convex: how far a point of the mesh
-    // is from the round surface is the radius less its distance from the axis.
+    // All vertices are inside, and the distance from the axis is convex: how far a point of the
+    // mesh is from the round surface is the radius less its distance from the axis.
     const TriangleCorners axis = axisOf(model);
     for (const Triangle& t : mesh.triangles)
     {
@@ -184,8 +183,8 @@ void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, R
     double chord = 0.0;
     for (const Triangle& t : model.mesh.triangles)
     {
-        chord = std::max(
-            chord, model.radius - triangleDistance(cornersOf(model.mesh, t), axis).distance);
+        chord = std::max(chord,
+                         model.radius - triangleDistance(cornersOf(model.mesh, t), axis).distance);
     }
     model.modelFromFull =
         surfaceDeviation(model.mesh, full, 0.5 * limit, std::max(0.0, limit - chord));

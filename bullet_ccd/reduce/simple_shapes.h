@@ -21,8 +21,9 @@ struct MeshFrame
 
 [[nodiscard]] ReducedModel sphereAround(const TriangleMesh& mesh);
 /// @param axis of the frame that the capsule lies along
-[[nodiscard]] ReducedModel
-capsuleAround(const TriangleMesh& mesh, const MeshFrame& frame, int axis);
+[[nodiscard]] ReducedModel capsuleAround(const TriangleMesh& mesh,
+                                         const MeshFrame& frame,
+                                         int axis);
 /// The frame's half extents must be positive.
 [[nodiscard]] ReducedModel boxAround(const MeshFrame& frame);
 

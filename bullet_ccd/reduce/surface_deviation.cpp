@@ -3,14 +3,13 @@
 #include "bullet_ccd/distance/triangle_distance.h"
 #include "bullet_ccd/math/check.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <iterator>
 #include <span>
+#include <tbb/parallel_for.h>
 #include <utility>
 
 namespace bullet_ccd
@@ -106,7 +105,9 @@ using Polygon = std::vector<Vector3d>;
 /// The parts of a convex polygon on both sides of a plane, {x : normal.(x - point) >= 0} first. A
 /// polygon that does not reach to both sides, up to rounding, stays whole: in the plane itself the
 /// signs of the heights are noise.
-std::pair<Polygon, Polygon> cut(const Polygon& polygon, const Vector3d& point, const Vector3d& normal)
+std::pair<Polygon, Polygon> cut(const Polygon& polygon,
+                                const Vector3d& point,
+                                const Vector3d& normal)
 {
     constexpr double kRounding = 1e-14;
     std::vector<double> heights;
@@ -327,8 +328,8 @@ Deviation surfaceDeviation(const TriangleMesh& surface,
     const auto at = [&](std::int32_t vertex) -> Vector3d
     { return surface.vertices[static_cast<std::size_t>(vertex)] - other.origin(); };
 
-    // Distances of the vertices first: what they show need not be shown again, and a surface that is
-    // too far away is so there.
+    // Distances of the vertices first: what they show need not be shown again, and a surface that
+    // is too far away is so there.
     const std::size_t count = surface.triangles.size();
     std::vector<Nearest> corners(count);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256),

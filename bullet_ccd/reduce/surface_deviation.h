@@ -14,8 +14,8 @@ namespace bullet_ccd
 /// Bounds of the greatest distance of a point of a surface from another surface [m].
 struct Deviation
 {
-    double lower = 0.0;  ///< `point` is this far away
-    double upper = 0.0;  ///< no point is farther away
+    double lower = 0.0;                               ///< `point` is this far away
+    double upper = 0.0;                               ///< no point is farther away
     Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< of the surface, in its frame
 };
 
@@ -24,14 +24,12 @@ struct Deviation
 ///
 /// Guarantee: the truth is in [lower, upper] up to 1e-12 of the coordinates, and upper is at most
 /// 1 % above lower or above `enough`, whichever is larger, unless a triangle of `surface` meets
-/// more than 100,000 others. If the truth is found to exceed `limit`, the search ends: lower is then
-/// above it and upper infinite. The result does not depend on the number of threads if it is below
-/// the limit.
-/// How: the distance from one triangle is convex, so its maximum over a polygon is at a corner. A
-/// triangle of `surface` is cut into polygons, each of which has one triangle of `other` that is
-/// near at all of its corners.
-/// Throws std::invalid_argument for a mesh that checkMesh() refuses, or for bounds that are NaN or
-/// negative.
+/// more than 100,000 others. If the truth is found to exceed `limit`, the search ends: lower is
+/// then above it and upper infinite. The result does not depend on the number of threads if it is
+/// below the limit. How: the distance from one triangle is convex, so its maximum over a polygon is
+/// at a corner. A triangle of `surface` is cut into polygons, each of which has one triangle of
+/// `other` that is near at all of its corners. Throws std::invalid_argument for a mesh that
+/// checkMesh() refuses, or for bounds that are NaN or negative.
 [[nodiscard]] BULLET_CCD_API Deviation
 surfaceDeviation(const TriangleMesh& surface,
                  const SsvTree& other,

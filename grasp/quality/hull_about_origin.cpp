@@ -1,22 +1,15 @@
 #include "grasp/quality/hull_about_origin.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/reduce/qhull_state.h"
 #include "grasp/force/singular_values.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <random>
-
-extern "C"
-{
-#include <libqhull_r/libqhull_r.h>
-#include <libqhull_r/mem_r.h>
-#include <libqhull_r/qset_r.h>
-}
 
 namespace bullet_ccd::grasp
 {
@@ -56,55 +49,24 @@ Whitening whiten(const Eigen::MatrixXd& points)
     return result;
 }
 
-/// Owns qhull's state; its destructor returns all of qhull's memory.
-class Qhull
+/// FA: with the volume. Pp: no reports of precision. No joggle: facets are merged instead, so that
+/// symmetric hulls keep their exact values.
+bool buildHull(QhullState& hull, Eigen::MatrixXd& points)
 {
-public:
-    Qhull() : m_log(std::fopen("/dev/null", "w")) { qh_zero(&m_state, m_log); }
-    Qhull(const Qhull&) = delete;
-    Qhull& operator=(const Qhull&) = delete;
-    ~Qhull()
-    {
-        int longBlocks = 0;
-        int longBytes = 0;
-        qh_freeqhull(&m_state, !qh_ALL);
-        qh_memfreeshort(&m_state, &longBlocks, &longBytes);
-        if (m_log != nullptr)
-        {
-            std::fclose(m_log);
-        }
-    }
+    char options[] = "qhull FA Pp";
+    return hull.build(
+        options, points.data(), static_cast<int>(points.rows()), static_cast<int>(points.cols()));
+}
 
-    /// FA: with the volume. Pp: no reports of precision. No joggle: facets are merged instead, so
-    /// that symmetric hulls keep their exact values.
-    bool build(Eigen::MatrixXd& points)
-    {
-        char command[] = "qhull FA Pp";
-        return qh_new_qhull(&m_state,
-                            static_cast<int>(points.rows()),
-                            static_cast<int>(points.cols()),
-                            points.data(),
-                            False,
-                            command,
-                            nullptr,
-                            m_log) == 0;
-    }
-    [[nodiscard]] const facetT* firstFacet() const { return m_state.facet_list; }
-    [[nodiscard]] double volume() const { return m_state.totvol; }
-
-private:
-    qhT m_state;
-    std::FILE* m_log;
-};
 /// What the facets say about `whitened`; nothing if one of them does not support these points,
 /// because qhull merged what it should not have.
-std::optional<HullAboutOrigin> measure(const Qhull& hull,
+std::optional<HullAboutOrigin> measure(const QhullState& hull,
                                        const Whitening& whitening,
                                        const Eigen::MatrixXd& whitened)
 {
     const Eigen::VectorXd origin = whitening.forward * whitening.center;  // -(the image of 0)
     double radius = std::numeric_limits<double>::infinity();
-    for (const facetT* facet = hull.firstFacet(); facet != nullptr && facet->next != nullptr;
+    for (const facetT* facet = hull.state().facet_list; facet != nullptr && facet->next != nullptr;
          facet = facet->next)
     {
         const Eigen::Map<const Eigen::VectorXd> normal(facet->normal, whitened.rows());
@@ -119,7 +81,7 @@ std::optional<HullAboutOrigin> measure(const Qhull& hull,
         radius = std::min(radius, (support + normal.dot(origin)) / stretch);
     }
     return HullAboutOrigin{.radius = std::max(radius, 0.0),
-                           .volume = hull.volume() / whitening.determinant,
+                           .volume = hull.state().totvol / whitening.determinant,
                            .flat = false};
 }
 
@@ -152,8 +114,8 @@ HullAboutOrigin hullAboutOrigin(const Eigen::MatrixXd& points)
     for (const double amount : kScatter)
     {
         Eigen::MatrixXd input = scattered(whitened, amount);
-        Qhull hull;
-        if (!hull.build(input))
+        QhullState hull;
+        if (!buildHull(hull, input))
         {
             continue;
         }

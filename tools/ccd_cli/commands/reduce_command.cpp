@@ -44,15 +44,15 @@ std::string jsonSolid(const ReducedModel& model)
                                    turn.z());
     switch (model.kind)
     {
-    case ModelKind::Sphere:
-        return text + fmt::format(R"(, "radius": {})", model.radius);
-    case ModelKind::Capsule:
-        return text +
-               fmt::format(R"(, "radius": {}, "height": {})", model.radius, model.height);
-    case ModelKind::Box:
-        return text + fmt::format(R"(, "half_extents": {})", array(model.halfExtents));
-    default:
-        return {};
+        case ModelKind::Sphere:
+            return text + fmt::format(R"(, "radius": {})", model.radius);
+        case ModelKind::Capsule:
+            return text +
+                   fmt::format(R"(, "radius": {}, "height": {})", model.radius, model.height);
+        case ModelKind::Box:
+            return text + fmt::format(R"(, "half_extents": {})", array(model.halfExtents));
+        default:
+            return {};
     }
 }
 
@@ -113,11 +113,8 @@ int runReduce(ReduceArguments arguments)
 {
     requireOtherFile(arguments.output, {arguments.mesh});
     requireWritable(arguments.output);
-    for (const ModelKind kind : {ModelKind::Sphere,
-                                 ModelKind::Capsule,
-                                 ModelKind::Box,
-                                 ModelKind::Hull,
-                                 ModelKind::Mesh})
+    for (const ModelKind kind :
+         {ModelKind::Sphere, ModelKind::Capsule, ModelKind::Box, ModelKind::Hull, ModelKind::Mesh})
     {
         if (arguments.kind == modelKindName(kind))
         {
