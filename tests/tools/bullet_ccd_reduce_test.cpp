@@ -60,7 +60,7 @@ TEST_F(ReduceProgram, SaysWhatIsWrong)
     EXPECT_EQ(reduce("--accuracy 1e-3 --kind ball").exitCode, 2);
     EXPECT_EQ(
         run("reduce '" + m_mesh.string() + "' -o '" + m_mesh.string() + "' --accuracy 1").exitCode,
-        2);
+        3);
 }
 }  // namespace
 }  // namespace bullet_ccd::tools
