@@ -6,6 +6,8 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdDeformableBodySolver.h"
+#include "bullet_ccd/bullet/btCcdDeformableMultiBodyDynamicsWorld.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"

@@ -61,7 +61,9 @@ void pairSurfaces(std::span<const DeformableBody> bodies,
     {
         for (std::size_t j = i; j < bodies.size(); ++j)
         {
-            if (i == j && !bodies[i].selfCollision)
+            if ((i == j && !bodies[i].selfCollision) ||
+                (options.isPairExempt &&
+                 options.isPairExempt(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j))))
             {
                 continue;
             }

@@ -202,6 +202,9 @@ struct DeformableOptions
     /// Of the search in time of a pair of features; what needs more counts as contact.
     std::int64_t maxIterationsOfPair = 10'000;
     int threads = 1;
+    /// Pairs of bodies, the lower index first, for which this is true are not tested. A body
+    /// against itself is such a pair as well; all are tested if it is empty.
+    std::function<bool(std::int32_t, std::int32_t)> isPairExempt = nullptr;
     /// Contacts for which this is true do not count: pins, seams between bodies. Called from all
     /// threads, and only for contacts; none is exempt if it is empty.
     std::function<bool(const DeformableContact&)> isExempt = nullptr;

@@ -1,0 +1,77 @@
+#include "bullet_ccd/bullet/btCcdDeformableBodySolver.h"
+
+#include "bullet_ccd/bullet/soft/btCcdSoftStep.h"
+#include "bullet_ccd/math/check.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+
+#include <cmath>
+
+btCcdDeformableBodySolver::btCcdDeformableBodySolver() : m_step(std::make_unique<btCcdSoftStep>())
+{
+}
+btCcdDeformableBodySolver::~btCcdDeformableBodySolver() = default;
+
+void btCcdDeformableBodySolver::setCcdSeparation(double separation)
+{
+    bullet_ccd::require(separation > 0.0 && std::isfinite(separation),
+                        "btCcdDeformableBodySolver: the separation must be a positive distance");
+    m_step->m_separation = separation;
+}
+
+double btCcdDeformableBodySolver::getCcdSeparation() const
+{
+    return m_step->m_separation;
+}
+
+void btCcdDeformableBodySolver::setCcdThreads(int threads)
+{
+    bullet_ccd::require(threads > 0, "btCcdDeformableBodySolver: it needs at least one thread");
+    m_step->m_threads = threads;
+}
+
+const btCcdSoftCounters& btCcdDeformableBodySolver::getCcdSoftCounters() const
+{
+    return m_step->m_counters;
+}
+
+void btCcdDeformableBodySolver::resetCcdSoftCounters()
+{
+    m_step->m_counters = {};
+}
+
+void btCcdDeformableBodySolver::forgetCcdShape(const btCollisionShape* shape)
+{
+    m_step->m_obstacles.forget(shape);
+}
+
+void btCcdDeformableBodySolver::predictMotion(btScalar timeStep)
+{
+    if (m_isEnabled && m_softBodies.size() > 0 && m_softBodies[0]->m_worldInfo->m_broadphase)
+    {
+        m_step->m_obstacles.begin(*m_softBodies[0]->m_worldInfo->m_broadphase);
+    }
+    btDeformableBodySolver::predictMotion(timeStep);
+}
+
+void btCcdDeformableBodySolver::applyTransforms(btScalar timeStep)
+{
+    if (!m_isEnabled)
+    {
+        btDeformableBodySolver::applyTransforms(timeStep);
+        return;
+    }
+    m_step->run(m_softBodies, timeStep);
+    btDeformableBodySolver::applyTransforms(timeStep);
+    m_step->finish();
+}
+
+void btCcdDeformableBodySolver::processCollision(btSoftBody* softBody,
+                                                 const btCollisionObjectWrapper* collider)
+{
+    const btCollisionShape* shape = collider->getCollisionObject()->getCollisionShape();
+    if (!m_isEnabled || !shape->isConcave() || !m_step->m_obstacles.isCovered(shape))
+    {
+        btDeformableBodySolver::processCollision(softBody, collider);
+    }
+}

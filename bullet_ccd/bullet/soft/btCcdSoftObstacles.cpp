@@ -1,0 +1,185 @@
+#include "bullet_ccd/bullet/soft/btCcdSoftObstacles.h"
+
+#include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
+#include "bullet_ccd/bullet/shapes/btCcdTiles.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace
+{
+/// Models and surfaces that nothing has come near for so many steps are dropped.
+constexpr std::int64_t kStepsKept = 300;
+
+template <typename Visit>
+void forObjects(btBroadphaseInterface& broadphase, const Visit& visit)
+{
+    struct Callback : btBroadphaseAabbCallback
+    {
+        const Visit& m_visit;
+        explicit Callback(const Visit& toVisit) : m_visit(toVisit) {}
+        bool process(const btBroadphaseProxy* proxy) override
+        {
+            auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+            if (object->getInternalType() != btCollisionObject::CO_SOFT_BODY)
+            {
+                m_visit(*object);
+            }
+            return true;
+        }
+    } callback(visit);
+    const btScalar far = BT_LARGE_FLOAT;
+    broadphase.aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), callback);
+}
+
+Eigen::AlignedBox3d boxOf(const btCollisionShape& shape, const btTransform& pose)
+{
+    btVector3 low;
+    btVector3 high;
+    shape.getAabb(pose, low, high);
+    return {btCcdToEigen(low), btCcdToEigen(high)};
+}
+
+/// True if a kinematic object has been put elsewhere rather than moved.
+bool hasJumped(const btCollisionObject& object, const btTransform& from, const btTransform& to)
+{
+    const Eigen::AlignedBox3d box = boxOf(*object.getCollisionShape(), to);
+    return double(from.getOrigin().distance(to.getOrigin())) > 4.0 * box.diagonal().norm();
+}
+}  // namespace
+
+void btCcdSoftPart::setEndPose(const btTransform& pose)
+{
+    m_endPose = pose;
+    m_hasChanged = true;
+    const Eigen::Isometry3d X_WG = btCcdToEigen(pose) * X_SG;
+    const std::vector<Eigen::Vector3d>& vertices = m_tree->mesh().vertices;
+    m_end.resize(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+    {
+        m_end[i] = X_WG * vertices[i];
+    }
+}
+
+void btCcdSoftObstacles::begin(btBroadphaseInterface& broadphase)
+{
+    ++m_round;
+    std::erase_if(m_entries,
+                  [this](const auto& entry)
+                  { return entry.second.m_round + kStepsKept < m_round; });
+    m_cache.endRound();
+    std::unordered_map<const btCollisionObject*, Pose> before;
+    before.swap(m_poses);
+    forObjects(broadphase,
+               [&](btCollisionObject& object)
+               {
+                   Pose pose{object.getWorldTransform(), object.getWorldTransform()};
+                   const auto known = before.find(&object);
+                   if (known == before.end())
+                   {
+                       m_cache.check(object.getCollisionShape());
+                   }
+                   else if (object.isKinematicObject() &&
+                            !hasJumped(object, known->second.m_end, pose.m_start))
+                   {
+                       pose.m_start = known->second.m_end;
+                   }
+                   m_poses.emplace(&object, pose);
+               });
+}
+
+const std::vector<btCcdSoftPart*>& btCcdSoftObstacles::collect(btBroadphaseInterface& broadphase,
+                                                               const Eigen::AlignedBox3d& box)
+{
+    m_parts.clear();
+    m_uncovered = 0;
+    forObjects(broadphase, [&](btCollisionObject& object) { addObject(object, box); });
+    return m_parts;
+}
+
+void btCcdSoftObstacles::addObject(btCollisionObject& object, const Eigen::AlignedBox3d& box)
+{
+    const btTransform& end = object.getWorldTransform();  // even where a part is held back
+    Pose& pose = m_poses.try_emplace(&object, Pose{end, end}).first->second;
+    pose.m_end = end;
+    const btCollisionShape* shape = object.getCollisionShape();
+    if (!object.hasContactResponse() ||
+        !boxOf(*shape, pose.m_start).merged(boxOf(*shape, end)).intersects(box))
+    {
+        return;
+    }
+    const btCcdShapeModel* model = m_cache.find(shape);
+    if (model == nullptr)
+    {
+        m_uncovered += btCcdIsEmpty(*shape) ? 0 : 1;
+        return;
+    }
+    const Eigen::Isometry3d X_S0 = btCcdToEigen(pose.m_start).inverse();
+    const Eigen::Isometry3d X_S1 = btCcdToEigen(end).inverse();
+    for (std::size_t i = 0; i < model->m_parts.size(); ++i)
+    {
+        const btCcdShapePart& part = model->m_parts[i];
+        if (part.m_tiles != nullptr)
+        {
+            const Eigen::AlignedBox3d near =
+                btCcdBoxIn(part.X_SG.inverse() * X_S0, box)
+                    .merged(btCcdBoxIn(part.X_SG.inverse() * X_S1, box));
+            for (const btCcdTiles::Piece* piece : part.m_tiles->near(near))
+            {
+                if (piece->m_tree != nullptr)
+                {
+                    addPart(object, i, btCcdPieceOf(part, *piece), part.X_SG);
+                }
+            }
+        }
+        else if (part.m_isPlane)
+        {
+            btCcdShapePart piece = part;
+            piece.m_tree = btCcdPlanePiece(box.diagonal().norm());
+            addPart(object, i, piece, btCcdMeshPose(part, X_S1 * box.center()));
+        }
+        else
+        {
+            addPart(object, i, part, part.X_SG);
+        }
+    }
+}
+
+void btCcdSoftObstacles::addPart(btCollisionObject& object,
+                                 std::size_t index,
+                                 const btCcdShapePart& part,
+                                 const Eigen::Isometry3d& X_SG)
+{
+    Entry& entry = m_entries[{&object, index, part.m_tree.get()}];
+    btCcdSoftPart& soft = entry.m_part;
+    const Pose& pose = m_poses.at(&object);
+    m_parts.push_back(&soft);
+    if (std::exchange(entry.m_round, m_round) == m_round)
+    {
+        return;
+    }
+    const bool rests = pose.m_start == pose.m_end;
+    if (soft.m_surface != nullptr && rests && soft.m_startPose == pose.m_start &&
+        soft.m_endPose == pose.m_end && soft.X_SG.matrix() == X_SG.matrix())
+    {
+        return;
+    }
+    if (soft.m_surface == nullptr)
+    {
+        soft.m_object = &object;
+        soft.m_tree = part.m_tree;
+        soft.m_surface = std::make_unique<bullet_ccd::DeformableSurface>(
+            part.m_tree->mesh(), bullet_ccd::DeformableSurfaceOptions{.weldDuplicates = true});
+    }
+    soft.X_SG = X_SG;
+    soft.m_radius = part.m_radius;
+    soft.m_startPose = pose.m_start;
+    soft.setEndPose(pose.m_start);
+    soft.m_start = soft.m_end;
+    if (!rests)
+    {
+        soft.setEndPose(pose.m_end);
+    }
+}

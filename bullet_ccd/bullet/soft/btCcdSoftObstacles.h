@@ -1,0 +1,70 @@
+/// Rigid bodies, links and static colliders as surfaces that soft bodies meet.
+#ifndef BT_CCD_SOFT_OBSTACLES_H
+#define BT_CCD_SOFT_OBSTACLES_H
+
+#include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
+#include "bullet_ccd/bullet/soft/btCcdSoftPart.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+class btBroadphaseInterface;
+struct btCcdPosedModel;
+
+/// Every part of a collider is a mesh whose vertices go straight from the pose at the start of the
+/// step to that at its end. (Bullet turns a body by at most a quarter of pi in a step, so that its
+/// surface stays one in between, and nothing passes it that is on one side of it at both ends.)
+class btCcdSoftObstacles
+{
+public:
+    /// The step begins: the poses are kept. A kinematic object begins where it ended, unless it has
+    /// jumped (farther than four times its size).
+    void begin(btBroadphaseInterface& broadphase);
+    /// The step ends: all parts of colliders that meet the box [m], on their way. In the same step
+    /// it may be asked again for another box: parts are the same, and where they were put
+    /// meanwhile.
+    const std::vector<btCcdSoftPart*>& collect(btBroadphaseInterface& broadphase,
+                                               const Eigen::AlignedBox3d& box);
+    /// True if the shape, or some of its parts, is covered.
+    [[nodiscard]] bool isCovered(const btCollisionShape* shape)
+    {
+        return m_cache.find(shape) != nullptr;
+    }
+    void forget(const btCollisionShape* shape) { m_cache.forget(shape); }
+    /// Colliders in the box of the last step whose shape is not covered.
+    [[nodiscard]] int uncovered() const { return m_uncovered; }
+
+private:
+    struct Pose
+    {
+        btTransform m_start;
+        btTransform m_end;
+    };
+    struct Entry
+    {
+        btCcdSoftPart m_part;
+        std::int64_t m_round = 0;
+    };
+    using Key = std::tuple<const btCollisionObject*, std::size_t, const void*>;
+
+    btCcdShapeCache m_cache;
+    std::unordered_map<const btCollisionObject*, Pose> m_poses;
+    std::map<Key, Entry> m_entries;
+    std::vector<btCcdSoftPart*> m_parts;
+    std::int64_t m_round = 0;
+    int m_uncovered = 0;
+
+    void addObject(btCollisionObject& object, const Eigen::AlignedBox3d& box);
+    void addPart(btCollisionObject& object,
+                 std::size_t index,
+                 const btCcdShapePart& part,
+                 const Eigen::Isometry3d& X_SG);
+};
+
+#endif  // BT_CCD_SOFT_OBSTACLES_H

@@ -1,0 +1,408 @@
+#include "bullet_ccd/bullet/soft/btCcdSoftResponse.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <algorithm>
+#include <cmath>
+
+using Eigen::Vector3d;
+
+namespace
+{
+/// Sweeps of Gauss-Seidel, at most. They end when none changes a distance by more than this part of
+/// the rest distance, or a velocity by more than this part of the largest change of the first one.
+constexpr int kPathSweeps = 12;
+constexpr int kVelocitySweeps = 20;
+constexpr double kSmallChange = 1e-3;
+/// Part of what two surfaces are too near that a step gives back.
+constexpr double kRecovery = 0.2;
+/// Slower contacts do not bounce [m/s], as in Bullet's solver.
+constexpr double kBounceSpeed = 0.2;
+/// What is asleep wakes up if its velocity changes by more [m/s, rad/s].
+constexpr double kWakingSpeed = 0.05;
+
+double frictionOf(const btCcdSoftPart& part)
+{
+    return part.m_soft != nullptr ? double(part.m_soft->m_cfg.kDF)
+                                  : double(part.m_object->getFriction());
+}
+
+Eigen::Matrix3d axesOf(const Vector3d& normal)
+{
+    Eigen::Matrix3d axes;
+    axes.row(0) = normal.transpose();
+    axes.row(1) = normal.unitOrthogonal().transpose();
+    axes.row(2) = normal.cross(Vector3d(axes.row(1).transpose())).transpose();
+    return axes;
+}
+
+/// Impulses that friction allows: tangential at most mu times normal.
+Vector3d limited(Vector3d impulse, double friction)
+{
+    impulse[0] = std::max(impulse[0], 0.0);
+    const double most = friction * impulse[0];
+    const double tangential = impulse.tail<2>().norm();
+    if (tangential > most)
+    {
+        impulse.tail<2>() *= most / tangential;
+    }
+    return impulse;
+}
+}  // namespace
+
+struct btCcdSoftResponse::Mover
+{
+    btRigidBody* m_rigid = nullptr;
+    btMultiBody* m_multi = nullptr;
+    Eigen::VectorXd m_before;
+    Eigen::VectorXd m_velocity;
+
+    explicit Mover(btRigidBody& body) : m_rigid(&body), m_before(6)
+    {
+        m_before << btCcdToEigen(body.getLinearVelocity()), btCcdToEigen(body.getAngularVelocity());
+        m_velocity = m_before;
+    }
+    explicit Mover(btMultiBody& body) : m_multi(&body), m_before(body.getNumDofs() + 6)
+    {
+        for (Eigen::Index i = 0; i < m_before.size(); ++i)
+        {
+            m_before[i] = double(body.getVelocityVector()[i]);
+        }
+        m_velocity = m_before;
+    }
+
+    /// Velocity of the point along the axis.
+    [[nodiscard]] Row row(const btCollisionObject& object,
+                          const Vector3d& point,
+                          const Vector3d& axis) const
+    {
+        return m_rigid != nullptr ? rigidRow(point, axis) : linkRow(object, point, axis);
+    }
+
+    void writeBack()
+    {
+        const double change = (m_velocity - m_before).norm();
+        if (change == 0.0)
+        {
+            return;
+        }
+        if (m_rigid != nullptr)
+        {
+            m_rigid->setLinearVelocity(btCcdToBullet(Vector3d(m_velocity.head<3>())));
+            m_rigid->setAngularVelocity(btCcdToBullet(Vector3d(m_velocity.tail<3>())));
+            if (change > kWakingSpeed)
+            {
+                m_rigid->activate();
+            }
+            return;
+        }
+        std::vector<btScalar> delta;
+        for (Eigen::Index i = 0; i < m_velocity.size(); ++i)
+        {
+            delta.push_back(btScalar(m_velocity[i] - m_before[i]));
+        }
+        m_multi->applyDeltaVeeMultiDof(delta.data(), btScalar(1));
+        if (change > kWakingSpeed)
+        {
+            m_multi->wakeUp();
+        }
+    }
+
+private:
+    [[nodiscard]] Row rigidRow(const Vector3d& point, const Vector3d& axis) const
+    {
+        const Vector3d turn =
+            (point - btCcdToEigen(m_rigid->getCenterOfMassPosition())).cross(axis);
+        const btVector3 turned = m_rigid->getInvInertiaTensorWorld() *
+                                 (btCcdToBullet(turn) * m_rigid->getAngularFactor());
+        const Vector3d pushed = btCcdToEigen(btCcdToBullet(axis) * m_rigid->getLinearFactor()) *
+                                double(m_rigid->getInvMass());
+        Row row;
+        row.m_jacobian.resize(6);
+        row.m_response.resize(6);
+        row.m_jacobian << axis, turn;
+        row.m_response << pushed, btCcdToEigen(turned * m_rigid->getAngularFactor());
+        return row;
+    }
+    [[nodiscard]] Row linkRow(const btCollisionObject& object,
+                              const Vector3d& point,
+                              const Vector3d& axis) const
+    {
+        const int size = int(m_before.size());
+        btAlignedObjectArray<btScalar> jacobian;
+        btAlignedObjectArray<btScalar> response;
+        btAlignedObjectArray<btScalar> scalars;
+        btAlignedObjectArray<btVector3> vectors;
+        btAlignedObjectArray<btMatrix3x3> matrices;
+        jacobian.resize(size);
+        response.resize(size);
+        scalars.resize(size);
+        vectors.resize(size);
+        matrices.resize(size);
+        m_multi->fillContactJacobianMultiDof(
+            static_cast<const btMultiBodyLinkCollider&>(object).m_link,
+            btCcdToBullet(point),
+            btCcdToBullet(axis),
+            &jacobian[0],
+            scalars,
+            vectors,
+            matrices);
+        m_multi->calcAccelerationDeltasMultiDof(&jacobian[0], &response[0], scalars, vectors);
+        Row row;
+        row.m_jacobian.resize(size);
+        row.m_response.resize(size);
+        for (int i = 0; i < size; ++i)
+        {
+            row.m_jacobian[i] = double(jacobian[i]);
+            row.m_response[i] = double(response[i]);
+        }
+        return row;
+    }
+};
+
+btCcdSoftResponse::btCcdSoftResponse(double rest, double timeStep)
+    : m_rest(rest), m_timeStep(timeStep)
+{
+}
+
+btCcdSoftResponse::~btCcdSoftResponse() = default;
+
+void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
+                            btCcdSoftPart& partA,
+                            btCcdSoftPart& partB,
+                            bool isForced)
+{
+    Touch touch;
+    touch.m_isForced = isForced;
+    const int ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
+    touch.m_weights = contact.weights;
+    Vector3d start = Vector3d::Zero();
+    Vector3d motion = Vector3d::Zero();
+    for (int k = 0; k < 4; ++k)
+    {
+        btCcdSoftPart& part = k < ofA ? partA : partB;
+        const auto vertex = std::size_t(contact.vertices[std::size_t(k)]);
+        touch.m_part[std::size_t(k)] = &part;
+        touch.m_vertex[std::size_t(k)] = vertex;
+        const double w = touch.m_weights[k];
+        start += w * part.m_start[vertex];
+        motion += w * (part.m_end[vertex] - part.m_start[vertex]);
+        if (part.m_soft != nullptr)
+        {
+            touch.m_response += w * w * part.m_inverseMass[vertex];
+        }
+        else
+        {
+            touch.m_obstacle = &part;
+            touch.m_sign = k < ofA ? -1.0 : 1.0;
+            touch.m_point += touch.m_sign * w * part.m_end[vertex];
+            touch.m_pathVelocity += w * (part.m_end[vertex] - part.m_start[vertex]) / m_timeStep;
+        }
+    }
+    Vector3d normal = contact.normal;
+    if (!(normal.squaredNorm() > 0.5))
+    {
+        // They touch exactly: against the way they come.
+        normal = -motion.stableNormalized();
+    }
+    if (!(touch.m_response > 0.0) || !(normal.squaredNorm() > 0.5))
+    {
+        return;
+    }
+    touch.m_axes = axesOf(normal);
+    const double rest = m_rest + partA.m_radius + partB.m_radius;
+    const double gap = normal.dot(start);
+    touch.m_goal = gap < rest ? gap + kRecovery * (rest - gap) : rest;
+    touch.m_friction = frictionOf(partA) * frictionOf(partB);
+    touch.m_restitution =
+        double(partA.m_object->getRestitution()) * double(partB.m_object->getRestitution());
+    m_touches.push_back(touch);
+}
+
+void btCcdSoftResponse::pushPath(const Touch& touch, const Vector3d& push)
+{
+    const Vector3d impulse = touch.m_axes.transpose() * push;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        btCcdSoftPart& part = *touch.m_part[k];
+        if (part.m_soft != nullptr)
+        {
+            part.m_end[touch.m_vertex[k]] +=
+                touch.m_weights[Eigen::Index(k)] * part.m_inverseMass[touch.m_vertex[k]] * impulse;
+        }
+    }
+}
+
+double btCcdSoftResponse::solvePath(Touch& touch)
+{
+    Vector3d end = Vector3d::Zero();
+    Vector3d start = Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const double w = touch.m_weights[Eigen::Index(k)];
+        start += w * touch.m_part[k]->m_start[touch.m_vertex[k]];
+        end += w * touch.m_part[k]->m_end[touch.m_vertex[k]];
+    }
+    Vector3d excess = touch.m_axes * (end - start);
+    excess[0] = touch.m_axes.row(0).dot(end) - touch.m_goal;
+    const Vector3d wanted = limited(touch.m_push - excess / touch.m_response, touch.m_friction);
+    const Vector3d change = wanted - touch.m_push;
+    if (change.isZero(0.0))
+    {
+        return 0.0;
+    }
+    pushPath(touch, change);
+    touch.m_push = wanted;
+    return change.norm() * touch.m_response;
+}
+
+void btCcdSoftResponse::solvePaths()
+{
+    for (int sweep = 0; sweep < kPathSweeps; ++sweep)
+    {
+        double largest = 0.0;
+        for (Touch& touch : m_touches)
+        {
+            largest = std::max(largest, solvePath(touch));
+        }
+        if (largest < kSmallChange * m_rest)
+        {
+            return;
+        }
+    }
+}
+
+void btCcdSoftResponse::findMover(Touch& touch)
+{
+    if (touch.m_obstacle == nullptr)
+    {
+        return;
+    }
+    btCollisionObject* object = touch.m_obstacle->m_object;
+    const auto moverOf = [this](auto& body)
+    {
+        std::unique_ptr<Mover>& mover = m_movers[&body];
+        if (mover == nullptr)
+        {
+            mover = std::make_unique<Mover>(body);
+        }
+        return mover.get();
+    };
+    if (btRigidBody* body = btRigidBody::upcast(object))
+    {
+        if (body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject())
+        {
+            touch.m_mover = moverOf(*body);
+        }
+    }
+    else if (btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(object))
+    {
+        touch.m_mover = moverOf(*link->m_multiBody);
+    }
+    if (touch.m_mover == nullptr)
+    {
+        return;
+    }
+    for (int k = 0; k < 3; ++k)
+    {
+        touch.m_rows[std::size_t(k)] =
+            touch.m_mover->row(*object, touch.m_point, touch.m_axes.row(k).transpose());
+    }
+}
+
+Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch) const
+{
+    Vector3d v = Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& part = *touch.m_part[k];
+        if (part.m_soft != nullptr)
+        {
+            v += touch.m_weights[Eigen::Index(k)] * part.m_velocity[touch.m_vertex[k]];
+        }
+    }
+    if (touch.m_mover == nullptr)
+    {
+        return touch.m_axes * (v + touch.m_pathVelocity);
+    }
+    v = touch.m_axes * v;
+    for (int k = 0; k < 3; ++k)
+    {
+        v[k] +=
+            touch.m_sign * touch.m_rows[std::size_t(k)].m_jacobian.dot(touch.m_mover->m_velocity);
+    }
+    return v;
+}
+
+void btCcdSoftResponse::applyImpulse(Touch& touch, const Vector3d& impulse)
+{
+    const Vector3d J_W = touch.m_axes.transpose() * impulse;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        btCcdSoftPart& part = *touch.m_part[k];
+        if (part.m_soft != nullptr)
+        {
+            part.m_velocity[touch.m_vertex[k]] +=
+                touch.m_weights[Eigen::Index(k)] * part.m_inverseMass[touch.m_vertex[k]] * J_W;
+        }
+    }
+    for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
+    {
+        touch.m_mover->m_velocity +=
+            touch.m_sign * impulse[k] * touch.m_rows[std::size_t(k)].m_response;
+    }
+}
+
+double btCcdSoftResponse::solveVelocity(Touch& touch)
+{
+    Vector3d response = Vector3d::Constant(touch.m_response);
+    for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
+    {
+        const Row& row = touch.m_rows[std::size_t(k)];
+        response[k] += row.m_jacobian.dot(row.m_response);
+    }
+    Vector3d excess = relativeVelocity(touch);
+    excess[0] -= touch.m_goalSpeed;
+    const Vector3d wanted =
+        limited(touch.m_impulse - excess.cwiseQuotient(response), touch.m_friction);
+    const Vector3d change = wanted - touch.m_impulse;
+    if (change.isZero(0.0))
+    {
+        return 0.0;
+    }
+    applyImpulse(touch, change);
+    touch.m_impulse = wanted;
+    return change.cwiseProduct(response).norm();
+}
+
+void btCcdSoftResponse::solveVelocities()
+{
+    std::erase_if(m_touches,
+                  [](const Touch& touch) { return !(touch.m_push[0] > 0.0 || touch.m_isForced); });
+    for (Touch& touch : m_touches)
+    {
+        findMover(touch);
+        const double speed = -relativeVelocity(touch)[0];
+        touch.m_goalSpeed = speed > kBounceSpeed ? touch.m_restitution * speed : 0.0;
+    }
+    double first = 0.0;
+    for (int sweep = 0; sweep < kVelocitySweeps; ++sweep)
+    {
+        double largest = 0.0;
+        for (Touch& touch : m_touches)
+        {
+            largest = std::max(largest, solveVelocity(touch));
+        }
+        first = std::max(first, largest);
+        if (largest <= kSmallChange * first)
+        {
+            break;
+        }
+    }
+    for (auto& [body, mover] : m_movers)
+    {
+        mover->writeBack();
+    }
+}

@@ -1,0 +1,90 @@
+/// The answer to contacts of a step: paths that keep their distance, and impulses.
+#ifndef BT_CCD_SOFT_RESPONSE_H
+#define BT_CCD_SOFT_RESPONSE_H
+
+#include "bullet_ccd/bullet/soft/btCcdSoftPart.h"
+#include "bullet_ccd/deformable/deformable_toi.h"
+
+#include <array>
+#include <map>
+#include <memory>
+#include <vector>
+
+class btMultiBody;
+class btRigidBody;
+
+/// Collects contacts and answers them together.
+///
+/// Paths and velocities are separate. A path is bent only as far as the distance asks for, with
+/// friction, by displacements that leave the centre of mass of two soft bodies where it is. The
+/// velocities get impulses, equal and opposite, with Bullet's friction and restitution; rigid
+/// bodies and multibodies get their share, of which their poses know from the next step on. Both
+/// are Gauss-Seidel iterations over the sums of impulses, so that what pushes never pulls.
+class btCcdSoftResponse
+{
+public:
+    /// @param rest  distance that surfaces are to keep at the end of the step [m]
+    btCcdSoftResponse(double rest, double timeStep);
+    ~btCcdSoftResponse();
+
+    /// Contacts between what cannot move are left out.
+    /// @param partA,partB  the bodies of the contact; they live as long as this
+    /// @param isForced     the velocities are answered even if no path had to give way
+    void add(const bullet_ccd::DeformableContact& contact,
+             btCcdSoftPart& partA,
+             btCcdSoftPart& partB,
+             bool isForced);
+    /// Changes the ends of the soft parts.
+    void solvePaths();
+    /// Changes the velocities of the soft parts, and those of rigid bodies and multibodies.
+    void solveVelocities();
+    [[nodiscard]] bool isEmpty() const { return m_touches.empty(); }
+
+private:
+    /// A rigid body or multibody that is free to move, by its generalised velocity.
+    struct Mover;
+    /// Velocity of a point of it along a direction, and what an impulse there does.
+    struct Row
+    {
+        Eigen::VectorXd m_jacobian;
+        Eigen::VectorXd m_response;
+    };
+    struct Touch
+    {
+        bool m_isForced = false;
+        std::array<btCcdSoftPart*, 4> m_part{};
+        std::array<std::size_t, 4> m_vertex{};
+        Eigen::Vector4d m_weights;  // of the vector between the nearest points
+        Eigen::Matrix3d m_axes;     // rows: normal, two tangents
+        double m_goal = 0.0;        // of the distance at the end [m]
+        double m_response = 0.0;    // sum of w^2 / m over what is soft
+        double m_friction = 0.0;
+        double m_restitution = 0.0;
+        Eigen::Vector3d m_push = Eigen::Vector3d::Zero();     // along the axes [kg m]
+        Eigen::Vector3d m_impulse = Eigen::Vector3d::Zero();  // along the axes [kg m/s]
+        // Where one side is an obstacle.
+        btCcdSoftPart* m_obstacle = nullptr;
+        Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // of the obstacle, at the end
+        double m_sign = 0.0;                                // of the obstacle's weights
+        Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
+        Mover* m_mover = nullptr;
+        std::array<Row, 3> m_rows;
+        double m_goalSpeed = 0.0;
+    };
+
+    double m_rest;
+    double m_timeStep;
+    std::vector<Touch> m_touches;
+    std::map<const void*, std::unique_ptr<Mover>> m_movers;
+
+    /// One step of the iteration; returns by how much a distance changed [m].
+    double solvePath(Touch& touch);
+    void pushPath(const Touch& touch, const Eigen::Vector3d& push);
+    /// The same for velocities [m/s].
+    double solveVelocity(Touch& touch);
+    [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch) const;
+    void applyImpulse(Touch& touch, const Eigen::Vector3d& impulse);
+    void findMover(Touch& touch);
+};
+
+#endif  // BT_CCD_SOFT_RESPONSE_H

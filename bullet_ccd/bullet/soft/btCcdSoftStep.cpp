@@ -1,0 +1,477 @@
+#include "bullet_ccd/bullet/soft/btCcdSoftStep.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+using bullet_ccd::DeformableContact;
+using bullet_ccd::DeformableResult;
+using bullet_ccd::ElementaryKind;
+using bullet_ccd::ToiStatus;
+using Eigen::Vector3d;
+
+namespace
+{
+/// Rounds that bend paths, that shorten them, and that shorten them to nothing.
+constexpr int kBendings = 10;
+constexpr int kShortenings = 8;
+constexpr int kHolds = 40;
+/// Cosine of the angle between a normal and a feature that counts as right.
+constexpr double kMostLean = 1e-3;
+/// Pairs of features in a step; more than that is no simulation any more.
+constexpr std::int64_t kMostPairs = 20'000'000;
+/// Evaluations for a pair of features; what needs more counts as contact.
+constexpr std::int64_t kMostEvaluations = 60;
+
+std::size_t verticesOfA(const DeformableContact& contact)
+{
+    return contact.kind == ElementaryKind::VertexFace ? 1 : 2;
+}
+
+/// A rigid body whose pose the step may take back.
+btRigidBody* yielding(const btCcdSoftPart& part)
+{
+    btRigidBody* body = part.m_soft == nullptr ? btRigidBody::upcast(part.m_object) : nullptr;
+    return body != nullptr && body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject()
+               ? body
+               : nullptr;
+}
+
+btTransform between(const btTransform& start, const btTransform& end, double part)
+{
+    if (part <= 0.0)
+    {
+        return start;
+    }
+    return btTransform(start.getRotation().slerp(end.getRotation(), btScalar(part)),
+                       start.getOrigin().lerp(end.getOrigin(), btScalar(part)));
+}
+
+void round(btCcdSoftPart& part)
+{
+    for (std::size_t i = 0; i < part.m_end.size() && part.m_soft != nullptr; ++i)
+    {
+        part.m_end[i] = btCcdToEigen(btCcdToBullet(part.m_end[i]));
+    }
+    part.m_hasChanged = part.m_hasChanged || part.m_soft != nullptr;
+}
+}  // namespace
+
+void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep)
+{
+    m_moved.clear();
+    if (!(timeStep > btScalar(0)) || !gather(bodies, timeStep))
+    {
+        return;
+    }
+    const double rest = 2.0 * m_keep;
+    btCcdSoftResponse response(rest, double(timeStep));
+    const DeformableResult near = contacts(rest, 0.125 * rest);
+    if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
+    {
+        ++m_counters.m_unchecked;
+        holdAll();
+        commit(timeStep);
+        return;
+    }
+    for (const DeformableContact& contact : near.contacts)
+    {
+        if (!isAnchored(contact) && hasPlainNormal(contact))
+        {
+            answer(contact, false, response);
+        }
+    }
+    m_counters.m_contacts += std::int64_t(near.contacts.size());
+    if (response.isEmpty())
+    {
+        return;
+    }
+    bendPaths(response);
+    response.solveVelocities();
+    commit(timeStep);
+}
+
+bool btCcdSoftStep::gather(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep)
+{
+    m_parts.clear();
+    double separation = m_separation;
+    for (int i = 0; i < bodies.size(); ++i)
+    {
+        if (btCcdSoftPart* part = m_surfaces.find(*bodies[i], timeStep))
+        {
+            m_parts.push_back(part);
+            separation = std::min(separation, 0.2 * part->m_shortestEdge);
+        }
+    }
+    m_surfaces.endRound();
+    m_softParts = m_parts.size();
+    if (m_parts.empty())
+    {
+        return false;
+    }
+    m_keep = 0.5 * separation;
+    m_broadphase = bodies[0]->m_worldInfo->m_broadphase;
+    m_box.setEmpty();
+    gatherObstacles();
+    return true;
+}
+
+void btCcdSoftStep::gatherObstacles()
+{
+    Eigen::AlignedBox3d box;
+    for (std::size_t i = 0; i < m_softParts; ++i)
+    {
+        for (std::size_t v = 0; v < m_parts[i]->m_end.size(); ++v)
+        {
+            box.extend(m_parts[i]->m_start[v]);
+            box.extend(m_parts[i]->m_end[v]);
+        }
+    }
+    if (m_broadphase == nullptr || m_box.contains(box))
+    {
+        return;
+    }
+    // With some room, because what is met may bend the paths.
+    const double room = 4.0 * m_keep + 0.05 * box.diagonal().norm();
+    m_box.extend(box.min() - Vector3d::Constant(room));
+    m_box.extend(box.max() + Vector3d::Constant(room));
+    m_parts.resize(m_softParts);
+    const std::vector<btCcdSoftPart*>& obstacles = m_obstacles.collect(*m_broadphase, m_box);
+    m_parts.insert(m_parts.end(), obstacles.begin(), obstacles.end());
+    m_counters.m_uncovered = m_obstacles.uncovered();
+}
+
+void btCcdSoftStep::answer(const DeformableContact& contact,
+                           bool isForced,
+                           btCcdSoftResponse& response)
+{
+    response.add(contact,
+                 *m_parts[std::size_t(contact.bodyA)],
+                 *m_parts[std::size_t(contact.bodyB)],
+                 isForced);
+}
+
+bool btCcdSoftStep::isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const
+{
+    if (&a == &b)
+    {
+        return a.m_soft != nullptr && a.m_soft->useSelfCollision();
+    }
+    if (a.m_soft == nullptr && b.m_soft == nullptr)
+    {
+        return false;
+    }
+    const btBroadphaseProxy* proxyA = a.m_object->getBroadphaseHandle();
+    const btBroadphaseProxy* proxyB = b.m_object->getBroadphaseHandle();
+    if (proxyA != nullptr && proxyB != nullptr &&
+        ((proxyA->m_collisionFilterGroup & proxyB->m_collisionFilterMask) == 0 ||
+         (proxyB->m_collisionFilterGroup & proxyA->m_collisionFilterMask) == 0))
+    {
+        return false;
+    }
+    const auto excludes = [](const btCcdSoftPart& part, const btCollisionObject* other)
+    {
+        const int size =
+            part.m_soft != nullptr ? part.m_soft->m_collisionDisabledObjects.size() : 0;
+        return size > 0 && part.m_soft->m_collisionDisabledObjects.findLinearSearch(other) != size;
+    };
+    return a.m_object->hasContactResponse() && a.m_object->checkCollideWith(b.m_object) &&
+           b.m_object->checkCollideWith(a.m_object) && !excludes(a, b.m_object) &&
+           !excludes(b, a.m_object);
+}
+
+DeformableResult btCcdSoftStep::contacts(double separation, double tolerance)
+{
+    ++m_counters.m_queries;
+    std::vector<bullet_ccd::DeformableBody> bodies;
+    for (btCcdSoftPart* part : m_parts)
+    {
+        part->refit();
+        bodies.push_back({.surface = part->m_surface.get(), .deviation = part->m_radius});
+    }
+    const auto isPairExempt = [this](std::int32_t a, std::int32_t b)
+    { return !isTested(*m_parts[std::size_t(a)], *m_parts[std::size_t(b)]); };
+    return bullet_ccd::deformableContacts(bodies,
+                                          {.tolerance = tolerance,
+                                           .minimumSeparation = separation,
+                                           .maxIterations = kMostPairs,
+                                           .maxIterationsOfPair = kMostEvaluations,
+                                           .threads = m_threads,
+                                           .isPairExempt = isPairExempt},
+                                          m_work);
+}
+
+bool btCcdSoftStep::isAnchored(const DeformableContact& contact) const
+{
+    const btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+    const btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const bool isOfA = k < verticesOfA(contact);
+        const btCcdSoftPart& own = isOfA ? a : b;
+        const btCcdSoftPart& other = isOfA ? b : a;
+        if (own.m_soft != nullptr &&
+            own.m_anchor[std::size_t(contact.vertices[k])] == other.m_object)
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool btCcdSoftStep::hasPlainNormal(const DeformableContact& contact) const
+{
+    const btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+    const btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    if (a.m_radius + b.m_radius > 4.0 * m_keep)
+    {
+        return true;
+    }
+    std::array<Vector3d, 4> x;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& part = k < verticesOfA(contact) ? a : b;
+        const auto v = std::size_t(contact.vertices[k]);
+        x[k] = part.m_start[v] + contact.time * (part.m_end[v] - part.m_start[v]);
+    }
+    const auto leans = [&](const Vector3d& along)
+    { return std::abs(contact.normal.dot(along)) > kMostLean * along.norm(); };
+    return contact.kind == ElementaryKind::VertexFace ? !leans(x[2] - x[1]) && !leans(x[3] - x[1])
+                                                      : !leans(x[1] - x[0]) && !leans(x[3] - x[2]);
+}
+
+bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
+{
+    const btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+    const btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    if (isAnchored(contact))
+    {
+        return false;
+    }
+    if (contact.status != ToiStatus::Overlapping)
+    {
+        return true;
+    }
+    // Nearer than they should be from the start: they may lose half of what they have.
+    const double gap = contact.gap - a.m_radius - b.m_radius;
+    if (!(gap > 1e-3 * m_keep))
+    {
+        ++m_counters.m_overlaps;
+        return false;
+    }
+    bullet_ccd::ElementaryPair pair{.kind = contact.kind};
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& part = k < verticesOfA(contact) ? a : b;
+        pair.start[k] = part.m_start[std::size_t(contact.vertices[k])];
+        pair.end[k] = part.m_end[std::size_t(contact.vertices[k])];
+    }
+    const bullet_ccd::ElementaryResult result =
+        bullet_ccd::elementaryToi(pair,
+                                  {.tolerance = 0.1 * gap,
+                                   .minimumSeparation = a.m_radius + b.m_radius + 0.5 * gap,
+                                   .maxIterations = kMostEvaluations});
+    return isContact(result.status) || result.status == ToiStatus::IterationLimit;
+}
+
+std::vector<DeformableContact> btCcdSoftStep::violations()
+{
+    gatherObstacles();
+    DeformableResult result = contacts(m_keep, 0.25 * m_keep);
+    if (result.status == ToiStatus::IterationLimit && result.contacts.empty())
+    {
+        ++m_counters.m_unchecked;
+        holdAll();
+        result = contacts(m_keep, 0.25 * m_keep);
+    }
+    std::erase_if(result.contacts,
+                  [this](const DeformableContact& contact) { return !isBlocking(contact); });
+    return std::move(result.contacts);
+}
+
+void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
+{
+    for (int i = 0; i <= kBendings; ++i)
+    {
+        response.solvePaths();
+        std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
+        const std::vector<DeformableContact> left = violations();
+        if (left.empty())
+        {
+            return;
+        }
+        ++m_counters.m_rounds;
+        for (const DeformableContact& contact : left)
+        {
+            answer(contact, i == kBendings, response);
+        }
+    }
+    shortenPaths(response);
+}
+
+void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
+{
+    bool hasMoved = true;
+    for (int i = 0; i < kHolds && hasMoved; ++i)
+    {
+        const std::vector<DeformableContact> left = violations();
+        if (left.empty())
+        {
+            return;
+        }
+        ++m_counters.m_rounds;
+        hasMoved = false;
+        for (const DeformableContact& contact : left)
+        {
+            answer(contact, true, response);
+            hold(contact, i < kShortenings ? 0.8 * contact.time : 0.0, hasMoved);
+        }
+        std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
+    }
+    holdAll();
+    m_counters.m_squeezed += std::int64_t(violations().size());
+}
+
+void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& hasMoved)
+{
+    btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+    btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    for (btCcdSoftPart* obstacle : {&a, &b})
+    {
+        if (yielding(*obstacle) != nullptr && !(obstacle->m_endPose == obstacle->m_startPose))
+        {
+            holdBody(*obstacle, part);
+            hasMoved = true;
+        }
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        btCcdSoftPart& own = k < verticesOfA(contact) ? a : b;
+        const btCcdSoftPart& other = k < verticesOfA(contact) ? b : a;
+        const std::int32_t v = contact.vertices[k];
+        if (!own.isMovable(v))
+        {
+            continue;
+        }
+        const Vector3d& start = own.m_start[std::size_t(v)];
+        Vector3d& end = own.m_end[std::size_t(v)];
+        // What cannot be held takes the node along.
+        Vector3d base = start;
+        if (other.m_soft == nullptr && yielding(other) == nullptr)
+        {
+            base =
+                btCcdToEigen(other.m_endPose) * btCcdToEigen(other.m_startPose).inverse() * start;
+        }
+        const Vector3d shorter = base + part * (end - base);
+        if ((shorter - end).norm() > 1e-9 * m_keep)
+        {
+            end = shorter;
+            hasMoved = true;
+            ++m_counters.m_held;
+        }
+    }
+}
+
+void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
+{
+    const btTransform pose = between(obstacle.m_startPose, obstacle.m_endPose, part);
+    const btCollisionObject* object = obstacle.m_object;
+    ++m_counters.m_heldBodies;
+    for (btCcdSoftPart* other : m_parts)
+    {
+        if (other->m_soft == nullptr)
+        {
+            if (other->m_object == object)
+            {
+                other->setEndPose(pose);
+            }
+            continue;
+        }
+        btSoftBody& body = *other->m_soft;
+        for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
+        {
+            const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
+            if (anchor.m_cti.m_colObj == object)
+            {
+                other->m_end[std::size_t(anchor.m_node - &body.m_nodes[0])] =
+                    btCcdToEigen(pose * anchor.m_local);
+            }
+        }
+    }
+}
+
+void btCcdSoftStep::holdAll()
+{
+    for (btCcdSoftPart* part : m_parts)
+    {
+        if (yielding(*part) != nullptr && !(part->m_endPose == part->m_startPose))
+        {
+            holdBody(*part, 0.0);
+        }
+    }
+    for (btCcdSoftPart* part : m_parts)
+    {
+        for (std::size_t v = 0; v < part->m_end.size() && part->m_soft != nullptr; ++v)
+        {
+            if (part->m_inverseMass[v] > 0.0)
+            {
+                part->m_end[v] = part->m_start[v];
+                ++m_counters.m_held;
+            }
+        }
+        round(*part);
+    }
+}
+
+void btCcdSoftStep::commit(btScalar timeStep)
+{
+    for (btCcdSoftPart* part : m_parts)
+    {
+        if (btRigidBody* body = yielding(*part))
+        {
+            if (!(part->m_endPose == body->getWorldTransform()))
+            {
+                body->setCenterOfMassTransform(part->m_endPose);
+            }
+            continue;
+        }
+        if (part->m_soft == nullptr)
+        {
+            continue;
+        }
+        Moved moved{part, {}};
+        for (std::size_t v = 0; v < part->m_end.size(); ++v)
+        {
+            btSoftBody::Node& node = part->m_soft->m_nodes[int(v)];
+            if (!part->isMovable(std::int32_t(v)) ||
+                (part->m_end[v] == btCcdToEigen(btCcdNextPlace(*part->m_soft, node, timeStep)) &&
+                 part->m_velocity[v] == btCcdToEigen(node.m_v)))
+            {
+                continue;
+            }
+            node.m_v = btCcdToBullet(part->m_velocity[v]);
+            node.m_splitv = (btCcdToBullet(part->m_end[v]) - node.m_x) / timeStep - node.m_v;
+            moved.m_nodes.push_back(v);
+        }
+        if (!moved.m_nodes.empty())
+        {
+            part->m_soft->activate();
+            m_moved.push_back(std::move(moved));
+        }
+    }
+}
+
+void btCcdSoftStep::finish()
+{
+    for (const Moved& moved : m_moved)
+    {
+        for (const std::size_t v : moved.m_nodes)
+        {
+            btSoftBody::Node& node = moved.m_part->m_soft->m_nodes[int(v)];
+            node.m_x = node.m_q = btCcdToBullet(moved.m_part->m_end[v]);
+            node.m_splitv.setZero();
+        }
+    }
+}

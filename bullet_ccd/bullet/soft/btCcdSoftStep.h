@@ -1,0 +1,64 @@
+/// The check and answer of one step of a deformable world.
+#ifndef BT_CCD_SOFT_STEP_H
+#define BT_CCD_SOFT_STEP_H
+
+#include "bullet_ccd/bullet/btCcdDeformableBodySolver.h"
+#include "bullet_ccd/bullet/soft/btCcdSoftObstacles.h"
+#include "bullet_ccd/bullet/soft/btCcdSoftResponse.h"
+#include "bullet_ccd/bullet/soft/btCcdSoftSurface.h"
+
+#include <vector>
+
+class btCcdSoftStep
+{
+public:
+    btCcdSoftCounters m_counters;
+    double m_separation = 1e-3;  ///< [m]
+    int m_threads = 1;
+    btCcdSoftObstacles m_obstacles;
+
+    /// Sets the velocities of nodes such that Bullet's integration leads to where the paths end.
+    void run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
+    /// After Bullet's integration: nodes are exactly where their paths end.
+    void finish();
+
+private:
+    struct Moved
+    {
+        btCcdSoftPart* m_part;
+        std::vector<std::size_t> m_nodes;
+    };
+    btCcdSoftSurfaces m_surfaces;
+    bullet_ccd::DeformableWorkspace m_work;
+    std::vector<btCcdSoftPart*> m_parts;  ///< soft bodies first
+    std::size_t m_softParts = 0;
+    btBroadphaseInterface* m_broadphase = nullptr;
+    Eigen::AlignedBox3d m_box;  ///< in which colliders were looked for
+    std::vector<Moved> m_moved;
+    double m_keep = 0.0;  ///< distance that no path goes below [m]
+
+    bool gather(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
+    /// Looks for colliders wherever paths lead now.
+    void gatherObstacles();
+    void answer(const bullet_ccd::DeformableContact& contact,
+                bool isForced,
+                btCcdSoftResponse& response);
+    [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
+    [[nodiscard]] bullet_ccd::DeformableResult contacts(double separation, double tolerance);
+    /// What a path must not do: contacts() less those that nothing can answer.
+    [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations();
+    [[nodiscard]] bool isBlocking(const bullet_ccd::DeformableContact& contact);
+    /// True if a node of the contact hangs on what it touches.
+    [[nodiscard]] bool isAnchored(const bullet_ccd::DeformableContact& contact) const;
+    /// True if the normal is that of the surfaces. At the rim of a face it may lean, and what
+    /// slides over the seam of two faces would stumble.
+    [[nodiscard]] bool hasPlainNormal(const bullet_ccd::DeformableContact& contact) const;
+    void bendPaths(btCcdSoftResponse& response);
+    void shortenPaths(btCcdSoftResponse& response);
+    void hold(const bullet_ccd::DeformableContact& contact, double part, bool& hasMoved);
+    void holdBody(const btCcdSoftPart& obstacle, double part);
+    void holdAll();
+    void commit(btScalar timeStep);
+};
+
+#endif  // BT_CCD_SOFT_STEP_H

@@ -1,0 +1,539 @@
+/// Soft bodies dropped onto things: stock Bullet lets them through, the solver does not.
+#include "benchmarks/reference/bullet/soft_scene.h"
+#include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "tests/support/test_data.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <limits>
+#include <memory>
+#include <string>
+
+namespace bullet_ccd::tests
+{
+using namespace reference;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace
+{
+constexpr double kRest = 1e-3;  // the separation by default
+
+Isometry3d at(double x, double y, double z)
+{
+    Isometry3d X = Isometry3d::Identity();
+    X.translation() = Vector3d(x, y, z);
+    return X;
+}
+
+/// A square in the plane y = 0.
+TriangleMesh plate(int cells, double half)
+{
+    TriangleMesh mesh;
+    const int n = cells + 1;
+    for (int i = 0; i < n * n; ++i)
+    {
+        mesh.vertices.emplace_back(
+            half * (2.0 * (i % n) / cells - 1.0), 0.0, half * (2.0 * double(i / n) / cells - 1.0));
+    }
+    for (int i = 0; i < cells * cells; ++i)
+    {
+        const int a = i % cells + n * (i / cells);
+        mesh.triangles.push_back({a, a + n, a + 1});
+        mesh.triangles.push_back({a + 1, a + n, a + n + 1});
+    }
+    return mesh;
+}
+
+enum class Floor
+{
+    Box,
+    Mesh,
+    StockMesh,
+    Plane,
+    Sphere,
+};
+
+struct StockMesh
+{
+    btTriangleMesh m_triangles;
+    std::unique_ptr<btBvhTriangleMeshShape> m_shape;
+};
+
+void addFloor(SoftScene& scene, Floor floor)
+{
+    static std::vector<std::unique_ptr<btTriangleMesh>> kept;
+    const TriangleMesh mesh = plate(20, 1.0);
+    switch (floor)
+    {
+        case Floor::Box:
+            scene.obstacle(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.0025), 1)),
+                           plate(1, 1.0));
+            break;
+        case Floor::Mesh:
+            scene.obstacle(btCcdMeshShape::fromMesh(mesh), mesh);
+            break;
+        case Floor::StockMesh:
+            kept.push_back(std::make_unique<btTriangleMesh>());
+            for (const Triangle& t : mesh.triangles)
+            {
+                kept.back()->addTriangle(btCcdToBullet(mesh.vertices[std::size_t(t[0])]),
+                                         btCcdToBullet(mesh.vertices[std::size_t(t[1])]),
+                                         btCcdToBullet(mesh.vertices[std::size_t(t[2])]));
+            }
+            scene.obstacle(std::make_unique<btBvhTriangleMeshShape>(kept.back().get(), true), mesh);
+            break;
+        case Floor::Plane:
+            scene.obstacle(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)),
+                           plate(1, 50.0));
+            break;
+        case Floor::Sphere:
+            // What is judged is inscribed.
+            scene.obstacle(std::make_unique<btSphereShape>(btScalar(0.3)), makeSphere(0.3, 2));
+            break;
+    }
+}
+
+struct Drop
+{
+    Floor floor;
+    double speed;  // [m/s]
+    double timeStep;
+    int cloths = 1;
+    int cells = 9;
+    double seconds = 0.3;
+
+    [[nodiscard]] std::string text() const
+    {
+        return "floor " + std::to_string(int(floor)) + ", " + std::to_string(speed) + " m/s, 1/" +
+               std::to_string(int(1.0 / timeStep + 0.5)) + " s, " + std::to_string(cloths) +
+               " cloths";
+    }
+};
+
+SoftVerdict fall(SoftWorld kind, const Drop& drop)
+{
+    SoftScene scene(kind);
+    addFloor(scene, drop.floor);
+    for (int k = 0; k < drop.cloths; ++k)
+    {
+        btSoftBody* cloth = scene.cloth(at(0, 0.5 + 0.05 * k, 0), 1.4, drop.cells, 5.0);
+        cloth->setVelocity(btVector3(0, btScalar(-drop.speed * (k == 0 ? 1.0 : 1.5)), 0));
+    }
+    for (int i = 0; i < int(drop.seconds / drop.timeStep + 0.5); ++i)
+    {
+        scene.step(drop.timeStep);
+    }
+    return scene.judge();
+}
+
+double height(const btSoftBody& body, bool lowest)
+{
+    double y = double(body.m_nodes[0].m_x.y());
+    for (int i = 1; i < body.m_nodes.size(); ++i)
+    {
+        const double other = double(body.m_nodes[i].m_x.y());
+        y = lowest ? std::min(y, other) : std::max(y, other);
+    }
+    return y;
+}
+
+Vector3d middle(const btSoftBody& body)
+{
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < body.m_nodes.size(); ++i)
+    {
+        sum += btCcdToEigen(body.m_nodes[i].m_x);
+    }
+    return sum / body.m_nodes.size();
+}
+
+constexpr bool kIsSingle = sizeof(btScalar) == 4;
+}  // namespace
+
+TEST(SoftDrops, StockBulletLetsAFastClothThroughEverything)
+{
+    for (const Floor floor : {Floor::Box, Floor::StockMesh, Floor::Mesh})
+    {
+        const Drop drop{.floor = floor, .speed = 20.0, .timeStep = 1.0 / 60.0};
+        EXPECT_EQ(fall(SoftWorld::Stock, drop).through, 10 * 10) << drop.text();
+    }
+    const Drop two{.floor = Floor::Mesh, .speed = 20.0, .timeStep = 1.0 / 60.0, .cloths = 2};
+    EXPECT_EQ(fall(SoftWorld::Stock, two).through, 2 * 10 * 10);
+}
+
+TEST(SoftDrops, NothingGoesThrough)
+{
+    for (const Floor floor :
+         {Floor::Box, Floor::Mesh, Floor::StockMesh, Floor::Plane, Floor::Sphere})
+    {
+        const Drop drop{.floor = floor, .speed = 20.0, .timeStep = 1.0 / 60.0};
+        const SoftVerdict verdict = fall(SoftWorld::Solver, drop);
+        EXPECT_TRUE(verdict.isClean()) << drop.text() << ": " << verdict;
+    }
+}
+
+TEST(SoftDrops, NorClothThroughClothNorItself)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        const Drop drop{.floor = Floor::Mesh, .speed = 20.0, .timeStep = 1.0 / 60.0, .cloths = 2};
+        const SoftVerdict verdict = fall(kind, drop);
+        EXPECT_EQ(verdict.through, 0);
+        EXPECT_EQ(verdict.crossing, 0);
+        EXPECT_EQ(verdict.notFinite, 0);
+    }
+}
+
+TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
+{
+    if (!longTests())
+    {
+        GTEST_SKIP() << "long";
+    }
+    for (const Floor floor :
+         {Floor::Box, Floor::Mesh, Floor::StockMesh, Floor::Plane, Floor::Sphere})
+    {
+        for (const double speed : {1.0, 5.0, 20.0, 50.0})
+        {
+            for (const double rate : {30.0, 60.0, 240.0})
+            {
+                for (const int cloths : {1, 2})
+                {
+                    const Drop drop{.floor = floor,
+                                    .speed = speed,
+                                    .timeStep = 1.0 / rate,
+                                    .cloths = cloths,
+                                    .cells = 35,
+                                    .seconds = 0.5};
+                    const SoftVerdict verdict = fall(SoftWorld::Solver, drop);
+                    EXPECT_EQ(verdict.through, 0) << drop.text();
+                    EXPECT_EQ(verdict.crossing, 0) << drop.text();
+                    EXPECT_EQ(verdict.notFinite, 0) << drop.text();
+                }
+            }
+        }
+    }
+}
+
+TEST(SoftDrops, AClothRestsAtTheSeparation)
+{
+    for (const Floor floor : {Floor::Mesh, Floor::Plane})
+    {
+        SoftScene scene(SoftWorld::Solver);
+        addFloor(scene, floor);
+        btSoftBody* cloth = scene.cloth(at(0.01, 0.02, 0), 1.0, 8, 1.0);
+        for (int i = 0; i < 60; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        const Vector3d before = middle(*cloth);
+        scene.solver()->resetCcdSoftCounters();
+        for (int i = 0; i < 60; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        EXPECT_NEAR(height(*cloth, true), kRest, 0.02 * kRest);
+        EXPECT_NEAR(height(*cloth, false), kRest, 0.02 * kRest);
+        EXPECT_LT((middle(*cloth) - before).norm(), 1e-5);
+        // One question for what is near and one for the answer in each step.
+        EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_queries, 120);
+        EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_held, 0);
+    }
+}
+
+TEST(SoftDrops, FrictionHoldsOnASlopeUpToItsCoefficient)
+{
+    // Gravity leans by `slope` from the normal of the plane.
+    const auto slide = [](double slope)
+    {
+        SoftScene scene(
+            SoftWorld::Solver,
+            btVector3(btScalar(10 * std::sin(slope)), btScalar(-10 * std::cos(slope)), 0));
+        addFloor(scene, Floor::Plane);
+        btSoftBody* cloth = scene.cloth(at(0, kRest, 0), 0.5, 4, 1.0);
+        scene.world().getCollisionObjectArray()[0]->setFriction(1);
+        cloth->m_cfg.kDF = btScalar(0.5);
+        for (int i = 0; i < 60; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        return middle(*cloth).x();
+    };
+    EXPECT_LT(slide(std::atan(0.45)), 2e-3);
+    // x = (sin - mu cos) g t^2 / 2 after a second, less or more by what a step adds.
+    const double steep = std::atan(1.0);
+    EXPECT_NEAR(slide(steep), 5.0 * (std::sin(steep) - 0.5 * std::cos(steep)), 0.1);
+}
+
+TEST(SoftDrops, BouncesAsFastAsRestitutionSays)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    addFloor(scene, Floor::Plane);
+    btSoftBody* cloth = scene.cloth(at(0, 0.1, 0), 0.5, 2, 1.0);
+    scene.world().getCollisionObjectArray()[0]->setRestitution(btScalar(0.8));
+    cloth->setRestitution(btScalar(0.5));
+    cloth->setVelocity(btVector3(0, -10, 0));
+    for (int i = 0; i < 3; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        EXPECT_NEAR(double(cloth->m_nodes[i].m_v.y()), 4.0, 0.02);
+    }
+}
+
+TEST(SoftDrops, TheMomentumOfAPairIsConserved)
+{
+    // In no gravity: what is left of the momentum of both is rounding.
+    const auto change = [](const auto& addOther, SoftWorld kind)
+    {
+        SoftScene scene(kind, btVector3(0, 0, 0));
+        addOther(scene);
+        // Bullet's own contacts between soft bodies do not conserve it.
+        for (int i = 0; i < scene.world().getSoftBodyArray().size(); ++i)
+        {
+            scene.world().getSoftBodyArray()[i]->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
+        }
+        btSoftBody* cloth = scene.cloth(at(0.03, 0.4, 0.02), 1.0, 8, 2.0);
+        cloth->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
+        cloth->setVelocity(btVector3(1, -15, btScalar(0.5)));
+        const Vector3d before = scene.momentum();
+        for (int i = 0; i < 10; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 0);
+        EXPECT_EQ(scene.judge().through, 0);
+        return (scene.momentum() - before).norm() / before.norm();
+    };
+    const double rounding = kIsSingle ? 2e-5 : 1e-12;
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        EXPECT_LT(change([](SoftScene& scene) { scene.cloth(at(0, 0, 0), 1.0, 7, 3.0); }, kind),
+                  rounding);
+        EXPECT_LT(change(
+                      [](SoftScene& scene)
+                      {
+                          const TriangleMesh ball = makeSphere(0.2, 2);
+                          scene.obstacle(btCcdMeshShape::fromMesh(ball), ball, at(0, 0, 0), 1.0);
+                      },
+                      kind),
+                  rounding);
+        EXPECT_LT(change([](SoftScene& scene) { scene.block(at(0, 0, 0), 0.3, 3, 4.0); }, kind),
+                  rounding);
+    }
+}
+
+TEST(SoftDrops, ALinkIsPushedAlongItsJoint)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    const TriangleMesh box = makeBox({0.4, 0.05, 0.4});
+    btMultiBody* slider = scene.slider(btCcdMeshShape::fromMesh(box), box, 1.0);
+    slider->setLinearDamping(0);
+    btSoftBody* cloth = scene.cloth(at(0.03, 0.3, 0.02), 0.6, 6, 2.0);
+    cloth->setVelocity(btVector3(0, -10, 0));
+    const Vector3d before = scene.momentum();
+    for (int i = 0; i < 10; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_LT(double(slider->getJointVel(0)), -1.0);
+    EXPECT_LT(std::abs(scene.momentum().y() - before.y()), (kIsSingle ? 1e-4 : 1e-9) * 20.0);
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+}
+
+TEST(SoftDrops, RopesAndVolumesStayOutside)
+{
+    for (const double speed : {5.0, 20.0})
+    {
+        SoftScene scene(SoftWorld::Solver);
+        addFloor(scene, Floor::Sphere);
+        addFloor(scene, Floor::Plane);
+        btSoftBody* rope = scene.rope(at(0.01, 0.8, 0.03), 1.5, 20, 0.5);
+        btSoftBody* block = scene.block(at(0.05, 1.2, 0.02), 0.2, 3, 1.0);
+        rope->setVelocity(btVector3(0, btScalar(-speed), 0));
+        block->setVelocity(btVector3(0, btScalar(-speed), 0));
+        for (int i = 0; i < 30; ++i)
+        {
+            scene.step(1.0 / 60.0);
+            // The rope has no face; a link must not come nearer to the centre than the sphere
+            // allows. (The floor cuts the sphere in half.)
+            for (int k = 0; k < rope->m_links.size(); ++k)
+            {
+                const Vector3d a = btCcdToEigen(rope->m_links[k].m_n[0]->m_x);
+                const Vector3d b = btCcdToEigen(rope->m_links[k].m_n[1]->m_x);
+                const double t = std::clamp(-a.dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+                ASSERT_GT((a + t * (b - a)).norm(), 0.3) << "step " << i << ", link " << k;
+            }
+        }
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    }
+}
+
+TEST(SoftDrops, WhatMovesThroughAHangingClothTakesItAlong)
+{
+    for (const bool isKinematic : {false, true})
+    {
+        SoftScene scene(SoftWorld::Solver);
+        Isometry3d X = at(0, 1, 0);
+        X.linear() = Eigen::AngleAxisd(EIGEN_PI / 2, Vector3d::UnitX()).toRotationMatrix();
+        btSoftBody* cloth = scene.cloth(X, 1.0, 10, 1.0);
+        cloth->setMass(0, 0);
+        cloth->setMass(10, 0);
+        const TriangleMesh ball = makeSphere(0.1, 2);
+        btRigidBody* body =
+            scene.obstacle(btCcdMeshShape::fromMesh(ball), ball, at(0.02, 1, 2), 1.0);
+        if (isKinematic)
+        {
+            body->setCollisionFlags(body->getCollisionFlags() |
+                                    btCollisionObject::CF_KINEMATIC_OBJECT);
+            body->setActivationState(DISABLE_DEACTIVATION);
+        }
+        body->setLinearVelocity(btVector3(0, 0, -30));
+        for (int i = 0; i < 6; ++i)
+        {
+            if (isKinematic)
+            {
+                btTransform pose = body->getWorldTransform();
+                pose.getOrigin().setZ(pose.getOrigin().z() - btScalar(0.5));
+                body->setWorldTransform(pose);
+            }
+            scene.step(1.0 / 60.0);
+        }
+        const SoftVerdict verdict = scene.judge();
+        EXPECT_EQ(verdict.through, 0) << isKinematic;
+        EXPECT_EQ(verdict.crossing, 0) << isKinematic;
+        EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
+        EXPECT_LT(height(*cloth, true), 1.0);
+        EXPECT_LT(middle(*cloth).z(), -0.05) << isKinematic;
+    }
+}
+
+TEST(SoftDrops, AnchoredNodesStayOnTheirBody)
+{
+    // A cloth swings down from a bar that is carried on.
+    SoftScene scene(SoftWorld::Solver);
+    const btVector3 half(btScalar(0.6), btScalar(0.05), btScalar(0.05));
+    btRigidBody* bar = scene.obstacle(
+        std::make_unique<btBoxShape>(half), makeBox({0.59, 0.04, 0.04}), at(0, 0.4, 0), 1.0);
+    bar->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    bar->setActivationState(DISABLE_DEACTIVATION);
+    btSoftBody* cloth = scene.cloth(at(0, 0.4, 0.55), 1.0, 8, 0.5);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        if (cloth->m_nodes[i].m_x.z() < btScalar(0.06))
+        {
+            cloth->appendDeformableAnchor(i, bar);
+        }
+    }
+    ASSERT_EQ(cloth->m_deformableAnchors.size(), 9);
+    for (int i = 0; i < 60; ++i)
+    {
+        btTransform pose = bar->getWorldTransform();
+        pose.getOrigin() += btVector3(btScalar(0.01), 0, btScalar(0.02));
+        bar->setWorldTransform(pose);
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    for (int i = 0; i < cloth->m_deformableAnchors.size(); ++i)
+    {
+        const btSoftBody::DeformableNodeRigidAnchor& anchor = cloth->m_deformableAnchors[i];
+        EXPECT_LT((bar->getWorldTransform() * anchor.m_local - anchor.m_node->m_x).length(),
+                  btScalar(1e-5));
+    }
+}
+
+TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        SoftScene scene(kind);
+        addFloor(scene, Floor::Box);
+        scene.cloth(at(0, 0.01, 0), 0.8, 10, 0.5);
+        btRigidBody* body = scene.obstacle(std::make_unique<btSphereShape>(btScalar(0.1)),
+                                           makeSphere(0.1, 2),
+                                           at(0.02, 0.3, 0.01),
+                                           2.0);
+        body->setLinearVelocity(btVector3(0, -20, 0));
+        for (int i = 0; i < 40; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+        EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
+        EXPECT_NEAR(double(body->getWorldTransform().getOrigin().y()), 0.1, 0.005);
+    }
+}
+
+TEST(SoftDrops, AStepWithoutContactIsBulletsOwn)
+{
+    SoftScene stock(SoftWorld::Stock);
+    SoftScene solver(SoftWorld::Solver);
+    for (SoftScene* scene : {&stock, &solver})
+    {
+        addFloor(*scene, Floor::Mesh);
+        scene->cloth(at(0, 5, 0), 1.0, 6, 1.0)->setMass(0, 0);
+        for (int i = 0; i < 20; ++i)
+        {
+            scene->step(1.0 / 60.0);
+        }
+    }
+    const btSoftBody& a = *stock.world().getSoftBodyArray()[0];
+    const btSoftBody& b = *solver.world().getSoftBodyArray()[0];
+    for (int i = 0; i < a.m_nodes.size(); ++i)
+    {
+        EXPECT_EQ(a.m_nodes[i].m_x, b.m_nodes[i].m_x);
+        EXPECT_EQ(a.m_nodes[i].m_v, b.m_nodes[i].m_v);
+    }
+}
+
+TEST(SoftDrops, BadInputIsRefusedOrLeftToBullet)
+{
+    SoftScene scene(SoftWorld::Solver);
+    EXPECT_THROW(scene.solver()->setCcdSeparation(0.0), std::invalid_argument);
+    EXPECT_THROW(scene.solver()->setCcdSeparation(std::nan("")), std::invalid_argument);
+    EXPECT_THROW(scene.solver()->setCcdThreads(0), std::invalid_argument);
+    {
+        SoftScene sick(SoftWorld::Solver);
+        addFloor(sick, Floor::Mesh);
+        sick.cloth(at(0, 0.1, 0), 0.5, 3, 1.0)
+            ->m_nodes[0]
+            .m_v.setX(std::numeric_limits<btScalar>::quiet_NaN());
+        testing::internal::CaptureStderr();
+        sick.step(1.0 / 60.0);
+        EXPECT_THAT(testing::internal::GetCapturedStderr(),
+                    testing::HasSubstr("a soft body of 16 nodes has places or velocities that are "
+                                       "not finite"));
+    }
+    addFloor(scene, Floor::Mesh);
+    btSoftBody* well = scene.cloth(at(0, 0.1, 0), 0.5, 3, 1.0);
+    well->setVelocity(btVector3(0, -20, 0));
+    for (int i = 0; i < 5; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_NEAR(height(*well, true), kRest, 0.2 * kRest);
+    // A link and a face more: another surface.
+    well->appendNode(btVector3(0, btScalar(0.2), 0), btScalar(0.01));
+    well->appendLink(0, well->m_nodes.size() - 1);
+    for (int i = 0; i < 30; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_GT(height(*well, true), 0.4 * kRest);
+}
+}  // namespace bullet_ccd::tests
