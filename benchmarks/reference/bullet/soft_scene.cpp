@@ -355,9 +355,13 @@ void SoftScene::step(double timeStep)
     m_seconds += processorTime() - begin;
     for (Judged& judged : m_judged)
     {
-        const Eigen::Isometry3d X_BW0 = judged.m_before.inverse();
+        // Turns are left out: only balls turn freely here, and a chord in a turning frame would cut
+        // through what the node has gone round.
+        Eigen::Isometry3d before_W = btCcdToEigen(judged.m_object->getWorldTransform());
+        const Eigen::Isometry3d X_BW1 = before_W.inverse();
+        before_W.translation() = judged.m_before.translation();
+        const Eigen::Isometry3d X_BW0 = before_W.inverse();
         judged.m_before = btCcdToEigen(judged.m_object->getWorldTransform());
-        const Eigen::Isometry3d X_BW1 = judged.m_before.inverse();
         const Eigen::AlignedBox3d box = bounds(judged.m_mesh);
         for (std::size_t i = 0; i < before.size(); ++i)
         {
