@@ -175,9 +175,12 @@ private:
             case 5:
             {
                 auto hull = std::make_unique<btConvexHullShape>();
-                for (int i = 0; i < 12; ++i)
+                for (int i = 0; i < 6; ++i)
                 {
-                    hull->addPoint(btCcdToBullet(Vector3d(a * m_random.direction())));
+                    // Both ways: its origin is inside.
+                    const btVector3 corner = btCcdToBullet(Vector3d(a * m_random.direction()));
+                    hull->addPoint(corner);
+                    hull->addPoint(-corner);
                 }
                 return keep(std::move(hull));
             }

@@ -28,6 +28,9 @@ constexpr double kCloser = 3.0 / 4.0 - kTarget;
 /// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart.
 constexpr double kSmallestGap = sizeof(btScalar) == 8 ? 1e-4 : 1.0 / 32.0;
+/// Surfaces that are nearer than this, relative to the same, have no direction in which they could
+/// part: they count as intersecting, as they do for contacts.
+constexpr double kTouching = 1e-9;
 
 /// Two parts and how they move.
 struct Parts
@@ -80,7 +83,7 @@ FirstContactResult askCloser(
     const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double separation, double most)
 {
     const double distance = distanceAtStart(parts, treeA, treeB, separation + most) - separation;
-    if (!(distance > 0.0))
+    if (!(distance > kTouching * most))
     {
         FirstContactResult overlap;
         overlap.status = ToiStatus::Overlapping;

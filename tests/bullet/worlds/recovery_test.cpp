@@ -161,6 +161,23 @@ TEST_P(Recovery, OfAColumnOfFiveMeshesTakesNoTimeFromThemForever)
     EXPECT_LT(scene.counters().m_lostTime - before, 0.5);  // of five body-seconds
 }
 
+TEST_P(Recovery, OfALightMeshUnderAHeavyOne)
+{
+    // Pressed until their surfaces touch to the last bit, in which no query finds a direction.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, -10, 0));
+    scene.body(scene.boxMesh(vec(5, 0.05, 5)), 0.0, poseAt(vec(0, -0.05, 0)));
+    scene.body(scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0.1, 0)));
+    btRigidBody* heavy = scene.body(scene.boxMesh(vec(0.3, 0.3, 0.3)), 100.0, poseAt(vec(0, 6, 0)));
+    heavy->setLinearVelocity(vec(0, -60, 0));
+    for (int i = 0; i < 120; ++i)
+    {
+        scene.step(kStepOfRecovery);
+        EXPECT_GT(double(heavy->getWorldTransform().getOrigin().y()), 0.299) << i;
+    }
+    EXPECT_LT(scene.counters().m_iterationLimits, 5);
+}
+
 TEST_P(Recovery, OfWhatAPlatformLiftsIsNone)
 {
     // It starts under what lies on it, and goes up and down: Bullet puts it into them at once.
