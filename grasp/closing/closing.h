@@ -11,6 +11,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -37,6 +38,9 @@ struct ClosingOptions
     /// For OneByOne: the names of the fingers that close first, in this order. The others follow in
     /// the order of HandModel::fingers.
     std::vector<std::string> firstFingers = {};
+    /// Joints that close faster or slower than the hand's own speeds say: name and ratio > 0 to the
+    /// usual speed (ClosingDrives). A joint that mimics another one has no speed of its own.
+    std::vector<std::pair<std::string, double>> speeds = {};
 };
 
 struct ClosingResult

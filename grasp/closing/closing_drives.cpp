@@ -9,9 +9,30 @@
 
 namespace bullet_ccd::grasp
 {
+std::vector<double> closingSpeeds(const HandModel& hand, const ClosingOptions& options)
+{
+    const KinematicTree& tree = hand.robot.tree;
+    std::vector<double> speeds = hand.closingSpeeds;
+    speeds.resize(tree.size(), 1.0);
+    for (const auto& [name, ratio] : options.speeds)
+    {
+        const std::int32_t link = tree.findJoint(name);
+        require(link != kNone, "closing: a speed is given for a joint that the hand does not have");
+        const auto i = static_cast<std::size_t>(link);
+        require(hand.closingDirections[i] != 0 && tree.links[i].joint.mimicOf == kNone,
+                "closing: a speed is given for a joint that does not close by itself");
+        speeds[i] = ratio;
+    }
+    require(std::ranges::all_of(speeds,
+                                [](double ratio) { return ratio > 0.0 && std::isfinite(ratio); }),
+            "closing: speeds must be finite and > 0");
+    return speeds;
+}
+
 ClosingDrives::ClosingDrives(const HandModel& hand,
                              const std::vector<double>& positions,
-                             std::vector<std::int32_t> turns)
+                             std::vector<std::int32_t> turns,
+                             const std::vector<double>& speeds)
     : m_hand(hand), m_start(positions), m_turns(std::move(turns))
 {
     const KinematicTree& tree = hand.robot.tree;
@@ -35,8 +56,10 @@ ClosingDrives::ClosingDrives(const HandModel& hand,
             continue;
         }
         Drive& drive = m_drives[i];
+        const std::vector<double>& ratios = speeds.empty() ? hand.closingSpeeds : speeds;
         drive.speed =
             direction * (joint.type == JointType::Revolute ? kRevoluteSpeed : kPrismaticSpeed);
+        drive.speed *= ratios.empty() ? 1.0 : ratios[i];
         drive.limitTime = (m_closed[i] - m_start[i]) / drive.speed;
         drive.waiting = drive.limitTime > 0.0;
     }

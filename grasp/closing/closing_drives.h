@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "grasp/closing/closing.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
@@ -10,6 +11,12 @@
 
 namespace bullet_ccd::grasp
 {
+/// One ratio to the usual speed per link: what the options say, else what the hand says, else 1.
+/// Throws std::invalid_argument for a joint that the hand does not have or that does not close by
+/// itself, and for ratios that are not finite and > 0.
+[[nodiscard]] BULLET_CCD_API std::vector<double> closingSpeeds(const HandModel& hand,
+                                                               const ClosingOptions& options);
+
 /// Every closing joint runs at constant speed towards its limit, and its mimic joints with it,
 /// until it is there or a link that it moves is stopped. Positions follow from the time since it
 /// began alone, so they do not depend on the steps in which it is gone through. Joints may have to
@@ -23,10 +30,12 @@ public:
     /// Closing begins at time 0 with these positions, one entry a link. Mimic joints start where
     /// the joints they follow want them, whatever `positions` says of them.
     /// The joints with the first turn begin at once; see closingTurns(), empty for all.
+    /// @param speeds ratios to the speeds above; see closingSpeeds(), empty for those of the hand
     /// Throws std::invalid_argument if `positions` has not one finite entry a link.
     ClosingDrives(const HandModel& hand,
                   const std::vector<double>& positions,
-                  std::vector<std::int32_t> turns = {});
+                  std::vector<std::int32_t> turns = {},
+                  const std::vector<double>& speeds = {});
 
     /// When the first of the running drives is at its limit [s]; infinite if none runs.
     [[nodiscard]] double nextLimit() const;

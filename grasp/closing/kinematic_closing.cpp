@@ -217,7 +217,8 @@ public:
         require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
         require(options.tolerance > 0.0, "closing: the tolerance must be positive");
         lookAt(hand, object);
-        ClosingDrives drives(hand, positions, closingTurns(hand, m_groups, options));
+        ClosingDrives drives(
+            hand, positions, closingTurns(hand, m_groups, options), closingSpeeds(hand, options));
         if (!m_obstacles.empty())
         {
             findNeighbours(X_WH, drives.positions());

@@ -83,6 +83,10 @@ std::string contentHash(const HandModel& hand)
         }
         hash.add(static_cast<std::int32_t>(hand.closingDirections[link]));
     }
+    for (const double speed : hand.closingSpeeds)
+    {
+        hash.add(speed);
+    }
     for (const Preshape& preshape : hand.preshapes)
     {
         hash.add(preshape.name);

@@ -207,6 +207,11 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
         options.closing.firstFingers =
             value<std::vector<std::string>>(plan, "first_fingers", place);
     }
+    if (plan.contains("closing_speeds"))
+    {
+        options.closing.speeds =
+            value<std::vector<std::pair<std::string, double>>>(plan, "closing_speeds", place);
+    }
     if (plan.contains("obstacles_hash") && !plan.at("obstacles_hash").is_null())
     {
         source.run.obstaclesHash = value<std::string>(plan, "obstacles_hash", place);

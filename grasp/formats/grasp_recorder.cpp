@@ -71,6 +71,7 @@ Json planToJson(const GraspRun& run)
             {"closing_engine", toString(options.engine)},
             {"closing_order", toString(options.closing.order)},
             {"first_fingers", options.closing.firstFingers},
+            {"closing_speeds", options.closing.speeds},
             {"obstacles_hash", run.obstaclesHash.empty() ? Json() : Json(run.obstaclesHash)},
             {"tolerance_m", options.closing.tolerance},
             {"contact_threshold_m", options.closing.contactThreshold},

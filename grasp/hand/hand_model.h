@@ -49,6 +49,9 @@ struct HandModel
     /// a joint that keeps its preshape (wrist, spread, fixed). A mimic joint has the direction that
     /// the joint it follows gives it.
     std::vector<int> closingDirections;
+    /// One entry per link: how fast the joint closes, as a ratio > 0 to the usual speed
+    /// (ClosingDrives). Empty: 1 for all.
+    std::vector<double> closingSpeeds{};
     std::vector<Preshape> preshapes;  ///< at least one; the first is the default
     /// Pairs of links that can touch during closing, smaller link index first. They are all pairs
     /// that have geometry and a closing joint between them, except neighbours (with one closing
@@ -95,7 +98,8 @@ struct HandModel
 //   <disable_collisions link1=".." link2=".." reason=".."/>
 //   <passive_joint name=".."/>   a joint that keeps its preshape (wrist, spread)
 // and, as extensions that MoveIt ignores,
-//   <closing joint=".." direction="+1|-1"/>
+//   <closing joint=".." direction="+1|-1" speed="0.5"/>   speed is a ratio to the usual speed and
+//       may be left out (1)
 //   <grasp_frame preshape=".." link=".." xyz=".." rpy=".."/>   see HandModel::X_RG; with a
 //       preshape that of this one, without that of all others, at the first preshape
 // srdf_writer.h writes such a file.

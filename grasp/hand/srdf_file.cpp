@@ -116,7 +116,19 @@ private:
         {
             fail(element, "direction is '" + direction + "'", "use +1 or -1");
         }
-        m_srdf.closings.emplace_back(attribute(element, "joint"), direction == "-1" ? -1 : 1);
+        SrdfClosing closing{.joint = attribute(element, "joint"),
+                            .direction = direction == "-1" ? -1 : 1};
+        if (element.Attribute("speed") != nullptr)
+        {
+            closing.speed = numbers(element, "speed", 1)[0];
+        }
+        if (!(closing.speed > 0.0) || !std::isfinite(closing.speed))
+        {
+            fail(element,
+                 "speed is '" + attribute(element, "speed") + "'",
+                 "give a ratio > 0 to the usual speed");
+        }
+        m_srdf.closings.push_back(std::move(closing));
     }
 
     void readGraspFrame(const XMLElement& element)

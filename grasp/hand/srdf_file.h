@@ -28,6 +28,13 @@ struct SrdfState
     std::vector<std::pair<std::string, double>> joints;
 };
 
+struct SrdfClosing
+{
+    std::string joint;
+    int direction = 1;   ///< +1 or -1
+    double speed = 1.0;  ///< ratio to the usual speed, finite and > 0
+};
+
 struct SrdfGraspFrame
 {
     std::string preshape;  ///< that it belongs to; empty: to all that have none of their own
@@ -42,8 +49,8 @@ struct Srdf
     std::vector<SrdfState> states;
     std::vector<std::pair<std::string, std::string>> disabledPairs;
     std::vector<std::string> passiveJoints;
-    std::vector<std::pair<std::string, int>> closings;  ///< joint and +1 or -1
-    std::vector<SrdfGraspFrame> graspFrames;            ///< at most one a preshape
+    std::vector<SrdfClosing> closings;
+    std::vector<SrdfGraspFrame> graspFrames;  ///< at most one a preshape
 };
 
 /// Reads a file; elements that hands do not need are skipped.

@@ -128,7 +128,7 @@ private:
             isPassive[findJoint("passive_joint", name)] = true;
         }
         std::vector<int> listed(tree().size(), 0);
-        for (const auto& [name, direction] : m_srdf.closings)
+        for (const auto& [name, direction, speed] : m_srdf.closings)
         {
             const std::size_t link = findJoint("closing", name);
             const Joint& joint = tree().links[link].joint;
@@ -142,6 +142,11 @@ private:
                      "name a joint that moves by itself, or drop the element");
             }
             listed[link] = direction;
+            if (speed != 1.0)
+            {
+                m_hand.closingSpeeds.resize(tree().size(), 1.0);
+                m_hand.closingSpeeds[link] = speed;
+            }
         }
         m_hand.closingDirections = inferClosingDirections(m_hand, isPassive);
         std::string inferred;

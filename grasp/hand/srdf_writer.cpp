@@ -177,14 +177,21 @@ private:
                 element("passive_joint", {{"name", tree().links[joint].joint.name}});
             }
         }
-        m_printer.PushComment(" A joint that closes, towards its upper (+1) or lower limit (-1). ");
+        m_printer.PushComment(
+            " A joint that closes, towards its upper (+1) or lower limit (-1). speed=\"0.5\" "
+            "makes it half as fast as others. ");
         for (const std::size_t joint : m_joints)
         {
             if (m_hand.closingDirections[joint] != 0)
             {
-                element("closing",
-                        {{"joint", tree().links[joint].joint.name},
-                         {"direction", m_hand.closingDirections[joint] > 0 ? "+1" : "-1"}});
+                Attributes attributes{
+                    {"joint", tree().links[joint].joint.name},
+                    {"direction", m_hand.closingDirections[joint] > 0 ? "+1" : "-1"}};
+                if (!m_hand.closingSpeeds.empty() && m_hand.closingSpeeds[joint] != 1.0)
+                {
+                    attributes.emplace_back("speed", numberText(m_hand.closingSpeeds[joint]));
+                }
+                element("closing", attributes);
             }
         }
     }

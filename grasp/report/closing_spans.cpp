@@ -18,8 +18,10 @@ ClosingSpans closingSpans(const HandModel& hand, const Grasp& grasp, const Closi
     {
         return spans;
     }
-    ClosingDrives drives(
-        hand, preshape->positions, closingTurns(hand, closingGroups(hand), options));
+    ClosingDrives drives(hand,
+                         preshape->positions,
+                         closingTurns(hand, closingGroups(hand), options),
+                         closingSpeeds(hand, options));
     spans.from = drives.positions();
     if (grasp.positions.empty())
     {

@@ -280,7 +280,8 @@ ClosingResult HandSimulation::World::close(const Eigen::Isometry3d& X_WH,
 {
     require(X_WH.matrix().allFinite(), "closing: the pose of the hand is NaN or infinite");
     require(options.tolerance > 0.0, "closing: the tolerance must be positive");
-    ClosingDrives drives(m_hand, positions, closingTurns(m_hand, m_groups, options));
+    ClosingDrives drives(
+        m_hand, positions, closingTurns(m_hand, m_groups, options), closingSpeeds(m_hand, options));
     ClosingResult result;
     result.positions = drives.positions();
     if (handOverlaps(m_hand, m_object, X_WH, result.positions))

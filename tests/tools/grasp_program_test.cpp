@@ -229,6 +229,15 @@ TEST_F(GraspProgram, FingersCloseInTheOrderThatIsAskedFor)
                                         "\"first_fingers\":[\"finger_3\",\"finger_2\"]");
     EXPECT_NE(together, inTurns);
     EXPECT_NE(named, inTurns);
+    const fs::path slow = m_folder / "slow";
+    EXPECT_EQ(plan(slow, "-q --closing-speeds finger_1_proximal_joint=0.5").exitCode, 0);
+    EXPECT_THAT(contentOf(slow / "grasps.jsonl"),
+                HasSubstr("\"closing_speeds\":[[\"finger_1_proximal_joint\",0.5]]"));
+    EXPECT_EQ(run("check '" + (slow / "grasps.jsonl").string() + "'").exitCode, 0);
+    const Outcome speed = plan(m_folder / "out", "--closing-speeds finger_1_jont=2");
+    EXPECT_EQ(speed.exitCode, 3);
+    EXPECT_THAT(speed.err, HasSubstr("no joint \"finger_1_jont\" closes by itself: did you mean"));
+    EXPECT_EQ(plan(m_folder / "out", "--closing-speeds finger_1_proximal_joint=fast").exitCode, 2);
     const Outcome unknown = plan(m_folder / "out", "--fingers finger_2,fingr_1");
     EXPECT_EQ(unknown.exitCode, 3);
     EXPECT_THAT(unknown.err, HasSubstr("--fingers: no finger \"fingr_1\": did you mean finger_1?"));

@@ -10,7 +10,9 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <numbers>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace bullet_ccd::tests
 {
@@ -63,6 +65,44 @@ TEST_P(ContinuousClosing, ToleranceSetsTheGapThatIsLeft)
         EXPECT_LE(gap, tolerance * 1.0001);
         EXPECT_GE(gap, 0.4 * tolerance);
     }
+}
+
+/// Jaws 0.08 m apart that run at each other meet where their speeds say.
+TEST_P(ContinuousClosing, JointsCloseAtTheirOwnSpeeds)
+{
+    const auto jaws = []
+    {
+        HandBuilder builder;
+        for (const double side : {-1.0, 1.0})
+        {
+            Joint joint = prismatic(-side * Vector3d::UnitX(), 0.0, 0.08);
+            joint.name = side < 0.0 ? "left" : "right";
+            builder.add(0, kAtOrigin, joint, 1, shifted(cube(0.01), {side * 0.05, 0.0, 0.0}));
+        }
+        builder.selfPair(1, 2);
+        return builder.take();
+    };
+    const GraspObject object = farAway();
+    const auto expectMeeting = [](const ClosingResult& result, double left)
+    {
+        EXPECT_NEAR(result.positions[1], left, 2.0 * kTolerance);
+        EXPECT_NEAR(result.positions[1] + result.positions[2], 0.08, 2.0 * kTolerance);
+    };
+    HandModel hand = jaws();
+    const std::vector<double> open{0.0, 0.0, 0.0};
+    const auto close = [&](std::vector<std::pair<std::string, double>> speeds)
+    {
+        return GetParam().make()(
+            hand, object, kAtOrigin, open, {.tolerance = kTolerance, .speeds = std::move(speeds)});
+    };
+    expectMeeting(close({}), 0.04);
+    expectMeeting(close({{"right", 3.0}}), 0.02);
+    // Options win over what the hand says, joint by joint.
+    hand.closingSpeeds = {1.0, 3.0, 1.0};
+    expectMeeting(close({}), 0.06);
+    expectMeeting(close({{"left", 1.0}}), 0.04);
+    EXPECT_THROW(static_cast<void>(close({{"middle", 1.0}})), std::invalid_argument);
+    EXPECT_THROW(static_cast<void>(close({{"left", 0.0}})), std::invalid_argument);
 }
 
 TEST_P(ContinuousClosing, IntersectionAtTheStartIsReportedAndNothingMoves)

@@ -1,4 +1,5 @@
 #include "grasp/hand/hand_model.h"
+#include "grasp/hand/srdf_writer.h"
 #include "tests/grasp/hand/urdf_text.h"
 #include "tests/support/temp_folder.h"
 
@@ -123,12 +124,19 @@ TEST(HandFile, SrdfIsTakenAtItsWord)
                  "<group_state name=\"open\" group=\"right\"><joint name=\"r1\" value=\"0.1\"/>"
                  "</group_state>"
                  "<passive_joint name=\"l2\"/>"
-                 "<closing joint=\"l1\" direction=\"-1\"/><closing joint=\"r1\" direction=\"-1\"/>"
+                 "<closing joint=\"l1\" direction=\"-1\"/>"
+                 "<closing joint=\"r1\" direction=\"-1\" speed=\"0.25\"/>"
                  "<disable_collisions link1=\"right_2\" link2=\"left_2\" reason=\"User\"/>"
                  "<grasp_frame link=\"palm\" xyz=\"0 0 0.1\" rpy=\"0 0 1.5707963267948966\"/>");
     EXPECT_EQ(hand.fingers[0].name, "left");
     EXPECT_EQ(hand.closingDirections[linkBelow(hand, "l1")], -1);
     EXPECT_EQ(hand.closingDirections[linkBelow(hand, "l2")], 0);
+    ASSERT_EQ(hand.closingSpeeds.size(), hand.robot.tree.size());
+    EXPECT_EQ(hand.closingSpeeds[linkBelow(hand, "l1")], 1.0);
+    EXPECT_EQ(hand.closingSpeeds[linkBelow(hand, "r1")], 0.25);
+    // What is written for it is read back.
+    const HandModel again = loadHand(hand.robot.file, folder.write("again.srdf", handSrdf(hand)));
+    EXPECT_EQ(again.closingSpeeds, hand.closingSpeeds);
     ASSERT_EQ(hand.preshapes.size(), 2U);
     EXPECT_EQ(hand.preshapes[0].name, "open");
     EXPECT_EQ(hand.preshapes[1].name, "half");
@@ -352,6 +360,8 @@ INSTANTIATE_TEST_SUITE_P(
                    {"group 'g'", "does not hang from"}},
         BrokenSrdf{"<passive_joint name=\"wrst\"/>", {"passive_joint", "did you mean 'wrist'"}},
         BrokenSrdf{"<closing joint=\"l3\" direction=\"1\"/>", {"closing", "'l3'"}},
+        BrokenSrdf{"<closing joint=\"l1\" direction=\"1\" speed=\"0\"/>",
+                   {"<closing>", "'0'", "ratio > 0"}},
         BrokenSrdf{"<closing joint=\"l1\" direction=\"up\"/>", {"<closing>", "'up'", "+1 or -1"}},
         BrokenSrdf{"<closing joint=\"r2\" direction=\"1\"/>", {"'r2'", "mimics"}},
         BrokenSrdf{"<passive_joint name=\"l1\"/><closing joint=\"l1\" direction=\"1\"/>",

@@ -41,12 +41,15 @@ std::string closingText(const HandModel& hand, std::size_t link)
         const Link& driver = hand.robot.tree.links[static_cast<std::size_t>(joint.mimicOf)];
         return fmt::format("follows {} x {:g}", driver.joint.name, joint.mimicMultiplier);
     }
+    const std::string speed = hand.closingSpeeds.empty() || hand.closingSpeeds[link] == 1.0
+                                  ? ""
+                                  : fmt::format(", speed {:g}", hand.closingSpeeds[link]);
     switch (hand.closingDirections[link])
     {
         case 1:
-            return "closes to its upper limit";
+            return "closes to its upper limit" + speed;
         case -1:
-            return "closes to its lower limit";
+            return "closes to its lower limit" + speed;
         default:
             return "keeps its preshape";
     }

@@ -3,6 +3,7 @@
 #include "tools/grasp_cli/inputs/path_file.h"
 #include "tools/support/option_values.h"
 
+#include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
 #include <numbers>
@@ -61,6 +62,24 @@ void addDistances(CLI::App& command, grasp::ApproachOptions& options)
         ->check(within(0.0, kFar))
         ->capture_default_str()
         ->group("Approach");
+}
+
+void setSpeeds(grasp::ClosingOptions& closing, const std::vector<std::string>& words)
+{
+    closing.speeds.clear();
+    for (const std::string& word : words)
+    {
+        const std::size_t sign = word.rfind('=');
+        double ratio = 0.0;
+        if (sign == std::string::npos || !CLI::detail::lexical_cast(word.substr(sign + 1), ratio) ||
+            !(ratio > 0.0) || !std::isfinite(ratio))
+        {
+            throw CLI::ValidationError(
+                "--closing-speeds",
+                fmt::format("\"{}\" is no JOINT=RATIO with a ratio > 0, such as tip=0.5", word));
+        }
+        closing.speeds.emplace_back(word.substr(0, sign), ratio);
+    }
 }
 
 void setFingers(grasp::ClosingOptions& closing, const std::vector<std::string>& words)
@@ -149,6 +168,16 @@ void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing)
         ->delimiter(',')
         ->allow_extra_args(false)
         ->default_str(grasp::toString(closing.order))
+        ->group("Closing");
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--closing-speeds",
+            [&closing](const std::vector<std::string>& words) { setSpeeds(closing, words); },
+            "How fast joints close, as ratios to 1 rad/s or 0.1 m/s. Default: what the SRDF says, "
+            "else 1.")
+        ->type_name("JOINT=RATIO,...")
+        ->delimiter(',')
+        ->allow_extra_args(false)
         ->group("Closing");
 }
 

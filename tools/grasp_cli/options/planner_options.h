@@ -17,6 +17,6 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options);
 void addEngineOption(CLI::App& command, grasp::PlannerOptions& options);
 void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options);
 
-/// --fingers: all at once or one by one. Names of fingers are not looked at: see requireFingers().
+/// --fingers and --closing-speeds. Names are not looked at: see requireFingers().
 void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing);
 }  // namespace bullet_ccd::tools

@@ -26,6 +26,16 @@ std::string fingersText(const grasp::ClosingOptions& closing)
                                         : joined(closing.firstFingers, ",");
 }
 
+std::string speedsText(const grasp::ClosingOptions& closing)
+{
+    std::string text = "of the hand";
+    for (const auto& [joint, ratio] : closing.speeds)
+    {
+        text += fmt::format(", {}={}", joint, ratio);
+    }
+    return text;
+}
+
 std::string approachText(const grasp::ApproachOptions& options)
 {
     const Eigen::Vector3d& up = options.up;
@@ -69,6 +79,7 @@ std::vector<std::string> differences(const grasp::GraspFileSource& then,
         "engine", std::string(grasp::toString(a.engine)), std::string(grasp::toString(b.engine)));
     compare("approach", approachText(a.approach), approachText(b.approach));
     compare("fingers", fingersText(a.closing), fingersText(b.closing));
+    compare("closing speeds", speedsText(a.closing), speedsText(b.closing));
     compare("friction", a.friction, b.friction);
     compare("cone edges", a.coneEdges, b.coneEdges);
     compare("least epsilon", a.forceClosureThreshold, b.forceClosureThreshold);

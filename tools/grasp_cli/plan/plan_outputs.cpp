@@ -126,6 +126,10 @@ std::string closeCommand(const grasp::GraspRun& run)
         const std::vector<std::string>& first = options.closing.firstFingers;
         add("--fingers", first.empty() ? toString(options.closing.order) : joined(first, ","));
     }
+    for (const auto& [joint, ratio] : options.closing.speeds)
+    {
+        add("--closing-speeds", fmt::format("{}={}", joint, ratio));
+    }
     if (options.friction != defaults.friction)
     {
         add("--friction", fmt::format("{}", options.friction));

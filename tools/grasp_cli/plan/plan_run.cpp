@@ -57,6 +57,28 @@ void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing
                             joined(known, ", ")));
         }
     }
+    known.clear();
+    for (std::size_t link = 1; link < hand.hand.robot.tree.size(); ++link)
+    {
+        const Joint& joint = hand.hand.robot.tree.links[link].joint;
+        if (hand.hand.closingDirections[link] != 0 && joint.mimicOf == kNone)
+        {
+            known.push_back(joint.name);
+        }
+    }
+    for (const auto& [name, ratio] : closing.speeds)
+    {
+        if (std::find(known.begin(), known.end(), name) == known.end())
+        {
+            throw std::runtime_error(fmt::format(
+                "{}: --closing-speeds: no joint \"{}\" closes by itself: did you mean {}? These "
+                "do: {}",
+                hand.file.string(),
+                name,
+                nearestName(name, known),
+                joined(known, ", ")));
+        }
+    }
 }
 
 grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,

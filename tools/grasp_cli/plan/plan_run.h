@@ -21,7 +21,8 @@ struct PlanRun
 /// What a user should know about both, on stderr.
 void printNotes(const LoadedHand& hand, const LoadedObject& object);
 
-/// Throws std::runtime_error "<file>: <what>: <remedy>" for names of fingers that the hand has not.
+/// Throws std::runtime_error "<file>: <what>: <remedy>" for names of fingers that the hand has not,
+/// and for speeds of joints that do not close by themselves.
 void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing);
 
 /// @param obstacles  of the kinematic engine; must outlive the engines
