@@ -24,6 +24,13 @@ GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
             .watertight = watertight};
 }
 
+const char* epsilonClass(double epsilon)
+{
+    constexpr double kFair = 0.05;
+    constexpr double kFirm = 0.2;
+    return epsilon >= kFirm ? "firm" : epsilon >= kFair ? "fair" : "marginal";
+}
+
 const char* toString(RejectReason reason)
 {
     switch (reason)

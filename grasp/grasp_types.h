@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,10 @@ enum class RejectReason : std::uint8_t
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(RejectReason reason);
 
+/// How much a force closure is worth by its epsilon: "marginal" below 0.05, "fair" below 0.2,
+/// "firm" from there on.
+[[nodiscard]] BULLET_CCD_API const char* epsilonClass(double epsilon);
+
 /// Quality of a grasp by its wrench space.
 struct GraspQuality
 {
@@ -77,6 +82,9 @@ struct GraspQuality
         0.0;  ///< radius of the largest ball about 0 in the L1 wrench space; 0 if outside
     double volume = 0.0;        ///< of that space (6-D); 0 if it was not asked for
     bool forceClosure = false;  ///< epsilon >= the threshold asked for
+    /// Of a force closure: the largest mass that it holds with gravity in any direction, within the
+    /// robot's efforts [kg]; see largestMassHeld().
+    std::optional<double> largestMass{};
 };
 
 /// A link that was stopped during closing.
@@ -93,6 +101,7 @@ struct Grasp
     std::int64_t candidate = 0;  ///< its number in the sampling sequence
     RejectReason reject = RejectReason::None;
     std::string preshape;
+    std::string source;  ///< of the approach, such as "sphere"; empty for one that was given
     Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();  ///< root link at the start
     Eigen::Vector3d approach_W = Eigen::Vector3d::Zero();        ///< unit
     double approachDistance = 0.0;                               ///< travelled until contact [m]

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <numbers>
 #include <optional>
@@ -67,7 +68,11 @@ enum class ApproachSource : std::uint8_t
     Sphere,   ///< directions around the object, towards its centre of mass or near it
     Surface,  ///< points of its surface, against the normal there
     Boxes,    ///< faces of the box along its principal axes
+    Mixed,    ///< all of these; the planner spends candidates where they succeed
 };
+/// What Mixed is made of.
+inline constexpr std::array kMixedSources{
+    ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes};
 
 [[nodiscard]] BULLET_CCD_API const char* toString(ApproachSource source);
 

@@ -133,6 +133,8 @@ const char* toString(ApproachSource source)
             return "surface";
         case ApproachSource::Boxes:
             return "boxes";
+        case ApproachSource::Mixed:
+            return "mixed";
     }
     BULLET_CCD_ASSERT(false);
     return "unknown";

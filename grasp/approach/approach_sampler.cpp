@@ -80,27 +80,6 @@ OpenHand openHand(const HandModel& hand, const Preshape& preshape)
     return open;
 }
 
-/// The preshapes that the object fits into across its thinnest direction, in the order of the hand;
-/// all of them if it fits into none. Closing from a preshape that it does not fit into stops at the
-/// fingers themselves, before they are round the object.
-std::vector<std::size_t> fittingPreshapes(const ApproachShapes& shapes)
-{
-    std::vector<std::size_t> fitting;
-    for (std::size_t k = 0; k < shapes.hands.size(); ++k)
-    {
-        if (shapes.object.extents()[2] <= kPreshapeUsed * shapes.hands[k].opening)
-        {
-            fitting.push_back(k);
-        }
-    }
-    if (fitting.empty())
-    {
-        fitting.resize(shapes.hands.size());
-        std::iota(fitting.begin(), fitting.end(), std::size_t{0});
-    }
-    return fitting;
-}
-
 /// Point `number` of `count` on a cap about z of the unit sphere that has this share of its area:
 /// rings of equal area, each turned by the golden angle.
 Eigen::Vector3d fibonacciDirection(std::int64_t number, std::int64_t count, double share)
@@ -110,6 +89,22 @@ Eigen::Vector3d fibonacciDirection(std::int64_t number, std::int64_t count, doub
         1.0 - share * (2.0 * static_cast<double>(number) + 1.0) / static_cast<double>(count);
     const double ring = std::sqrt(std::max(0.0, 1.0 - z * z));
     const double angle = goldenAngle * static_cast<double>(number);
+    return {ring * std::cos(angle), ring * std::sin(angle), z};
+}
+
+/// Point `turn` of an endless sequence on such a cap: the additive recurrence of the plastic
+/// number.
+Eigen::Vector3d spreadDirection(std::int64_t turn, double share)
+{
+    constexpr double kPlastic = 1.3247179572447460;
+    const auto part = [&](double step)
+    {
+        const double x = 0.5 + static_cast<double>(turn) * step;
+        return x - std::floor(x);
+    };
+    const double z = 1.0 - 2.0 * share * part(1.0 / kPlastic);
+    const double ring = std::sqrt(std::max(0.0, 1.0 - z * z));
+    const double angle = 2.0 * std::numbers::pi * part(1.0 / (kPlastic * kPlastic));
     return {ring * std::cos(angle), ring * std::sin(angle), z};
 }
 
@@ -233,6 +228,8 @@ struct Place
     std::int64_t number = 0;
     std::int64_t count = 1;
     std::int64_t turn = 0;  ///< number among the candidates with its preshape
+    /// Of a mixed sequence: number among all directions; else they follow from `number`.
+    std::optional<std::int64_t> spread{};
 
     [[nodiscard]] Draws draws() const { return {seed, static_cast<std::uint64_t>(number)}; }
     /// Of the whole sequence.
@@ -272,7 +269,8 @@ Eigen::Isometry3d aroundTheObject(const Place& place,
 {
     const double share = options.tableTop ? 0.5 * (1.0 - std::cos(options.maxTilt)) : 1.0;
     const Eigen::Vector3d ofCap =
-        fibonacciDirection(place.number % place.count, place.count, share);
+        place.spread ? spreadDirection(*place.spread, share)
+                     : fibonacciDirection(place.number % place.count, place.count, share);
     // The rotation belongs to the sequence, everything else to the candidate.
     Draws sequence = place.sequence();
     const Eigen::Vector3d direction =
@@ -344,20 +342,66 @@ Eigen::Isometry3d targetFrame(const Place& place,
                               const GraspObject& object,
                               const ObjectShape& shape,
                               const OpenHand& open,
+                              ApproachSource source,
                               const ApproachOptions& options)
 {
-    switch (options.source)
+    switch (source)
     {
         case ApproachSource::Surface:
             return atTheSurface(place, object, shape, open, options);
         case ApproachSource::Boxes:
             return atTheBox(place, object, shape, options);
         case ApproachSource::Sphere:
+        case ApproachSource::Mixed:
             break;
     }
     return aroundTheObject(place, object, shape, open, options);
 }
+ApproachCandidate candidateAt(const Place& place,
+                              const HandModel& hand,
+                              const GraspObject& object,
+                              const ApproachShapes& shapes,
+                              ApproachSource source,
+                              std::size_t preshape,
+                              const ApproachOptions& options)
+{
+    const OpenHand& open = shapes.hands[preshape];
+    Eigen::Isometry3d X_WG = targetFrame(place, object, shapes.object, open, source, options);
+
+    ApproachCandidate candidate{.number = place.number, .source = source, .preshape = preshape};
+    candidate.direction_W = X_WG.linear().col(2);
+    // The ball of the hand about its grasp frame, moved back until it is clear of the object's.
+    const double aside = (X_WG.translation() - object.centerOfMass).norm();
+    const double back = open.radius + object.radius + aside + kStartMargin + options.standoff;
+    candidate.centerDistance = back;
+    candidate.distance = back + object.radius + aside + open.radius;
+    if (options.reach > 0.0)
+    {
+        candidate.distance = std::min(candidate.distance, options.reach);
+    }
+    X_WG.translation() -= back * candidate.direction_W;
+    candidate.X_WStart = X_WG * graspFrame(hand, hand.preshapes[preshape]).inverse();
+    return candidate;
+}
 }  // namespace
+
+std::vector<std::size_t> fittingPreshapes(const ApproachShapes& shapes)
+{
+    std::vector<std::size_t> fitting;
+    for (std::size_t k = 0; k < shapes.hands.size(); ++k)
+    {
+        if (shapes.object.extents()[2] <= kPreshapeUsed * shapes.hands[k].opening)
+        {
+            fitting.push_back(k);
+        }
+    }
+    if (fitting.empty())
+    {
+        fitting.resize(shapes.hands.size());
+        std::iota(fitting.begin(), fitting.end(), std::size_t{0});
+    }
+    return fitting;
+}
 
 ApproachCandidate sampleApproach(const HandModel& hand,
                                  const GraspObject& object,
@@ -387,31 +431,50 @@ ApproachCandidate sampleApproach(const HandModel& hand,
                                  std::int64_t count,
                                  const ApproachOptions& options)
 {
-    require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
-    require(!hand.preshapes.empty(), "sampleApproach: the hand has no preshape");
-    checkApproachOptions(options);
     const std::vector<std::size_t> fitting = fittingPreshapes(shapes);
-    const std::size_t preshape = fitting[static_cast<std::size_t>(number) % fitting.size()];
-    const OpenHand& open = shapes.hands[preshape];
+    require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
+    require(!fitting.empty(), "sampleApproach: the hand has no preshape");
+    checkApproachOptions(options);
+    const auto preshapes = static_cast<std::int64_t>(fitting.size());
+    if (options.source == ApproachSource::Mixed)
+    {
+        constexpr auto kSources = static_cast<std::int64_t>(kMixedSources.size());
+        const ApproachTurn turn{
+            .source = kMixedSources[static_cast<std::size_t>(number % kSources)],
+            .preshape = fitting[static_cast<std::size_t>(number / kSources % preshapes)],
+            .turn = number / (kSources * preshapes)};
+        return sampleApproach(hand, object, shapes, seed, number, count, turn, options);
+    }
+    const Place place{.seed = seed, .number = number, .count = count, .turn = number / preshapes};
+    return candidateAt(place,
+                       hand,
+                       object,
+                       shapes,
+                       options.source,
+                       fitting[static_cast<std::size_t>(number % preshapes)],
+                       options);
+}
+
+ApproachCandidate sampleApproach(const HandModel& hand,
+                                 const GraspObject& object,
+                                 const ApproachShapes& shapes,
+                                 std::uint64_t seed,
+                                 std::int64_t number,
+                                 std::int64_t count,
+                                 const ApproachTurn& turn,
+                                 const ApproachOptions& options)
+{
+    require(count > 0 && number >= 0 && turn.turn >= 0,
+            "sampleApproach: number >= 0, turn >= 0 and count > 0 are needed");
+    require(turn.preshape < hand.preshapes.size() && turn.source != ApproachSource::Mixed,
+            "sampleApproach: the turn must name a preshape of the hand and one source");
+    checkApproachOptions(options);
+    const auto preshapes = static_cast<std::int64_t>(hand.preshapes.size());
     const Place place{.seed = seed,
                       .number = number,
                       .count = count,
-                      .turn = number / static_cast<std::int64_t>(fitting.size())};
-    Eigen::Isometry3d X_WG = targetFrame(place, object, shapes.object, open, options);
-
-    ApproachCandidate candidate{.number = number, .preshape = preshape};
-    candidate.direction_W = X_WG.linear().col(2);
-    // The ball of the hand about its grasp frame, moved back until it is clear of the object's.
-    const double aside = (X_WG.translation() - object.centerOfMass).norm();
-    const double back = open.radius + object.radius + aside + kStartMargin + options.standoff;
-    candidate.centerDistance = back;
-    candidate.distance = back + object.radius + aside + open.radius;
-    if (options.reach > 0.0)
-    {
-        candidate.distance = std::min(candidate.distance, options.reach);
-    }
-    X_WG.translation() -= back * candidate.direction_W;
-    candidate.X_WStart = X_WG * graspFrame(hand, hand.preshapes[preshape]).inverse();
-    return candidate;
+                      .turn = turn.turn,
+                      .spread = turn.turn * preshapes + static_cast<std::int64_t>(turn.preshape)};
+    return candidateAt(place, hand, object, shapes, turn.source, turn.preshape, options);
 }
 }  // namespace bullet_ccd::grasp

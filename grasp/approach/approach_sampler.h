@@ -14,6 +14,7 @@ namespace bullet_ccd::grasp
 struct ApproachCandidate
 {
     std::int64_t number = 0;
+    ApproachSource source = ApproachSource::Sphere;  ///< never Mixed
     std::size_t preshape = 0;
     Eigen::Isometry3d X_WStart = Eigen::Isometry3d::Identity();  ///< root link
     Eigen::Vector3d direction_W = Eigen::Vector3d::Zero();       ///< unit
@@ -41,6 +42,8 @@ struct ApproachCandidate
 /// With tableTop the directions of Sphere cover the cap within maxTilt of -up instead; what would
 /// be tilted more is turned back to the limit. A roll beyond the limits is drawn anew within them.
 ///
+/// For Mixed the sources, and for each of them the preshapes, take turns; see ApproachTurn.
+///
 /// Throws std::invalid_argument for count <= 0, number < 0, a hand without preshapes, or options
 /// that cannot be.
 [[nodiscard]] BULLET_CCD_API ApproachCandidate sampleApproach(const HandModel& hand,
@@ -66,6 +69,31 @@ struct ApproachShapes
 
 [[nodiscard]] BULLET_CCD_API ApproachShapes approachShapes(const HandModel& hand,
                                                            const GraspObject& object);
+
+/// The preshapes that the object fits into across its thinnest direction, in the order of the hand;
+/// all of them if it fits into none. Closing from a preshape that it does not fit into stops at the
+/// fingers themselves, before they are round the object.
+[[nodiscard]] BULLET_CCD_API std::vector<std::size_t> fittingPreshapes(
+    const ApproachShapes& shapes);
+
+/// Where one candidate of a mixed sequence comes from.
+struct ApproachTurn
+{
+    ApproachSource source = ApproachSource::Sphere;  ///< not Mixed
+    std::size_t preshape = 0;
+    std::int64_t turn = 0;  ///< number among the candidates of this source and preshape
+};
+
+/// Candidate `number` of a mixed sequence. Directions of Sphere and points of Boxes are spread
+/// evenly over the turns, however many there will be.
+[[nodiscard]] BULLET_CCD_API ApproachCandidate sampleApproach(const HandModel& hand,
+                                                              const GraspObject& object,
+                                                              const ApproachShapes& shapes,
+                                                              std::uint64_t seed,
+                                                              std::int64_t number,
+                                                              std::int64_t count,
+                                                              const ApproachTurn& turn,
+                                                              const ApproachOptions& options);
 
 /// The same for many candidates: `shapes` is approachShapes(hand, object).
 [[nodiscard]] BULLET_CCD_API ApproachCandidate sampleApproach(const HandModel& hand,

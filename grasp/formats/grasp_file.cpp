@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
@@ -153,8 +154,10 @@ ApproachOptions samplingFrom(const Json& plan, const Place& place)
     }
     const Json& json = plan.at("approach");
     const auto name = value<std::string>(json, "from", place);
-    constexpr std::array kSources{
-        ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes};
+    constexpr std::array kSources{ApproachSource::Sphere,
+                                  ApproachSource::Surface,
+                                  ApproachSource::Boxes,
+                                  ApproachSource::Mixed};
     const auto* const source = std::find_if(
         kSources.begin(), kSources.end(), [&](ApproachSource s) { return name == toString(s); });
     if (source == kSources.end())
@@ -220,6 +223,7 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);
     options.minContactSpacing = value<double>(plan, "min_contact_spacing_m", place);
     options.forceClosureThreshold = value<double>(plan, "force_closure_threshold", place);
+    options.mass = plan.value("mass_kg", options.mass);  // older files lack it
     options.friction = value<double>(quality, "friction", place);
     options.coneEdges = value<int>(quality, "cone_edges", place);
     source.handHash = value<std::string>(hand, "content_hash", place);
@@ -237,6 +241,10 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     const Json& approach = member(json, "approach", place);
     grasp.X_WStart = pose(approach, "start_pose_in_object", place);
     grasp.approach_W = vector<3>(approach, "direction", place);
+    if (approach.contains("from") && !approach.at("from").is_null())  // older files do not have it
+    {
+        grasp.source = value<std::string>(approach, "from", place);
+    }
     grasp.approachDistance = value<double>(approach, "travel_to_contact_m", place);
     if (approach.contains("obstacles_in_reach"))  // older files do not have it
     {
@@ -267,6 +275,13 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
         grasp.quality.volume = value<double>(quality, "volume", place);
     }
     grasp.quality.forceClosure = value<bool>(quality, "force_closure", place);
+    if (quality.contains("weight") && !quality.at("weight").is_null())  // older files lack it
+    {
+        const Json& weight = quality.at("weight");
+        grasp.quality.largestMass = member(weight, "largest_mass_kg", place).is_null()
+                                        ? std::numeric_limits<double>::infinity()
+                                        : value<double>(weight, "largest_mass_kg", place);
+    }
     return grasp;
 }
 

@@ -2,6 +2,7 @@
 
 #include "grasp/formats/content_hash.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace bullet_ccd::grasp
@@ -76,12 +77,14 @@ Json planToJson(const GraspRun& run)
             {"tolerance_m", options.closing.tolerance},
             {"contact_threshold_m", options.closing.contactThreshold},
             {"min_contact_spacing_m", options.minContactSpacing},
-            {"force_closure_threshold", options.forceClosureThreshold}};
+            {"force_closure_threshold", options.forceClosureThreshold},
+            {"mass_kg", options.mass}};
 }
 
 Json approachToJson(const Grasp& grasp)
 {
     Json json{{"start_pose_in_object", poseToJson(grasp.X_WStart)},
+              {"from", grasp.source.empty() ? Json() : Json(grasp.source)},
               {"direction", toJson(grasp.approach_W)},
               {"travel_to_contact_m", grasp.approachDistance},
               {"obstacles_in_reach", grasp.obstaclesInReach}};
@@ -140,6 +143,20 @@ Json stopsToJson(const HandModel& hand, const std::vector<StopEvent>& stops)
     return json;
 }
 
+/// Null for what is no force closure.
+Json weightToJson(const GraspQuality& quality, const PlannerOptions& options)
+{
+    if (!quality.largestMass)
+    {
+        return {};
+    }
+    const double margin = *quality.largestMass / options.mass;
+    return {{"mass_kg", options.mass},
+            {"held_in_any_direction", margin >= 1.0},
+            {"margin", std::isfinite(margin) ? Json(margin) : Json()},
+            {"largest_mass_kg", std::isfinite(margin) ? Json(*quality.largestMass) : Json()}};
+}
+
 Json qualityToJson(const GraspQuality& quality,
                    const PlannerOptions& options,
                    const GraspObject& object)
@@ -147,6 +164,8 @@ Json qualityToJson(const GraspQuality& quality,
     return {{"epsilon", quality.epsilon},
             {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
             {"force_closure", quality.forceClosure},
+            {"class", quality.forceClosure ? Json(epsilonClass(quality.epsilon)) : Json()},
+            {"weight", weightToJson(quality, options)},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"torque_scale_m", object.radius}};

@@ -2,13 +2,17 @@
 #include "grasp/check/penetration_check.h"
 #include "grasp/planner/grasp_planner.h"
 #include "grasp/planner/plan_candidate.h"
+#include "grasp/planner/weight_margin.h"
 
-#include <array>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
+/// Index in the environment; obstacles come after it.
+constexpr std::int32_t kTheObject = 0;
+
 /// Why the open hand cannot be here, or None.
 RejectReason overlapAtStart(const CandidateContext& context,
                             const Eigen::Isometry3d& X_WH,
@@ -36,6 +40,10 @@ void approach(Grasp& grasp,
                                                              context.options.closing.tolerance,
                                                              context.work);
     grasp.reject = rejectReasonOf(result.status, RejectReason::OverlapAtStart);
+    if (!result.contacts.empty() && result.contacts.front().obstacle > kTheObject)
+    {
+        grasp.reject = RejectReason::Obstacle;
+    }
     const double travelled = result.status == ToiStatus::Separated ? 1.0 : result.time;
     grasp.approach_W = shift.normalized();
     grasp.approachDistance = travelled * shift.norm();
@@ -73,14 +81,16 @@ Grasp closeAfter(const Move& move,
                  const Eigen::Isometry3d& X_WStart,
                  const Preshape& preshape,
                  const PlannerOptions& options,
-                 const CloseHand& close)
+                 const CloseHand& close,
+                 std::span<const RigidBody> obstacles)
 {
     Grasp grasp;
     grasp.preshape = preshape.name;
     grasp.X_WStart = X_WStart;
     grasp.X_WH = X_WStart;
     PenetrationCheck check(hand, object);
-    const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
+    std::vector<RigidBody> bodies{{.tree = &object.tree, .motion = {}}};
+    bodies.insert(bodies.end(), obstacles.begin(), obstacles.end());
     const Environment environment(bodies);
     ToiWorkspace work;
     CandidateContext context{.hand = hand,
@@ -107,6 +117,11 @@ Grasp closeAfter(const Move& move,
         if (options.volumes > 0)
         {
             addVolume(grasp, object, options);
+            if (grasp.reject == RejectReason::None)
+            {
+                grasp.quality.largestMass =
+                    largestMassHeld(hand, object, grasp, options.friction, options.coneEdges);
+            }
         }
     }
     return grasp;
@@ -119,7 +134,8 @@ Grasp closeAtPose(const HandModel& hand,
                   const Eigen::Vector3d& shift,
                   const Preshape& preshape,
                   const PlannerOptions& options,
-                  const CloseHand& close)
+                  const CloseHand& close,
+                  std::span<const RigidBody> obstacles)
 {
     const auto move = [&](Grasp& grasp, CandidateContext& context)
     {
@@ -128,7 +144,7 @@ Grasp closeAtPose(const HandModel& hand,
             approach(grasp, shift, preshape.positions, context);
         }
     };
-    return closeAfter(move, hand, object, X_WStart, preshape, options, close);
+    return closeAfter(move, hand, object, X_WStart, preshape, options, close, obstacles);
 }
 
 PathGrasp closeOnPath(const HandModel& hand,
@@ -136,14 +152,16 @@ PathGrasp closeOnPath(const HandModel& hand,
                       std::span<const Eigen::Isometry3d> path,
                       const Preshape& preshape,
                       const PlannerOptions& options,
-                      const CloseHand& close)
+                      const CloseHand& close,
+                      std::span<const RigidBody> obstacles)
 {
     require(!path.empty(), "closeOnPath: the path has no pose");
     PathGrasp result{.way = {.status = ToiStatus::Overlapping, .time = 0.0, .X_WH = path.front()},
                      .grasp = {}};
     const auto move = [&](Grasp& grasp, CandidateContext& context)
     { result.way = follow(grasp, path, preshape.positions, context); };
-    result.grasp = closeAfter(move, hand, object, path.front(), preshape, options, close);
+    result.grasp =
+        closeAfter(move, hand, object, path.front(), preshape, options, close, obstacles);
     return result;
 }
 }  // namespace bullet_ccd::grasp

@@ -2,6 +2,8 @@
 
 #include "bullet_ccd/math/check.h"
 #include "grasp/planner/plan_candidate.h"
+#include "grasp/planner/source_schedule.h"
+#include "grasp/planner/weight_margin.h"
 
 #include <algorithm>
 #include <chrono>
@@ -101,6 +103,7 @@ void checkOptions(const PlannerOptions& options)
     require(options.timeLimit >= 0.0, "planGrasps: the time limit must not be negative");
     checkApproachOptions(options.approach);
     require(options.friction > 0.0, "planGrasps: friction must be positive");
+    require(options.mass > 0.0, "planGrasps: the mass must be positive");
     require(options.coneEdges >= 3, "planGrasps: a friction cone needs three edges or more");
     require(options.closing.tolerance > 0.0, "planGrasps: the tolerance must be positive");
     require(options.closing.contactThreshold >= options.closing.tolerance,
@@ -131,12 +134,41 @@ void addKnown(std::vector<Grasp>& grasps, std::span<const Grasp> known)
     }
 }
 
+/// Candidates that are not known before one of this number.
+std::size_t turnsBefore(const Queue& queue, std::int64_t number)
+{
+    std::size_t turn = 0;
+    while (turn < queue.size() && queue.number(turn) < number)
+    {
+        ++turn;
+    }
+    return turn;
+}
+
 void addVolumes(std::span<Grasp> grasps, const GraspObject& object, const PlannerOptions& options)
 {
     const std::size_t count =
         std::min(grasps.size(), static_cast<std::size_t>(std::max(0, options.volumes)));
     tbb::parallel_for(
         std::size_t{0}, count, [&](std::size_t k) { addVolume(grasps[k], object, options); });
+}
+
+void addLargestMasses(std::span<Grasp> grasps,
+                      const HandModel& hand,
+                      const GraspObject& object,
+                      const PlannerOptions& options)
+{
+    tbb::parallel_for(std::size_t{0},
+                      grasps.size(),
+                      [&](std::size_t k)
+                      {
+                          Grasp& grasp = grasps[k];
+                          if (grasp.reject == RejectReason::None)
+                          {
+                              grasp.quality.largestMass = largestMassHeld(
+                                  hand, object, grasp, options.friction, options.coneEdges);
+                          }
+                      });
 }
 
 bool ranksBefore(const Grasp& a, const Grasp& b)
@@ -164,6 +196,11 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     checkOptions(options);
     Queue queue(options, extras);
     std::vector<Grasp> planned(queue.size());
+    std::vector<char> held(static_cast<std::size_t>(options.candidates), 0);
+    for (const Grasp& grasp : extras.known)
+    {
+        held[static_cast<std::size_t>(grasp.candidate)] = grasp.reject == RejectReason::None;
+    }
     const int jobs = options.jobs > 0 ? options.jobs : tbb::info::default_concurrency();
     tbb::enumerable_thread_specific<std::optional<Worker>> workers;
     tbb::task_arena arena(jobs);
@@ -172,53 +209,82 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
         {
             const ApproachShapes shapes = approachShapes(hand, object);
             const Surroundings surroundings = surroundingsOf(hand, extras.obstacles);
-            // Every candidate has its own place and its own random numbers, so neither the order
-            // nor the number of threads matters.
-            tbb::parallel_for(
-                std::size_t{0},
-                queue.size(),
-                [&](std::size_t)
+            const bool isMixed = options.approach.source == ApproachSource::Mixed;
+            SourceSchedule schedule(fittingPreshapes(shapes), options.candidates);
+            const auto draw = [&](std::int64_t number)
+            {
+                return isMixed ? sampleApproach(hand,
+                                                object,
+                                                shapes,
+                                                options.seed,
+                                                number,
+                                                options.candidates,
+                                                schedule.turn(number),
+                                                options.approach)
+                               : sampleApproach(hand,
+                                                object,
+                                                shapes,
+                                                options.seed,
+                                                number,
+                                                options.candidates,
+                                                options.approach);
+            };
+            const auto planNext = [&]
+            {
+                const std::optional<std::size_t> turn = queue.begin();
+                if (!turn)
                 {
-                    const std::optional<std::size_t> turn = queue.begin();
-                    if (!turn)
-                    {
-                        return;
-                    }
-                    std::optional<Worker>& worker = workers.local();
-                    if (!worker)
-                    {
-                        worker.emplace(Worker{.close = makeCloseHand(),
-                                              .check = PenetrationCheck(hand, object)});
-                    }
-                    const ApproachCandidate candidate = sampleApproach(hand,
-                                                                       object,
-                                                                       shapes,
-                                                                       options.seed,
-                                                                       queue.number(*turn),
-                                                                       options.candidates,
-                                                                       options.approach);
-                    const std::vector<RigidBody> bodies =
-                        bodiesNear(candidate, object, surroundings);
-                    const auto near = static_cast<std::int64_t>(bodies.size()) - 1;
-                    worker->environment.reset(bodies);
-                    CandidateContext context{.hand = hand,
-                                             .object = object,
-                                             .environment = worker->environment,
-                                             .options = options,
-                                             .close = worker->close,
-                                             .check = worker->check,
-                                             .work = worker->work};
-                    planned[*turn] = planCandidate(candidate, context);
-                    planned[*turn].obstaclesInReach = near;
-                    if (extras.progress)
-                    {
-                        extras.progress(planned[*turn]);
-                    }
-                });
+                    return;
+                }
+                std::optional<Worker>& worker = workers.local();
+                if (!worker)
+                {
+                    worker.emplace(
+                        Worker{.close = makeCloseHand(), .check = PenetrationCheck(hand, object)});
+                }
+                const ApproachCandidate candidate = draw(queue.number(*turn));
+                const std::vector<RigidBody> bodies = bodiesNear(candidate, object, surroundings);
+                const auto near = static_cast<std::int64_t>(bodies.size()) - 1;
+                worker->environment.reset(bodies);
+                CandidateContext context{.hand = hand,
+                                         .object = object,
+                                         .environment = worker->environment,
+                                         .options = options,
+                                         .close = worker->close,
+                                         .check = worker->check,
+                                         .work = worker->work};
+                Grasp& grasp = planned[*turn];
+                grasp = planCandidate(candidate, context);
+                grasp.obstaclesInReach = near;
+                held[static_cast<std::size_t>(grasp.candidate)] =
+                    grasp.reject == RejectReason::None;
+                if (extras.progress)
+                {
+                    extras.progress(grasp);
+                }
+            };
+            // Every candidate of a block has its own place and its own random numbers, so neither
+            // the order nor the number of threads matters. Without a schedule all is one block.
+            for (std::int64_t end = 0; end < options.candidates;)
+            {
+                if (isMixed)
+                {
+                    schedule.extend(held);
+                }
+                end = isMixed ? schedule.end() : options.candidates;
+                const std::size_t first = queue.begun();
+                const std::size_t last = turnsBefore(queue, end);
+                tbb::parallel_for(first, last, [&](std::size_t) { planNext(); });
+                if (queue.begun() < last)
+                {
+                    break;  // late, or stopped
+                }
+            }
             planned.resize(queue.begun());
             addKnown(planned, extras.known);
             std::sort(planned.begin(), planned.end(), ranksBefore);
             addVolumes(planned, object, options);
+            addLargestMasses(planned, hand, object, options);
         });
     return planned;
 }

@@ -19,13 +19,15 @@ struct PlannerOptions
     std::uint64_t seed = 1;
     int jobs = 0;            ///< threads; 0: one per core. Results do not depend on it.
     double timeLimit = 0.0;  ///< after it no candidate is begun [s]; 0: no limit
-    ApproachOptions approach = {};
+    ApproachOptions approach = {.source = ApproachSource::Mixed};
     ClosingOptions closing = {};
     /// The engine that the caller hands to planGrasps(). It is kept here for the record.
     ClosingEngine engine = ClosingEngine::Kinematic;
     int volumes = 3;  ///< number of best grasps that get the volume of their wrench space
     double friction = ContactLaw{}.friction;
     int coneEdges = 8;
+    /// Of the object, for the question whether a grasp holds its weight [kg]. It changes no grasp.
+    double mass = 0.5;
     double forceClosureThreshold = 0.005;
     double minContactSpacing = 1e-3;  ///< closer contacts of one link become one [m]
 };
@@ -52,6 +54,9 @@ struct PlanExtras
 /// All candidates, best first: force closures by epsilon (ties by candidate number), then the other
 /// grasps, then the rejected candidates by number.
 ///
+/// With ApproachSource::Mixed, candidates go where candidates before them succeeded:
+/// SourceSchedule.
+///
 /// Guarantee: the outcome of a candidate depends neither on the number of threads nor on the time
 /// limit. So a plan that is continued from its own result (`known`) ends like one that was never
 /// stopped. Candidates are begun in the order of their numbers, and every one that is begun is
@@ -74,6 +79,11 @@ struct PlanExtras
 /// The reject reasons, in the order in which they are looked for, are OverlapAtStart (by the
 /// independent check), SelfOverlap, IterationLimit (then the hand was not closed, and there are no
 /// joint positions), Penetration, TooFewContacts and NoForceClosure.
+/// A force closure knows the largest mass that it holds (GraspQuality::largestMass) if volumes are
+/// asked for.
+/// @param obstacles  bodies at rest in W that end the approach as the object does, and make the
+/// grasp
+///                   one of RejectReason::Obstacle; the engine has to know them, too
 /// @param options  only those of closing, contacts and quality are used
 [[nodiscard]] BULLET_CCD_API Grasp closeAtPose(const HandModel& hand,
                                                const GraspObject& object,
@@ -81,7 +91,8 @@ struct PlanExtras
                                                const Eigen::Vector3d& shift,
                                                const Preshape& preshape,
                                                const PlannerOptions& options,
-                                               const CloseHand& close);
+                                               const CloseHand& close,
+                                               std::span<const RigidBody> obstacles = {});
 
 /// A grasp at the end of a path, and how far the hand got.
 struct PathGrasp
@@ -100,5 +111,6 @@ struct PathGrasp
                                                    std::span<const Eigen::Isometry3d> path,
                                                    const Preshape& preshape,
                                                    const PlannerOptions& options,
-                                                   const CloseHand& close);
+                                                   const CloseHand& close,
+                                                   std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::grasp

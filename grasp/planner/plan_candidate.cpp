@@ -296,6 +296,7 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
     Grasp approached;
     approached.candidate = candidate.number;
     approached.preshape = preshape.name;
+    approached.source = toString(candidate.source);
     approached.X_WStart = candidate.X_WStart;
     approached.approach_W = candidate.direction_W;
     const ArticulatedToiResult approach =

@@ -40,6 +40,24 @@ void addObject(GltfBuilder& gltf, int root, const GraspObject& object, const Gra
         name, root, gltf.addTriangles(name, scene.object, material), Eigen::Isometry3d::Identity());
 }
 
+void addObstacles(GltfBuilder& gltf, int root, const GraspScene& scene)
+{
+    if (scene.obstacles.empty())
+    {
+        return;
+    }
+    const int parent = gltf.addNode("obstacles", root);
+    const int material = gltf.addMaterial("obstacle", kObstacleColor, kObjectCover);
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    {
+        const std::string name = "obstacle " + std::to_string(i + 1);
+        gltf.addNode(name,
+                     parent,
+                     gltf.addTriangles(name, scene.obstacles[i], material),
+                     Eigen::Isometry3d::Identity());
+    }
+}
+
 Shape ballShape(double radius)
 {
     return makeShape(makeSphere(radius, 2), Eigen::Isometry3d::Identity());
@@ -137,17 +155,19 @@ void writeGraspModel(const HandModel& hand,
                      const GraspObject& object,
                      const Grasp& grasp,
                      double friction,
-                     const std::filesystem::path& file)
+                     const std::filesystem::path& file,
+                     std::span<const RigidBody> obstacles)
 {
     require(friction > 0.0, "writeGraspModel: friction must be positive");
     require(!grasp.positions.empty(), "writeGraspModel: the grasp was never closed");
-    const GraspScene scene = makeScene(hand, object, grasp);
+    const GraspScene scene = makeScene(hand, object, grasp, obstacles);
     GltfBuilder gltf;
     const Eigen::Isometry3d yUp(
         Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitX()));
     const int root = gltf.addNode("grasp", kNone, kNone, yUp);
     addHand(gltf, root, hand, scene);
     addObject(gltf, root, object, scene);
+    addObstacles(gltf, root, scene);
     addAtContacts(gltf, root, hand, scene, "contact", ballShape(kBallRadius * object.radius), 1.0F);
     addAtContacts(gltf,
                   root,

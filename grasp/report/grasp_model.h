@@ -2,10 +2,12 @@
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "bullet_ccd/toi/rigid_toi.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
 #include <filesystem>
+#include <span>
 
 namespace bullet_ccd::grasp
 {
@@ -13,6 +15,7 @@ namespace bullet_ccd::grasp
 /// z up, to glTF's y up; all below it is in W:
 ///   "hand"            one node a link with geometry, named as the link
 ///   "object: NAME"    see-through, as in the pictures
+///   "obstacles"       the bodies beside the object, see-through: "obstacle 1", ...
 ///   "contacts"        a ball at each contact's point: "contact 1: LINK", ...
 ///   "friction cones"  at each contact, the forces that the link may apply to the object: apex at
 ///                     the point, axis along the normal, half angle atan(friction)
@@ -26,5 +29,6 @@ BULLET_CCD_API void writeGraspModel(const HandModel& hand,
                                     const GraspObject& object,
                                     const Grasp& grasp,
                                     double friction,
-                                    const std::filesystem::path& file);
+                                    const std::filesystem::path& file,
+                                    std::span<const RigidBody> obstacles = {});
 }  // namespace bullet_ccd::grasp

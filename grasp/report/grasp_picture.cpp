@@ -5,9 +5,12 @@
 #include "grasp/report/grasp_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -20,8 +23,12 @@ constexpr float kHiddenOpacity = 0.45F;
 /// Everything is drawn this much larger and averaged.
 constexpr int kSupersampling = 2;
 
-/// Object over hand over paper. `front` receives the shape that is nearest in each pixel.
-Canvas compose(const Layer& hand, const Layer& object, std::vector<std::int32_t>& front)
+/// Object over hand over obstacles over paper. `front` receives the shape that is nearest in each
+/// pixel, obstacles in front of others left out.
+Canvas compose(const Layer& hand,
+               const Layer& object,
+               const Layer& obstacles,
+               std::vector<std::int32_t>& front)
 {
     Canvas canvas(hand.width, hand.height);
     for (int y = 0; y < canvas.height; ++y)
@@ -32,13 +39,23 @@ Canvas compose(const Layer& hand, const Layer& object, std::vector<std::int32_t>
         {
             const std::size_t i = hand.at(x, y);
             const bool objectInFront = object.depth[i] < hand.depth[i];
-            Color color = hand.id[i] != kNone ? hand.color[i] : paper;
+            const bool hasObstacle = obstacles.id[i] != kNone;
+            const Color behind = hasObstacle ? obstacles.color[i] : paper;
+            Color color = hand.id[i] != kNone ? hand.color[i] : behind;
             if (objectInFront)
             {
                 const float cover = hand.id[i] != kNone ? kObjectCover : 1.0F;
                 color += cover * (object.color[i] - color);
             }
             front[i] = objectInFront ? object.id[i] : hand.id[i];
+            if (front[i] == kNone)
+            {
+                front[i] = obstacles.id[i];
+            }
+            else if (hasObstacle && obstacles.depth[i] < std::min(hand.depth[i], object.depth[i]))
+            {
+                color += kObstacleCover * (obstacles.color[i] - color);
+            }
             canvas.at(x, y) = color;
         }
     }
@@ -49,10 +66,15 @@ Canvas compose(const Layer& hand, const Layer& object, std::vector<std::int32_t>
 void drawOutlines(Canvas& canvas,
                   const Layer& hand,
                   const Layer& object,
+                  const Layer& obstacles,
                   const std::vector<std::int32_t>& front,
                   double jump)
 {
-    const auto depthAt = [&](std::size_t i) { return std::min(hand.depth[i], object.depth[i]); };
+    const auto depthAt = [&](std::size_t i)
+    {
+        const bool isObstacle = hand.id[i] == kNone && object.id[i] == kNone;
+        return isObstacle ? obstacles.depth[i] : std::min(hand.depth[i], object.depth[i]);
+    };
     for (int y = 0; y + 1 < canvas.height; ++y)
     {
         for (int x = 0; x + 1 < canvas.width; ++x)
@@ -216,14 +238,147 @@ Canvas drawView(const GraspScene& scene, const Camera& camera)
     }
     Layer object(camera.width, camera.height);
     drawShape(object, camera, scene.object);
+    Layer obstacles(camera.width, camera.height);
+    for (const Shape& shape : scene.obstacles)
+    {
+        drawShape(obstacles, camera, shape);
+    }
     std::vector<std::int32_t> front(hand.id.size(), kNone);
-    Canvas canvas = compose(hand, object, front);
-    drawOutlines(canvas, hand, object, front, 0.08 * scene.objectRadius);
+    Canvas canvas = compose(hand, object, obstacles, front);
+    drawOutlines(canvas, hand, object, obstacles, front, 0.08 * scene.objectRadius);
     drawBoxes(canvas, scene, camera, hand, object);
     drawContacts(canvas, scene, camera, hand);
     return canvas;
 }
+void requireSize(const PictureOptions& options, const std::filesystem::path& file)
+{
+    require(options.width >= 64 && options.height >= 64,
+            file.string() + ": picture of " + std::to_string(options.width) + " x " +
+                std::to_string(options.height) + " pixels: ask for at least 64 x 64");
+}
+
+void drawArrow(Canvas& canvas,
+               const Camera& camera,
+               std::span<const Eigen::Vector3d> way,
+               const Color& color)
+{
+    const double unit = canvas.height / 640.0;
+    std::vector<Eigen::Vector2d> points;
+    for (const Eigen::Vector3d& point : way)
+    {
+        points.emplace_back(camera.project(point).head<2>());
+    }
+    for (const Ink& ink : {Ink{Color::Ones(), 0.85F}, Ink{color, 1.0F}})
+    {
+        const double width = (ink.color == color ? 3.0 : 5.5) * unit;
+        for (std::size_t i = 1; i < points.size(); ++i)
+        {
+            drawLine(canvas, points[i - 1], points[i], width, ink);
+        }
+    }
+    const Eigen::Vector2d last = points.back() - points[points.size() - 2];
+    if (last.norm() > 1e-9)
+    {
+        drawArrowHead(canvas,
+                      points.back() + 5.0 * unit * last.normalized(),
+                      last.normalized(),
+                      13.0 * unit,
+                      {color, 1.0F});
+    }
+}
+
+/// Where the middle of the finger's last link with geometry goes while the hand closes by half.
+std::vector<Eigen::Vector3d> wayOfTip(const HandModel& hand,
+                                      const Finger& finger,
+                                      const Preshape& preshape)
+{
+    constexpr int kSteps = 24;
+    constexpr double kPart = 0.5;
+    std::vector<Eigen::Vector3d> way;
+    const auto tip =
+        std::find_if(finger.links.rbegin(),
+                     finger.links.rend(),
+                     [&](std::int32_t link)
+                     { return hand.linkTrees[static_cast<std::size_t>(link)] != nullptr; });
+    if (tip == finger.links.rend())
+    {
+        return way;
+    }
+    const auto link = static_cast<std::size_t>(*tip);
+    const Eigen::Vector3d middle = bounds(hand.robot.linkMeshes[link]).center();
+    const std::vector<double> closed = closedPositions(hand, preshape.positions);
+    for (int step = 0; step <= kSteps; ++step)
+    {
+        std::vector<double> positions = preshape.positions;
+        for (std::size_t i = 0; i < positions.size(); ++i)
+        {
+            positions[i] += kPart * step / kSteps * (closed[i] - positions[i]);
+        }
+        way.push_back(linkPoses(hand.robot.tree, Eigen::Isometry3d::Identity(), positions)[link] *
+                      middle);
+    }
+    return way;
+}
 }  // namespace
+
+void drawPreshape(const HandModel& hand,
+                  const Preshape& preshape,
+                  const PictureOptions& options,
+                  const std::filesystem::path& file)
+{
+    requireSize(options, file);
+    const Eigen::Isometry3d& X_RG = graspFrame(hand, preshape);
+    Grasp open;
+    open.preshape = preshape.name;
+    open.positions = preshape.positions;
+    open.approach_W = X_RG.linear().col(2);
+    GraspScene scene = makeHandScene(hand, open);
+    Eigen::AlignedBox3d box;
+    for (const Shape& shape : scene.hand)
+    {
+        for (const Eigen::Vector3d& vertex : shape.vertices)
+        {
+            box.extend(vertex);
+        }
+    }
+    scene.objectRadius = 0.25 * box.sizes().norm();  // of what outlines and arrows are shares
+    const Eigen::Vector3d x = X_RG.linear().col(0);
+    const Eigen::Vector3d y = X_RG.linear().col(1);
+    const Eigen::Vector3d z = X_RG.linear().col(2);
+    Canvas picture(options.width, options.height);
+    const int panelWidth = options.width / 4;
+    int left = 0;
+    for (const Eigen::Vector3d& direction : {x, y, z, Eigen::Vector3d(x + y + 0.8 * z)})
+    {
+        const Camera camera = frameScene(scene,
+                                         direction.normalized(),
+                                         kSupersampling * panelWidth,
+                                         kSupersampling * options.height);
+        Canvas view = drawView(scene, camera);
+        for (const Finger& finger : hand.fingers)
+        {
+            const std::vector<Eigen::Vector3d> way = wayOfTip(hand, finger, preshape);
+            if (!way.empty())
+            {
+                drawArrow(view, camera, way, 0.6F * colorOf(hand, finger.links.front()));
+            }
+        }
+        const double length = 0.5 * scene.objectRadius;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            Color color = Color::Constant(0.1F);
+            color[axis] = 0.8F;
+            const std::array way{
+                Eigen::Vector3d(X_RG.translation()),
+                Eigen::Vector3d(X_RG.translation() + length * X_RG.linear().col(axis))};
+            drawArrow(view, camera, way, color);
+        }
+        shrinkInto(picture, left, view);
+        drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, left, panelWidth);
+        left += panelWidth;
+    }
+    writePng(picture, file);
+}
 
 void drawGrasp(const HandModel& hand,
                const GraspObject& object,
@@ -231,10 +386,8 @@ void drawGrasp(const HandModel& hand,
                const PictureOptions& options,
                const std::filesystem::path& file)
 {
-    require(options.width >= 64 && options.height >= 64,
-            file.string() + ": picture of " + std::to_string(options.width) + " x " +
-                std::to_string(options.height) + " pixels: ask for at least 64 x 64");
-    GraspScene scene = makeScene(hand, object, grasp);
+    requireSize(options, file);
+    GraspScene scene = makeScene(hand, object, grasp, options.obstacles);
     if (options.sweptBoxes)
     {
         addSweptBoxes(scene, hand, grasp);

@@ -14,6 +14,9 @@ struct PictureOptions
     int width = 1200;  ///< pixels; two views side by side
     int height = 640;
     bool sweptBoxes = false;  ///< the boxes that links pass through while they close
+    /// Bodies beside the object: drawn, but see-through where they hide hand or object, and cut by
+    /// the frame.
+    std::span<const RigidBody> obstacles = {};
 };
 
 /// Renders hand, object and contacts (points and normals) of a grasp to a PNG: two views, shaded,
@@ -27,6 +30,15 @@ BULLET_CCD_API void drawGrasp(const HandModel& hand,
                               const Grasp& grasp,
                               const PictureOptions& options,
                               const std::filesystem::path& file);
+
+/// Renders the hand in a preshape to a PNG, without an object, from four sides: along the axes of
+/// its grasp frame, x, y and against z, and obliquely. The grasp frame is drawn (x red, y green, z
+/// blue: the way to the object), and for every finger the way of its tip while it closes. Throws as
+/// drawGrasp(). Obstacles and swept boxes of the options are not looked at.
+BULLET_CCD_API void drawPreshape(const HandModel& hand,
+                                 const Preshape& preshape,
+                                 const PictureOptions& options,
+                                 const std::filesystem::path& file);
 
 /// One HTML page: what was found, the pictures of the best, a table of all grasps that sorts by any
 /// column, and the settings of the run. Needs nothing but itself and the pictures, to which it

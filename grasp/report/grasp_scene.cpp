@@ -15,7 +15,7 @@ const std::array<Color, 5> kFingerColors = {Color(0.36F, 0.56F, 0.72F),
                                             Color(0.40F, 0.66F, 0.62F),
                                             Color(0.53F, 0.53F, 0.75F),
                                             Color(0.52F, 0.68F, 0.45F),
-                                            Color(0.42F, 0.62F, 0.80F)};
+                                            Color(0.72F, 0.53F, 0.63F)};
 constexpr double kMargin = 0.06;  ///< of the picture's size, on each side
 
 /// How well the scene is seen from `direction`.
@@ -82,7 +82,7 @@ Color colorOf(const HandModel& hand, std::int32_t link)
     return tone * kFingerColors[static_cast<std::size_t>(finger) % kFingerColors.size()];
 }
 
-GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Grasp& grasp)
+GraspScene makeHandScene(const HandModel& hand, const Grasp& grasp)
 {
     const KinematicTree& tree = hand.robot.tree;
     const std::vector<Eigen::Isometry3d> poses = linkPoses(tree, grasp.X_WH, grasp.positions);
@@ -103,17 +103,32 @@ GraspScene makeScene(const HandModel& hand, const GraspObject& object, const Gra
         shape.color = colorOf(hand, link);
         shape.id = link;
     }
-    scene.object = makeShape(object.tree.mesh(), Eigen::Isometry3d::Identity());
-    scene.object.color = kObjectColor;
-    scene.object.id = static_cast<std::int32_t>(tree.size());
-    scene.contacts = grasp.contacts;
-    scene.objectRadius = object.radius;
     const Eigen::Vector3d approach = grasp.approach_W;
     const Preshape* preshape = findPreshape(hand, grasp.preshape);
     const Eigen::Isometry3d& X_RG = preshape == nullptr ? hand.X_RG : graspFrame(hand, *preshape);
     scene.approach_W = approach.norm() > 0.5
                            ? approach
                            : Eigen::Vector3d(grasp.X_WH.linear() * X_RG.linear().col(2));
+    return scene;
+}
+
+GraspScene makeScene(const HandModel& hand,
+                     const GraspObject& object,
+                     const Grasp& grasp,
+                     std::span<const RigidBody> obstacles)
+{
+    GraspScene scene = makeHandScene(hand, grasp);
+    scene.object = makeShape(object.tree.mesh(), Eigen::Isometry3d::Identity());
+    scene.object.color = kObjectColor;
+    scene.object.id = static_cast<std::int32_t>(hand.robot.tree.size());
+    for (const RigidBody& body : obstacles)
+    {
+        Shape& shape = scene.obstacles.emplace_back(makeShape(body.tree->mesh(), body.motion.X_W0));
+        shape.color = kObstacleColor;
+        shape.id = scene.object.id + static_cast<std::int32_t>(scene.obstacles.size());
+    }
+    scene.contacts = grasp.contacts;
+    scene.objectRadius = object.radius;
     return scene;
 }
 

@@ -1,11 +1,13 @@
 /// A grasp as shapes in W, and the two directions from which it is seen best.
 #pragma once
 
+#include "bullet_ccd/toi/rigid_toi.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/report/raster.h"
 
 #include <array>
+#include <span>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -13,6 +15,9 @@ namespace bullet_ccd::grasp
 /// Of points of contact and what is drawn at them.
 inline const Color kContactColor(0.86F, 0.07F, 0.24F);
 inline const Color kObjectColor(0.93F, 0.62F, 0.27F);
+inline const Color kObstacleColor(0.62F, 0.60F, 0.56F);
+/// Share of an obstacle's colour where it lies in front of the hand or the object.
+inline constexpr float kObstacleCover = 0.25F;
 /// Share of the object's colour where it lies in front of a link.
 inline constexpr float kObjectCover = 0.6F;
 
@@ -25,8 +30,9 @@ struct SceneBox
 
 struct GraspScene
 {
-    std::vector<Shape> hand;  ///< one a link with geometry; id = link
-    Shape object;             ///< id = number of links
+    std::vector<Shape> hand;       ///< one a link with geometry; id = link
+    Shape object;                  ///< id = number of links
+    std::vector<Shape> obstacles;  ///< bodies beside the object; ids follow that of the object
     std::vector<GraspContact> contacts;
     Eigen::Vector3d approach_W = Eigen::Vector3d::UnitZ();
     double objectRadius = 0.0;         ///< [m]
@@ -40,9 +46,13 @@ struct GraspScene
 /// Finger that the link belongs to, or kNone.
 [[nodiscard]] std::int32_t fingerOf(const HandModel& hand, std::int32_t link);
 
+/// The hand alone.
+[[nodiscard]] GraspScene makeHandScene(const HandModel& hand, const Grasp& grasp);
+
 [[nodiscard]] GraspScene makeScene(const HandModel& hand,
                                    const GraspObject& object,
-                                   const Grasp& grasp);
+                                   const Grasp& grasp,
+                                   std::span<const RigidBody> obstacles = {});
 
 /// Adds the boxes of all links of fingers while they close from the grasp's preshape; none if the
 /// hand does not have it.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 
 namespace bullet_ccd::grasp
@@ -49,7 +50,8 @@ std::string escaped(const std::string& text)
 
 std::vector<std::pair<std::string, std::string>> reportFacts(const GraspRun& run,
                                                              const HandModel& hand,
-                                                             const GraspObject& object)
+                                                             const GraspObject& object,
+                                                             std::span<const Grasp> grasps)
 {
     std::vector<std::pair<std::string, std::string>> facts;
     const auto fact = [&facts](const char* name, const std::string& value)
@@ -69,6 +71,17 @@ std::vector<std::pair<std::string, std::string>> reportFacts(const GraspRun& run
          number(options.friction, 4) + ", pyramids with " + std::to_string(options.coneEdges) +
              " edges");
     fact("Force closure", "epsilon of at least " + number(options.forceClosureThreshold, 4));
+    fact("Classes", "epsilon below 0.05 is marginal, below 0.2 fair, from there on firm");
+    fact("Weight",
+         "held in any direction within the efforts: asked for " + number(options.mass, 4) + " kg");
+    for (const auto& [name, key] :
+         {std::pair("Sources", &Grasp::source), std::pair("Preshapes", &Grasp::preshape)})
+    {
+        if (const std::string shares = sharesText(grasps, key); !shares.empty())
+        {
+            fact(name, "force closures: " + shares);
+        }
+    }
     fact("Links stop at", number(1000.0 * options.closing.tolerance, 4) + " mm from the object");
     fact("Contacts",
          "features within " + number(1000.0 * options.closing.contactThreshold, 4) +
@@ -81,6 +94,27 @@ std::vector<std::pair<std::string, std::string>> reportFacts(const GraspRun& run
         }
     }
     return facts;
+}
+
+std::string sharesText(std::span<const Grasp> grasps, std::string Grasp::*key)
+{
+    std::map<std::string, std::pair<int, int>> counts;
+    for (const Grasp& grasp : grasps)
+    {
+        if (!(grasp.*key).empty())
+        {
+            auto& [held, tried] = counts[grasp.*key];
+            held += grasp.reject == RejectReason::None ? 1 : 0;
+            ++tried;
+        }
+    }
+    std::string text;
+    for (const auto& [value, count] : counts)
+    {
+        text += (text.empty() ? "" : ", ") + value + " " + std::to_string(count.first) + " of " +
+                std::to_string(count.second);
+    }
+    return text;
 }
 
 std::string outcomeOf(const Grasp& grasp)

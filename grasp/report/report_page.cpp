@@ -137,6 +137,12 @@ void writeTiles(std::ostream& out, std::span<const Grasp> grasps)
     out << "</div>\n";
 }
 
+/// A volume of 0 was not asked for.
+std::string volumeText(const Grasp& grasp)
+{
+    return grasp.quality.volume > 0.0 ? number(grasp.quality.volume, 4) : "–";
+}
+
 void writeFigures(std::ostream& out,
                   std::span<const Grasp> grasps,
                   std::span<const std::filesystem::path> pictures,
@@ -157,10 +163,10 @@ void writeFigures(std::ostream& out,
             << grasp.candidate << " from two sides\">\n<figcaption><strong>Candidate "
             << grasp.candidate << "</strong> <div><span>epsilon</span> "
             << fixed(grasp.quality.epsilon, 4) << "</div> <div><span>volume</span> "
-            << number(grasp.quality.volume, 4) << "</div> <div><span>contacts</span> "
-            << grasp.contacts.size() << "</div> <div><span>links in contact</span> "
-            << linksInContact(grasp) << "</div> <div><span>preshape</span> "
-            << escaped(grasp.preshape) << "</div></figcaption></figure>\n";
+            << volumeText(grasp) << "</div> <div><span>contacts</span> " << grasp.contacts.size()
+            << "</div> <div><span>links in contact</span> " << linksInContact(grasp)
+            << "</div> <div><span>preshape</span> " << escaped(grasp.preshape)
+            << "</div></figcaption></figure>\n";
     }
 }
 
@@ -171,9 +177,9 @@ void writeRow(std::ostream& out, std::size_t rank, const Grasp& grasp)
         << (isGrasp ? "yes" : "no") << "\">" << escaped(outcomeOf(grasp))
         << "</td><td data-value=\"" << number(grasp.quality.epsilon, 17) << "\">"
         << fixed(grasp.quality.epsilon, 4) << "</td><td data-value=\""
-        << number(grasp.quality.volume, 17) << "\">" << number(grasp.quality.volume, 4)
-        << "</td><td>" << grasp.contacts.size() << "</td><td>" << linksInContact(grasp)
-        << "</td><td>" << fixed(1000.0 * grasp.approachDistance, 1) << "</td><td class=\"text\">"
+        << number(grasp.quality.volume, 17) << "\">" << volumeText(grasp) << "</td><td>"
+        << grasp.contacts.size() << "</td><td>" << linksInContact(grasp) << "</td><td>"
+        << fixed(1000.0 * grasp.approachDistance, 1) << "</td><td class=\"text\">"
         << escaped(grasp.preshape) << "</td></tr>\n";
 }
 
@@ -209,10 +215,11 @@ void writeTable(std::ostream& out, std::span<const Grasp> grasps)
 void writeFacts(std::ostream& out,
                 const GraspRun& run,
                 const HandModel& hand,
-                const GraspObject& object)
+                const GraspObject& object,
+                std::span<const Grasp> grasps)
 {
     out << "<h2>The run</h2>\n<div class=\"card\"><table class=\"facts\"><tbody>\n";
-    for (const auto& [name, value] : reportFacts(run, hand, object))
+    for (const auto& [name, value] : reportFacts(run, hand, object, grasps))
     {
         out << "<tr><th>" << name << "</th><td>" << escaped(value) << "</td></tr>\n";
     }
@@ -238,7 +245,7 @@ void writeReport(const GraspRun& run,
     writeTiles(page, grasps);
     writeFigures(page, grasps, pictures, std::filesystem::absolute(file).parent_path());
     writeTable(page, grasps);
-    writeFacts(page, run, hand, object);
+    writeFacts(page, run, hand, object, grasps);
     page << "<script>" << kScript << "</script>\n</body></html>\n";
 
     writePage(page.str(), file);

@@ -224,7 +224,7 @@ PageJson stopsJson(const Grasp& grasp)
 
 PageJson graspJson(const HandModel& hand,
                    const Grasp& grasp,
-                   const ClosingOptions& options,
+                   const PlannerOptions& options,
                    const std::vector<std::string>& files)
 {
     const GraspQuality& quality = grasp.quality;
@@ -234,6 +234,14 @@ PageJson graspJson(const HandModel& hand,
         {"good", grasp.reject == RejectReason::None},
         {"epsilon", quality.epsilon},
         {"volume", quality.volume > 0.0 ? PageJson(quality.volume) : PageJson()},
+        {"class", quality.forceClosure ? PageJson(epsilonClass(quality.epsilon)) : PageJson()},
+        {"largestMass",
+         quality.largestMass && std::isfinite(*quality.largestMass)
+             ? PageJson(rounded(*quality.largestMass))
+             : PageJson()},
+        {"holds",
+         quality.largestMass ? PageJson(*quality.largestMass >= options.mass) : PageJson()},
+        {"source", grasp.source},
         {"preshape", grasp.preshape},
         {"start", poseList(grasp.X_WStart)},
         {"direction", {grasp.approach_W.x(), grasp.approach_W.y(), grasp.approach_W.z()}},
@@ -242,7 +250,7 @@ PageJson graspJson(const HandModel& hand,
         {"files", files}};
     if (!grasp.positions.empty())
     {
-        const ClosingSpans spans = closingSpans(hand, grasp, options);
+        const ClosingSpans spans = closingSpans(hand, grasp, options.closing);
         json["hand"] = poseList(grasp.X_WH);
         json["joints"] = positionsJson(hand, grasp.positions);
         json["spans"] = spansJson(hand, spans);
@@ -274,6 +282,7 @@ PageJson pageJson(const GraspRun& run,
     PageJson json = {{"hand", hand.robot.name},
                      {"tried", run.options.candidates},
                      {"friction", run.options.friction},
+                     {"mass", run.options.mass},
                      {"command", extras.command},
                      {"files", extras.files},
                      {"links", linksJson(hand, meshes)},
@@ -287,7 +296,7 @@ PageJson pageJson(const GraspRun& run,
                      {"obstacles", obstaclesJson(extras.obstacles, meshes)}};
     json["meshes"] = meshes.json();
     json["facts"] = PageJson::array();
-    for (const auto& [name, value] : reportFacts(run, hand, object))
+    for (const auto& [name, value] : reportFacts(run, hand, object, grasps))
     {
         json["facts"].push_back({name, value});
     }
@@ -298,7 +307,7 @@ PageJson pageJson(const GraspRun& run,
         json["grasps"].push_back(
             graspJson(hand,
                       grasps[k],
-                      run.options.closing,
+                      run.options,
                       hasFiles ? extras.graspFiles[k] : std::vector<std::string>()));
     }
     return json;

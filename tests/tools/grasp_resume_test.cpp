@@ -155,7 +155,7 @@ TEST_F(GraspResume, RecordsOfAnotherPlanAreRefusedAndNamed)
                           Case{"-n 4 --friction 0.25", "friction 0.5, now 0.25"},
                           Case{"-n 4 --cone-edges 4", "cone edges 8, now 4"},
                           Case{"-n 4 --min-epsilon 0.1", "least epsilon 0.005, now 0.1"},
-                          Case{"-n 4 --reach 2", "reach 0, now from sphere"},
+                          Case{"-n 4 --reach 2", "reach 0, now from mixed"},
                           Case{"-n 4 --fingers finger_2", "fingers together, now finger_2"},
                           Case{"-n 4 --engine simulated", "engine kinematic, now simulated"},
                           Case{"-n 4 --object-scale 2", "object with content hash "},

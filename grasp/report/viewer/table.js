@@ -4,11 +4,16 @@ const COLUMNS = [
   { title: 'Candidate', key: (g) => g.candidate },
   { title: 'Outcome', key: (g) => g.outcome, text: true },
   { title: 'Epsilon', key: (g) => g.epsilon, show: (g) => g.epsilon.toFixed(4), down: true },
+  { title: 'Class', key: (g) => g.class ?? '', text: true },
+  { title: 'Holds [kg]', down: true,
+    key: (g) => (g.holds === null ? -1 : g.largestMass ?? Infinity),
+    show: (g) => (g.holds === null ? '–' : g.largestMass?.toPrecision(3) ?? 'any') },
   { title: 'Volume', key: (g) => g.volume ?? -1, down: true,
     show: (g) => (g.volume === null ? '–' : g.volume.toPrecision(4)) },
   { title: 'Contacts', key: (g) => g.contacts?.length ?? 0, down: true },
   { title: 'Links', key: (g) => new Set(g.contacts?.map((c) => c.link)).size, down: true },
   { title: 'Approach [mm]', key: (g) => g.travel, show: (g) => (1000 * g.travel).toFixed(1) },
+  { title: 'From', key: (g) => g.source, text: true },
   { title: 'Preshape', key: (g) => g.preshape, text: true },
 ];
 

@@ -11,6 +11,7 @@
 
 #include <fstream>
 #include <gmock/gmock.h>
+#include <limits>
 #include <random>
 #include <set>
 #include <sstream>
@@ -73,6 +74,9 @@ protected:
             grasp.stops.push_back({link, m_normal(m_random), link % 2 == 0});
         }
         grasp.quality = {std::abs(m_normal(m_random)), 1e-17 / 3.0, true};
+        grasp.quality.largestMass =
+            candidate % 2 == 0 ? 1.0 / 3.0 : std::numeric_limits<double>::infinity();
+        grasp.source = "surface";
         return grasp;
     }
 
@@ -136,6 +140,8 @@ TEST_F(GraspFile, RoundTripIsExact)
         EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
         EXPECT_EQ(a.quality.volume, b.quality.volume);
         EXPECT_EQ(a.quality.forceClosure, b.quality.forceClosure);
+        EXPECT_EQ(a.quality.largestMass, b.quality.largestMass);
+        EXPECT_EQ(a.source, b.source);
         ASSERT_EQ(a.contacts.size(), b.contacts.size());
         ASSERT_EQ(a.stops.size(), b.stops.size());
         for (std::size_t c = 0; c < a.contacts.size(); ++c)
@@ -166,6 +172,8 @@ void expectSameBits(const Grasp& a, const Grasp& b)
     EXPECT_EQ(a.quality.epsilon, b.quality.epsilon);
     EXPECT_EQ(a.quality.volume, b.quality.volume);
     EXPECT_EQ(a.quality.forceClosure, b.quality.forceClosure);
+    EXPECT_EQ(a.quality.largestMass, b.quality.largestMass);
+    EXPECT_EQ(a.source, b.source);
     ASSERT_EQ(a.contacts.size(), b.contacts.size());
     ASSERT_EQ(a.stops.size(), b.stops.size());
     for (std::size_t c = 0; c < a.contacts.size(); ++c)
@@ -240,8 +248,10 @@ TEST_F(GraspFile, SourceRoundTripIsExact)
 
 TEST_F(GraspFile, KeepsTheOptionsOfTheApproach)
 {
-    for (const ApproachSource source :
-         {ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes})
+    for (const ApproachSource source : {ApproachSource::Sphere,
+                                        ApproachSource::Surface,
+                                        ApproachSource::Boxes,
+                                        ApproachSource::Mixed})
     {
         const ApproachOptions asked{.source = source,
                                     .tableTop = true,

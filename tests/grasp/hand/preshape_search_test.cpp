@@ -98,7 +98,10 @@ int closuresOnABall(const HandModel& hand, std::int64_t candidates)
 {
     const GraspObject ball = makeGraspObject("ball", makeSphere(0.037, 3));
     const std::vector<Grasp> grasps = planGrasps(
-        hand, ball, {.candidates = candidates, .volumes = 0}, [] { return kinematicClosing(); });
+        hand,
+        ball,
+        {.candidates = candidates, .approach = {.source = ApproachSource::Sphere}, .volumes = 0},
+        [] { return kinematicClosing(); });
     return static_cast<int>(
         std::ranges::count(grasps, RejectReason::None, [](const Grasp& g) { return g.reject; }));
 }

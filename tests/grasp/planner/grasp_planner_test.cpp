@@ -342,7 +342,7 @@ std::vector<Grasp> planAmong(const HandModel& hand,
 {
     return planGrasps(hand,
                       object,
-                      {.candidates = 40, .jobs = 2},
+                      {.candidates = 40, .jobs = 2, .approach = {.source = ApproachSource::Sphere}},
                       [obstacles] { return kinematicClosing(obstacles); },
                       {.obstacles = obstacles});
 }

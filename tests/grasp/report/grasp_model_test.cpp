@@ -152,6 +152,19 @@ protected:
     Grasp m_grasp;
 };
 
+TEST_F(GraspModelFile, ObstaclesAreNodesOfTheirOwn)
+{
+    const SsvTree plate = buildSsvTree(makeBox({0.3, 0.3, 0.001}));
+    const std::vector<RigidBody> obstacles{{.tree = &plate, .motion = {}},
+                                           {.tree = &plate, .motion = {}}};
+    const std::filesystem::path file = outputFile("obstacles.glb");
+    writeGraspModel(m_hand, m_ball, m_grasp, kFriction, file, obstacles);
+    const std::string text = readGlb(file).json["nodes"].dump();
+    EXPECT_NE(text.find("\"obstacles\""), std::string::npos);
+    EXPECT_NE(text.find("\"obstacle 2\""), std::string::npos);
+    EXPECT_EQ(text.find("\"obstacle 3\""), std::string::npos);
+}
+
 TEST_F(GraspModelFile, NumbersLieInTheBufferAndIndicesInRange)
 {
     const Glb glb = readGlb(write());

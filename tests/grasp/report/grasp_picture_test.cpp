@@ -12,6 +12,10 @@
 #include <cstdint>
 #include <numbers>
 #include <png.h>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -133,6 +137,64 @@ TEST(DrawGrasp, SweptBoxesHoldTheirLinksAndAreDrawn)
     drawGrasp(hand, makeBall(), grasp, {.width = 300, .height = 200, .sweptBoxes = true}, with);
     drawGrasp(hand, makeBall(), grasp, {.width = 300, .height = 200}, without);
     EXPECT_NE(readPng(with).bytes, readPng(without).bytes);
+}
+
+/// A plate below the ball covers paper; a wall between ball and viewer lets it shine through.
+TEST(DrawGrasp, ObstaclesAreDrawnAndHideNothing)
+{
+    const SsvTree plate = buildSsvTree(makeBox({0.3, 0.3, 0.001}));
+    const std::vector<RigidBody> floor{
+        {.tree = &plate,
+         .motion = {.X_W0 = Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, -0.06))}}};
+    const auto census = [&](std::span<const RigidBody> obstacles, const std::string& name)
+    {
+        const std::filesystem::path file = tests::outputFile(name);
+        drawGrasp(makeBoxHand(),
+                  makeBall(),
+                  makeBoxGrasp(6),
+                  {.width = 400, .height = 300, .obstacles = obstacles},
+                  file);
+        return countPixels(readPng(file), 0, 400);
+    };
+    const Census without = census({}, "no_plate.png");
+    const Census with = census(floor, "plate.png");
+    EXPECT_LT(with.paper, 0.7 * without.paper);
+    EXPECT_NEAR(with.object, without.object, 0.1 * without.object);
+    const SsvTree box = buildSsvTree(makeBox({0.3, 0.3, 0.3}));
+    const std::vector<RigidBody> around{{.tree = &box, .motion = {}}};
+    EXPECT_GT(census(around, "inside.png").object, 0.5 * without.object);
+}
+
+TEST(DrawPreshape, ShowsHandFrameAndWaysFromFourSides)
+{
+    const HandModel hand = tests::makeThreeFingers();
+    const std::filesystem::path file = tests::outputFile("preshape.png");
+    drawPreshape(hand, hand.preshapes.front(), {.width = 800, .height = 240}, file);
+    const Picture picture = readPng(file);
+    for (int first = 0; first < 800; first += 200)
+    {
+        const Census census = countPixels(picture, first, first + 200);
+        EXPECT_GT(census.hand, 500);
+        EXPECT_GT(census.paper, 200 * 240 / 10);
+    }
+    EXPECT_THROW(drawPreshape(hand, hand.preshapes.front(), {.width = 10, .height = 10}, file),
+                 std::invalid_argument);
+}
+
+TEST(DrawGrasp, FiveFingersHaveFiveColours)
+{
+    HandModel hand;
+    for (std::int32_t link = 0; link < 5; ++link)
+    {
+        hand.fingers.push_back({.name = "finger", .links = {link}});
+    }
+    for (std::int32_t a = 0; a < 5; ++a)
+    {
+        for (std::int32_t b = 0; b < a; ++b)
+        {
+            EXPECT_GT((colorOf(hand, a) - colorOf(hand, b)).norm(), 0.13F) << a << " " << b;
+        }
+    }
 }
 
 TEST(DrawGrasp, TheSameGraspGivesTheSameBytes)

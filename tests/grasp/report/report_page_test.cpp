@@ -58,6 +58,8 @@ TEST(Report, HasOneRowForEveryGrasp)
     const std::size_t begin = text.find("<tbody>", text.find("id=\"grasps\""));
     const std::string body = text.substr(begin, text.find("</tbody>", begin) - begin);
     EXPECT_EQ(countOf(body, "<tr>"), 3U);
+    // Two volumes were not asked for.
+    EXPECT_EQ(countOf(body, ">–</td>"), 2U);
     EXPECT_EQ(countOf(body, "force closure"), 2U);  // one has it, one has not
     EXPECT_EQ(countOf(body, "no approach hit"), 1U);
     EXPECT_NE(body.find(">0.2500<"), std::string::npos);

@@ -1,4 +1,5 @@
 #include "grasp/check/penetration_check.h"
+#include "grasp/formats/content_hash.h"
 #include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/path_file.h"
@@ -6,6 +7,7 @@
 #include "tools/grasp_cli/options/planner_options.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
+#include "tools/support/obstacles/obstacle_list.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/text_table.h"
 
@@ -29,7 +31,8 @@ struct CloseArguments
     std::vector<double> pose;      ///< x y z qw qx qy qz; empty: there is a path
     std::vector<double> approach;  ///< dx dy dz distance; empty: none
     std::string path;              ///< file; empty: none
-    std::string preshape;          ///< empty: the hand's first
+    std::vector<std::string> scene;
+    std::string preshape;  ///< empty: the hand's first
     std::string output;
     bool json = false;
     bool boxes = false;
@@ -92,16 +95,24 @@ grasp::PathGrasp closeAfter(const HandWay& way,
                             const LoadedHand& hand,
                             const LoadedObject& object,
                             const grasp::Preshape& preshape,
-                            const grasp::PlannerOptions& options)
+                            const grasp::PlannerOptions& options,
+                            std::span<const RigidBody> obstacles)
 {
-    const grasp::CloseHand engine = closingEngine(options.engine)();
+    const grasp::CloseHand engine = closingEngine(options.engine, obstacles)();
     if (!way.path.empty())
     {
-        return closeOnPath(hand.hand, object.object, way.path, preshape, options, engine);
+        return closeOnPath(
+            hand.hand, object.object, way.path, preshape, options, engine, obstacles);
     }
     return {.way = {},
-            .grasp = closeAtPose(
-                hand.hand, object.object, way.X_WStart, way.shift, preshape, options, engine)};
+            .grasp = closeAtPose(hand.hand,
+                                 object.object,
+                                 way.X_WStart,
+                                 way.shift,
+                                 preshape,
+                                 options,
+                                 engine,
+                                 obstacles)};
 }
 
 const grasp::Preshape& preshapeOf(const CloseArguments& arguments, const LoadedHand& hand)
@@ -263,12 +274,17 @@ int close(const CloseArguments& arguments)
     {
         printNotes(hand, object);
     }
+    const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
+    requireKinematic(obstacles, arguments.options);
+    const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     const grasp::GraspRun run{.handFile = hand.file,
                               .srdfFile = hand.hand.srdfFile,
                               .objectFile = object.file,
                               .objectScale = arguments.pair.objectScale,
+                              .obstaclesHash = grasp::contentHash(bodies),
                               .options = arguments.options};
-    const grasp::PathGrasp closed = closeAfter(way, hand, object, preshape, arguments.options);
+    const grasp::PathGrasp closed =
+        closeAfter(way, hand, object, preshape, arguments.options, bodies);
     const std::vector<Grasp> grasps = {closed.grasp};
     const std::string failure = failureOf(hand.hand, object.object, grasps.front());
     if (arguments.json)
@@ -285,13 +301,14 @@ int close(const CloseArguments& arguments)
     }
     if (output)
     {
-        const std::vector<std::string> written =
-            writePlanOutputs(*output,
-                             run,
-                             hand.hand,
-                             object.object,
-                             grasps,
-                             {.pictures = 1, .models = 1, .sweptBoxes = arguments.boxes});
+        const std::vector<std::string> written = writePlanOutputs(
+            *output,
+            run,
+            hand.hand,
+            object.object,
+            grasps,
+            {.pictures = 1, .models = 1, .sweptBoxes = arguments.boxes, .scene = arguments.scene},
+            bodies);
         if (!arguments.json)
         {
             fmt::print("written:  {}\n", joined(written, "\n          "));
@@ -312,6 +329,7 @@ void addCloseCommand(CLI::App& app, int& exitCode)
     const auto arguments = std::make_shared<CloseArguments>();
     arguments->options.candidates = 1;
     addPairOptions(*command, arguments->pair);
+    addSceneOption(*command, arguments->scene);
     auto* pose = command
                      ->add_option("--pose",
                                   arguments->pose,

@@ -1,11 +1,13 @@
 #include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_writer.h"
+#include "grasp/report/grasp_picture.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_file.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
+#include <cctype>
 #include <fmt/format.h>
 
 namespace bullet_ccd::tools
@@ -19,6 +21,7 @@ struct HandArguments
 {
     std::string hand;
     std::string srdf;
+    std::string output;
 };
 
 std::string fingerOf(const HandModel& hand, std::int32_t link)
@@ -155,6 +158,22 @@ void printGraspFrame(const HandModel& hand, const grasp::Preshape& preshape, boo
                text(X_RG.linear().col(0), 3));
 }
 
+/// One picture a preshape, named after it.
+void drawPreshapes(const HandModel& hand, const fs::path& folder)
+{
+    fs::create_directories(folder);
+    fmt::print("\n");
+    for (const grasp::Preshape& preshape : hand.preshapes)
+    {
+        std::string name = preshape.name;
+        std::ranges::replace_if(
+            name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+        const fs::path file = folder / (name + ".png");
+        grasp::drawPreshape(hand, preshape, {.width = 1600, .height = 480}, file);
+        fmt::print("wrote {}: preshape '{}' from four sides\n", file.string(), preshape.name);
+    }
+}
+
 int show(const HandArguments& arguments)
 {
     const LoadedHand loaded = loadNamedHand(arguments.hand, arguments.srdf);
@@ -197,6 +216,10 @@ int show(const HandArguments& arguments)
         fmt::print("  {}\n", pair);
     }
     printNotes(hand);
+    if (!arguments.output.empty())
+    {
+        drawPreshapes(hand, arguments.output);
+    }
     return kDone;
 }
 
@@ -211,6 +234,12 @@ void addShowOptions(CLI::App& command, HandArguments& arguments)
                     arguments.srdf,
                     "Where fingers and preshapes are read from. Default: as in grasp plan.")
         ->type_name("FILE");
+    command
+        .add_option("-o,--output",
+                    arguments.output,
+                    "Also draw every preshape from four sides into this folder, as PNG: the grasp "
+                    "frame (x red, y green, z blue) and the ways of the fingertips.")
+        ->type_name("FOLDER");
 }
 
 struct InitArguments
@@ -296,6 +325,7 @@ void addHandCommand(CLI::App& app, int& exitCode)
         "\n"
         "Examples:\n"
         "  grasp hand anthropomorphic_hand\n"
+        "  grasp hand show my_hand.urdf -o pictures\n"
         "  grasp hand check my_hand.urdf\n"
         "  grasp hand init my_hand.urdf -o my_hand.srdf");
     const auto arguments = std::make_shared<HandArguments>();

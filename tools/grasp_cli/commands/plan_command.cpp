@@ -1,4 +1,5 @@
 #include "grasp/formats/content_hash.h"
+#include "grasp/report/report_facts.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
@@ -11,6 +12,7 @@
 #include "tools/support/text_table.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <optional>
 #include <stdexcept>
@@ -34,11 +36,40 @@ struct PlanArguments
     grasp::PlannerOptions options;
 };
 
+/// The largest mass that the grasp holds in any direction.
+std::string massText(const Grasp& grasp)
+{
+    const std::optional<double>& mass = grasp.quality.largestMass;
+    return !mass ? "-" : std::isinf(*mass) ? "any" : fmt::format("{:.3g}", *mass);
+}
+
+/// How many force closures hold the weight of the object, whichever way it pulls.
+std::string weightText(const std::vector<Grasp>& grasps, double mass)
+{
+    const auto holds = [&](double factor)
+    {
+        return std::ranges::count_if(grasps,
+                                     [&](const Grasp& grasp)
+                                     {
+                                         return grasp.reject == RejectReason::None &&
+                                                grasp.quality.largestMass.value_or(0.0) >=
+                                                    factor * mass;
+                                     });
+    };
+    return fmt::format(
+        "{} of {} hold {:g} kg in any direction within the efforts, {} twice that (--mass)",
+        holds(1.0),
+        forceClosures(grasps),
+        mass,
+        holds(2.0));
+}
+
 std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
 {
     TextTable table{.header = {"rank",
                                "candidate",
                                "epsilon",
+                               "holds [kg]",
                                "volume",
                                "contacts",
                                "links",
@@ -57,6 +88,7 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
             {fmt::format("{}", k + 1),
              fmt::format("{}", g.candidate),
              fmt::format("{:.4f}", g.quality.epsilon),
+             massText(g),
              g.quality.volume > 0.0 ? fmt::format("{:.3g}", g.quality.volume) : "-",
              fmt::format("{}", g.contacts.size()),
              fmt::format("{}", linksInContact(g)),
@@ -108,7 +140,8 @@ void printSummary(const PlanArguments& arguments,
     }
     if (found > 0)
     {
-        fmt::print("{}\n", epsilonClasses(run.grasps));
+        fmt::print(
+            "{}\n{}\n", epsilonClasses(run.grasps), weightText(run.grasps, arguments.options.mass));
         fmt::print("\n{}", bestGrasps(run.grasps, kRows));
         if (found > kRows)
         {
@@ -116,6 +149,11 @@ void printSummary(const PlanArguments& arguments,
         }
     }
     fmt::print("\n");
+    for (const auto& [name, key] :
+         {std::pair("sources", &Grasp::source), std::pair("preshapes", &Grasp::preshape)})
+    {
+        fmt::print("{}: {}\n", name, grasp::sharesText(run.grasps, key));
+    }
     if (const std::string rejected = rejectionCounts(run.grasps); !rejected.empty())
     {
         fmt::print("rejected: {}\n", rejected);
@@ -166,11 +204,7 @@ int plan(const PlanArguments& arguments)
     const grasp::GraspObject& object = run.object.object;
     requireFingers(run.hand, arguments.options.closing);
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
-    if (!obstacles.empty() && arguments.options.engine == grasp::ClosingEngine::Simulated)
-    {
-        throw std::runtime_error(
-            "--scene: the simulated engine closes on the object alone: use --engine kinematic");
-    }
+    requireKinematic(obstacles, arguments.options);
     const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     const grasp::GraspRun description{.handFile = run.hand.file,
                                       .srdfFile = hand.srdfFile,
@@ -192,8 +226,10 @@ int plan(const PlanArguments& arguments)
              .obstacles = bodies,
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
+    DrawingOptions drawing = arguments.drawing;
+    drawing.scene = arguments.scene;
     std::vector<std::string> written =
-        writePlanOutputs(output, description, hand, object, run.grasps, arguments.drawing, bodies);
+        writePlanOutputs(output, description, hand, object, run.grasps, drawing, bodies);
     if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
     {
         journal.remove();
@@ -235,14 +271,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     auto* command = app.add_subcommand("plan", "Plans and ranks grasps of an object by a hand.");
     const auto arguments = std::make_shared<PlanArguments>();
     addPairOptions(*command, arguments->pair);
-    command
-        ->add_option(
-            "--scene",
-            arguments->scene,
-            "Obstacles in the frame of the object: meshes, or scenes (.csv, .yaml) of meshes with "
-            "poses. A grasp that touches one is rejected.")
-        ->type_name("FILE...")
-        ->group("Input");
+    addSceneOption(*command, arguments->scene);
     addPlannerOptions(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);

@@ -15,6 +15,18 @@ void addPairOptions(CLI::App& command, PairOptions& pair)
         ->group("Input");
 }
 
+void addSceneOption(CLI::App& command, std::vector<std::string>& files)
+{
+    command
+        .add_option(
+            "--scene",
+            files,
+            "Obstacles in the frame of the object: meshes, or scenes (.csv, .yaml) of meshes with "
+            "poses. A grasp that touches one is rejected.")
+        ->type_name("FILE...")
+        ->group("Input");
+}
+
 LoadedHand loadHandOf(const PairOptions& pair)
 {
     return loadNamedHand(pair.hand, pair.srdf);

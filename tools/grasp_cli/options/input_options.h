@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -47,6 +48,9 @@ struct PairOptions
 };
 /// addInputOptions() and --srdf.
 void addPairOptions(CLI::App& command, PairOptions& pair);
+
+/// --scene: obstacles.
+void addSceneOption(CLI::App& command, std::vector<std::string>& files);
 
 /// Throw as loadNamedHand() and loadNamedObject() do.
 [[nodiscard]] LoadedHand loadHandOf(const PairOptions& pair);

@@ -109,11 +109,13 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
             "Where the hand comes from. sphere: directions all around. surface: against the "
             "normals "
             "of points of the surface. boxes: at right angles to the faces of the box along the "
-            "principal axes of the object.")
+            "principal axes of the object. mixed: all of them, and candidates are spent where they "
+            "succeed.")
         ->type_name("SOURCE")
         ->transform(wordFor<ApproachSource>({{"sphere", ApproachSource::Sphere},
                                              {"surface", ApproachSource::Surface},
-                                             {"boxes", ApproachSource::Boxes}}))
+                                             {"boxes", ApproachSource::Boxes},
+                                             {"mixed", ApproachSource::Mixed}}))
         ->default_str(grasp::toString(options.source))
         ->group("Approach");
     auto* tableTop = command
@@ -218,6 +220,14 @@ void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options)
              "EPS",
              "The epsilon from which on a grasp counts as force closure.")
         ->check(within(0.0, 1.0))
+        ->group("Quality");
+    addValue(command,
+             "--mass",
+             options.mass,
+             "KG",
+             "The mass of the object, for the question whether a grasp holds its weight in any "
+             "direction within the efforts of the joints.")
+        ->check(within(1e-9, 1e6))
         ->group("Quality");
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <map>
+#include <string_view>
 
 namespace bullet_ccd::tools
 {
@@ -67,8 +68,6 @@ std::string adviceFor(RejectReason reason,
 
 std::string epsilonClasses(std::span<const Grasp> grasps)
 {
-    constexpr double kFair = 0.05;
-    constexpr double kFirm = 0.2;
     int firm = 0;
     int fair = 0;
     int marginal = 0;
@@ -76,16 +75,12 @@ std::string epsilonClasses(std::span<const Grasp> grasps)
     {
         if (grasp.reject == RejectReason::None)
         {
-            const double epsilon = grasp.quality.epsilon;
-            ++(epsilon >= kFirm ? firm : epsilon >= kFair ? fair : marginal);
+            const std::string_view itsClass = grasp::epsilonClass(grasp.quality.epsilon);
+            ++(itsClass == "firm" ? firm : itsClass == "fair" ? fair : marginal);
         }
     }
-    return fmt::format("{} firm (epsilon >= {:g}), {} fair (>= {:g}), {} marginal",
-                       firm,
-                       kFirm,
-                       fair,
-                       kFair,
-                       marginal);
+    return fmt::format(
+        "{} firm (epsilon >= 0.2), {} fair (>= 0.05), {} marginal", firm, fair, marginal);
 }
 
 std::string planAdvice(const grasp::HandModel& hand,

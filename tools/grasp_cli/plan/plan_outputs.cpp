@@ -101,7 +101,7 @@ std::string shellWord(const std::string& text)
 }
 
 /// Closes the hand as the run did, once a pose and a preshape follow.
-std::string closeCommand(const grasp::GraspRun& run)
+std::string closeCommand(const grasp::GraspRun& run, const std::vector<std::string>& scene)
 {
     const grasp::PlannerOptions defaults;
     const grasp::PlannerOptions& options = run.options;
@@ -116,6 +116,10 @@ std::string closeCommand(const grasp::GraspRun& run)
     if (run.objectScale != 1.0)
     {
         add("--object-scale", fmt::format("{}", run.objectScale));
+    }
+    for (const std::string& file : scene)
+    {
+        add("--scene", file);
     }
     if (options.engine != defaults.engine)
     {
@@ -142,6 +146,10 @@ std::string closeCommand(const grasp::GraspRun& run)
     {
         add("--min-epsilon", fmt::format("{}", options.forceClosureThreshold));
     }
+    if (options.mass != defaults.mass)
+    {
+        add("--mass", fmt::format("{}", options.mass));
+    }
     return command;
 }
 
@@ -153,7 +161,8 @@ void stageReport(OutputFolder& output,
                  const std::vector<Grasp>& grasps,
                  const std::vector<fs::path>& pictures,
                  std::size_t models,
-                 std::span<const RigidBody> obstacles)
+                 std::span<const RigidBody> obstacles,
+                 const std::vector<std::string>& scene)
 {
     const fs::path viewer = shareFolder() / kViewer;
     if (!fs::exists(viewer))
@@ -162,7 +171,7 @@ void stageReport(OutputFolder& output,
         return;
     }
     grasp::PageExtras extras{.obstacles = obstacles,
-                             .command = closeCommand(run),
+                             .command = closeCommand(run, scene),
                              .files = {kRecords, kIsaac},
                              .graspFiles = {}};
     extras.graspFiles.resize(std::max(pictures.size(), models));
@@ -199,8 +208,11 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
     for (std::size_t k = 0; k < worthDrawing(grasps, drawing.pictures); ++k)
     {
         pictures.push_back(output.stage(drawingName(k + 1, kPicture)));
-        grasp::drawGrasp(
-            hand, object, grasps[k], {.sweptBoxes = drawing.sweptBoxes}, pictures.back());
+        grasp::drawGrasp(hand,
+                         object,
+                         grasps[k],
+                         {.sweptBoxes = drawing.sweptBoxes, .obstacles = obstacles},
+                         pictures.back());
     }
     const std::size_t models = worthDrawing(grasps, drawing.models.value_or(drawing.pictures));
     for (std::size_t k = 0; k < models; ++k)
@@ -209,9 +221,10 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                object,
                                grasps[k],
                                run.options.friction,
-                               output.stage(drawingName(k + 1, kModel)));
+                               output.stage(drawingName(k + 1, kModel)),
+                               obstacles);
     }
-    stageReport(output, run, hand, object, grasps, pictures, models, obstacles);
+    stageReport(output, run, hand, object, grasps, pictures, models, obstacles, drawing.scene);
     output.commit();
     const fs::path& folder = output.folder();
     removeStale(folder, pictures.size(), kPicture);

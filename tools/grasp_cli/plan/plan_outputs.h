@@ -15,15 +15,16 @@ namespace bullet_ccd::tools
 struct DrawingOptions
 {
     int pictures = 5;
-    std::optional<int> models;  ///< not given: as many as pictures
-    bool sweptBoxes = false;    ///< in the pictures; models always have them
+    std::optional<int> models;            ///< not given: as many as pictures
+    bool sweptBoxes = false;              ///< in the pictures; models always have them
+    std::vector<std::string> scene = {};  ///< files of the obstacles, for the command in the page
 };
 
 /// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or
 /// none, and removes drawings of an earlier run that are not replaced. Returns one line for each
 /// file, or range of files, that was written. The report is in three dimensions if the viewer is in
 /// shareFolder(), else it shows the pictures.
-/// @param obstacles  at rest; shown by a report in three dimensions
+/// @param obstacles  at rest; shown in pictures, models and a report in three dimensions
 /// Throws std::runtime_error "<file>: <what>: <remedy>".
 std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                           const grasp::GraspRun& run,

@@ -81,6 +81,15 @@ void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing
     }
 }
 
+void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::PlannerOptions& options)
+{
+    if (!obstacles.empty() && options.engine == grasp::ClosingEngine::Simulated)
+    {
+        throw std::runtime_error(
+            "--scene: the simulated engine closes on the object alone: use --engine kinematic");
+    }
+}
+
 grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
                                    std::span<const RigidBody> obstacles)
 {

@@ -3,6 +3,7 @@
 
 #include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/obstacles/obstacle_list.h"
 
 #include <span>
 #include <string>
@@ -24,6 +25,9 @@ void printNotes(const LoadedHand& hand, const LoadedObject& object);
 /// Throws std::runtime_error "<file>: <what>: <remedy>" for names of fingers that the hand has not,
 /// and for speeds of joints that do not close by themselves.
 void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing);
+
+/// Throws std::runtime_error if there are obstacles, of which the simulated engine knows nothing.
+void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::PlannerOptions& options);
 
 /// @param obstacles  of the kinematic engine; must outlive the engines
 [[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
