@@ -6,12 +6,14 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 namespace bullet_ccd::tools
 {
 namespace
 {
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class ReduceProgram : public BulletCcdProgram
@@ -61,6 +63,26 @@ TEST_F(ReduceProgram, SaysWhatIsWrong)
     EXPECT_EQ(
         run("reduce '" + m_mesh.string() + "' -o '" + m_mesh.string() + "' --accuracy 1").exitCode,
         3);
+}
+TEST_F(ReduceProgram, AdviseKeepsItsPromiseAndChooses)
+{
+    const Outcome outcome =
+        run("advise '" + m_mesh.string() + "' --accuracy 2e-3 -o '" + m_output.string() + "'");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    // One row per accuracy, and one for the full meshes; contacts that broke the promise are last.
+    std::istringstream text(outcome.out);
+    int rows = 0;
+    for (std::string line; std::getline(text, line) && !line.empty();)
+    {
+        const std::size_t last = line.find_last_of(' ');
+        rows += line.substr(last + 1) == "0" ? 1 : 0;
+    }
+    EXPECT_EQ(rows, 8);
+    EXPECT_THAT(contentOf(m_output),
+                AllOf(HasSubstr("accuracy: 0.002"), HasSubstr("tolerance: 0.0004")));
+
+    EXPECT_EQ(run("advise '" + m_mesh.string() + "' --microseconds 1e-9").exitCode, 1);
+    EXPECT_EQ(run("advise '" + m_mesh.string() + "' -o '" + m_output.string() + "'").exitCode, 2);
 }
 }  // namespace
 }  // namespace bullet_ccd::tools

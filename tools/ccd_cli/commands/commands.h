@@ -18,6 +18,7 @@ void addCertifyCommand(CLI::App& app, int& exitCode);
 void addDeformableCommand(CLI::App& app, int& exitCode);
 void addElementaryCommand(CLI::App& app, int& exitCode);
 void addReduceCommand(CLI::App& app, int& exitCode);
+void addAdviseCommand(CLI::App& app, int& exitCode);
 
 /// The meshes A and B.
 void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);

@@ -45,6 +45,7 @@ int runBulletCcd(int argc, char** argv)
             addDeformableCommand(app, exitCode);
             addElementaryCommand(app, exitCode);
             addReduceCommand(app, exitCode);
+            addAdviseCommand(app, exitCode);
         });
 }
 }  // namespace bullet_ccd::tools

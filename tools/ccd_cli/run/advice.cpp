@@ -1,0 +1,150 @@
+#include "tools/ccd_cli/run/advice.h"
+
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/reduce/reduce_mesh.h"
+#include "bullet_ccd/toi/rigid_toi.h"
+#include "tools/ccd_cli/run/query_run.h"
+#include "tools/support/stopwatch.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <random>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+using Eigen::Vector3d;
+
+constexpr std::array kAccuracies{1e-6, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 5e-3};
+constexpr int kQueries = 60;
+
+double extentOf(const TriangleMesh& mesh)
+{
+    return bounds(mesh).sizes().maxCoeff();
+}
+
+std::vector<RigidQuery> randomMotions(const SsvTree& bodyA, const SsvTree& bodyB)
+{
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    const auto direction = [&]() -> Vector3d
+    { return Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+    std::vector<RigidQuery> queries(kQueries);
+    const double reach = bodyA.radius() + bodyB.radius();
+    for (RigidQuery& query : queries)
+    {
+        const Eigen::Quaterniond turn(
+            normal(random), normal(random), normal(random), normal(random));
+        const Vector3d from = 1.1 * reach * direction();
+        // Past the middle of B by up to half of its radius.
+        const Vector3d towards = 0.5 * bodyB.radius() * direction();
+        RigidMotion& motion = query.motionA;
+        motion.X_W0.linear() = turn.normalized().toRotationMatrix();
+        motion.X_W0.translation() = bodyB.origin() + from - motion.X_W0.linear() * bodyA.origin();
+        motion.w_W = direction();
+        motion.v_W =
+            2.0 * (towards - from) - motion.w_W.cross(motion.X_W0.linear() * bodyA.origin());
+    }
+    return queries;
+}
+
+double bytesOf(const SsvTree& tree)
+{
+    const TriangleMesh& mesh = tree.mesh();
+    return static_cast<double>(
+        tree.nodes().size_bytes() + mesh.vertices.size() * sizeof(Vector3d) +
+        mesh.triangles.size() *
+            (sizeof(Triangle) + sizeof(std::array<Vector3d, 3>) + sizeof(std::int32_t)));
+}
+
+/// The smaller mesh, or the full one.
+TriangleMesh meshWithin(const TriangleMesh& mesh, double accuracy)
+{
+    std::optional<ReducedModel> model =
+        reduceMesh(mesh, {.accuracy = accuracy, .kind = ModelKind::Mesh});
+    return model ? std::move(model->mesh) : mesh;
+}
+
+void ask(const SsvTree& modelA,
+         const SsvTree& modelB,
+         const SsvTree& bodyA,
+         const SsvTree& bodyB,
+         std::span<const RigidQuery> queries,
+         AccuracyCost& row)
+{
+    RunOptions options;
+    options.repeat = 3;
+    options.toi.tolerance = row.tolerance;
+    options.toi.minimumSeparation = row.minimumSeparation;
+    const std::vector<TimedAnswer> answers =
+        runQueries(modelA, modelB, queries, options, [](std::size_t) { return true; });
+    std::vector<double> times;
+    for (std::size_t i = 0; i < queries.size(); ++i)
+    {
+        times.push_back(answers[i].microseconds);
+        if (answers[i].result.status != ToiStatus::Hit)
+        {
+            continue;
+        }
+        const double time = answers[i].result.time;
+        const Eigen::Isometry3d X_BA =
+            queries[i].motionB.at(time).X_W.inverse() * queries[i].motionA.at(time).X_W;
+        const double gap =
+            treeDistance(bodyA, bodyB, X_BA, std::numeric_limits<double>::infinity()).distance;
+        const double allowed = row.accuracy > 0.0 ? row.accuracy : row.tolerance;
+        ++row.contacts;
+        row.largestGap = std::max(row.largestGap, gap);
+        row.broken += gap > 0.0 && gap <= allowed ? 0 : 1;
+    }
+    row.microseconds = quantile(times, 0.5);
+    row.trianglesA = modelA.mesh().triangles.size();
+    row.trianglesB = modelB.mesh().triangles.size();
+    row.bytes = bytesOf(modelA) + bytesOf(modelB);
+}
+}  // namespace
+
+std::vector<AccuracyCost> measureAccuracies(
+    const SsvTree& bodyA,
+    const SsvTree& bodyB,
+    const std::function<bool(std::size_t, std::size_t)>& progress)
+{
+    const std::vector<RigidQuery> queries = randomMotions(bodyA, bodyB);
+    const double smallest =
+        5.0 * std::max(smallestAccuracy(bodyA.mesh()), smallestAccuracy(bodyB.mesh()));
+    const double largest = 0.25 * std::min(extentOf(bodyA.mesh()), extentOf(bodyB.mesh()));
+
+    std::vector<AccuracyCost> rows;
+    AccuracyCost full{.tolerance = 1e-6 * extentOf(bodyB.mesh())};
+    ask(bodyA, bodyB, bodyA, bodyB, queries, full);
+    rows.push_back(full);
+    for (const double accuracy : kAccuracies)
+    {
+        if (accuracy < smallest || accuracy > largest)
+        {
+            continue;
+        }
+        if (!progress(rows.size(), kAccuracies.size() + 1))
+        {
+            break;
+        }
+        AccuracyCost row{.accuracy = accuracy,
+                         .modelAccuracy = accuracy / 5.0,
+                         .minimumSeparation = 2.0 * accuracy / 5.0,
+                         .tolerance = accuracy / 5.0};
+        const Stopwatch reducing;
+        TriangleMesh smallA = meshWithin(bodyA.mesh(), row.modelAccuracy);
+        TriangleMesh smallB =
+            &bodyA == &bodyB ? smallA : meshWithin(bodyB.mesh(), row.modelAccuracy);
+        row.reduceSeconds = reducing.seconds();
+        const Stopwatch building;
+        const SsvTree modelA = buildSsvTree(std::move(smallA));
+        const SsvTree modelB = buildSsvTree(std::move(smallB));
+        row.buildSeconds = building.seconds();
+        ask(modelA, modelB, bodyA, bodyB, queries, row);
+        rows.push_back(row);
+    }
+    return rows;
+}
+}  // namespace bullet_ccd::tools

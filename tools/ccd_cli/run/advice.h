@@ -1,0 +1,42 @@
+/// What an accuracy costs for two bodies, measured on them.
+#pragma once
+
+#include "bullet_ccd/hierarchy/ssv_tree.h"
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+/// One accuracy: what keeps it, and what that costs.
+///
+/// The models deviate from their bodies by at most an eighth of the accuracy b each. Queries of
+/// them with a minimum separation of 2b/5 and a tolerance of b/5 stop where the bodies themselves
+/// have a gap in (0, b].
+struct AccuracyCost
+{
+    double accuracy = 0.0;  ///< [unit of the meshes]; 0: the bodies themselves, see tolerance
+    double modelAccuracy = 0.0;
+    double minimumSeparation = 0.0;
+    double tolerance = 0.0;
+    std::size_t trianglesA = 0;
+    std::size_t trianglesB = 0;
+    double bytes = 0.0;          ///< of both hierarchies with their meshes
+    double reduceSeconds = 0.0;  ///< making the models
+    double buildSeconds = 0.0;   ///< building their hierarchies
+    double microseconds = 0.0;   ///< of a query, median
+    double largestGap = 0.0;     ///< of the bodies themselves where a query stopped
+    int contacts = 0;
+    int broken = 0;  ///< contacts at a gap of the bodies that is 0 or above the accuracy
+};
+
+/// Measures accuracies from 1e-6 to 5e-3, as far as they make sense for the size of the bodies, and
+/// first the bodies themselves at a tolerance of 1e-6 of it. The same motions are asked for each:
+/// A starts beside B in a random orientation and moves through it while it turns.
+/// @param progress  called with the number of rows done and their total; false ends the run early
+[[nodiscard]] std::vector<AccuracyCost> measureAccuracies(
+    const SsvTree& bodyA,
+    const SsvTree& bodyB,
+    const std::function<bool(std::size_t, std::size_t)>& progress);
+}  // namespace bullet_ccd::tools
