@@ -11,7 +11,7 @@ namespace bullet_ccd::tools
 {
 /// One accuracy: what keeps it, and what that costs.
 ///
-/// The models deviate from their bodies by at most an eighth of the accuracy b each. Queries of
+/// The models deviate from their bodies by at most a fifth of the accuracy b each. Queries of
 /// them with a minimum separation of 2b/5 and a tolerance of b/5 stop where the bodies themselves
 /// have a gap in (0, b].
 struct AccuracyCost
