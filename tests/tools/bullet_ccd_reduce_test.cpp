@@ -23,7 +23,7 @@ protected:
     {
         return run("reduce '" + m_mesh.string() + "' -o '" + m_output.string() + "' " + arguments);
     }
-    void SetUp() override { writeObj(makeTorus(0.06, 0.02, 80, 40), m_mesh); }
+    void SetUp() override { writeObj(makeTorus(0.06, 0.02, 40, 20), m_mesh); }
 
     std::filesystem::path m_mesh = m_temp.path() / "torus.obj";
     std::filesystem::path m_output = m_temp.path() / "small.obj";
@@ -35,9 +35,9 @@ TEST_F(ReduceProgram, WritesAModelAndItsCertificate)
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
     const auto report = nlohmann::json::parse(outcome.out);
     EXPECT_EQ(report["kind"], "mesh");
-    EXPECT_EQ(report["full_triangles"], 6400);
+    EXPECT_EQ(report["full_triangles"], 1600);
     EXPECT_EQ(report["triangles"], loadMeshFile(m_output).mesh.triangles.size());
-    EXPECT_LT(report["triangles"], 3200);
+    EXPECT_LT(report["triangles"], 1200);
     EXPECT_LE(report["deviation"], 2e-3);
 
     const Outcome ball = reduce("--accuracy 0.1 --json");
