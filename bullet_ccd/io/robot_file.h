@@ -54,7 +54,8 @@ inline constexpr double kPrimitiveChordError = 5e-5;
 /// - Efforts are the least of the force ranges of a joint and its actuators (gear and coefficients
 ///   of tendons included; a motor has its control range).
 /// - A joint whose position an equality gives from another one, or that shares the tendon of an
-///   actuator, mimics that one. A joint that an equality holds at a constant is fixed.
+///   actuator, mimics that one. A joint that an equality holds at a constant is fixed, and so are
+///   those that follow it.
 /// - <default>, class and childclass, <include>, <frame>, all orientations, `fromto`, and the
 ///   compiler's angle, eulerseq, directories and autolimits are obeyed.
 /// What is not understood is left out and named in a note: planes and height fields, loops
@@ -63,7 +64,8 @@ inline constexpr double kPrimitiveChordError = 5e-5;
 [[nodiscard]] BULLET_CCD_API RobotModel loadMjcf(const std::filesystem::path& path);
 
 /// Reads a robot from URDF, xacro or MJCF; the content says which. xacro is expanded by the program
-/// of that name, which has to be on the PATH.
+/// of that name, which has to be on the PATH. It evaluates the Python expressions of the file and
+/// has no time limit: give it files that you trust.
 /// Throws std::runtime_error: "<file>: <element and name>: <what, value>: <remedy>".
 [[nodiscard]] BULLET_CCD_API RobotModel loadRobot(const std::filesystem::path& path);
 }  // namespace bullet_ccd

@@ -211,7 +211,8 @@ private:
         }
     }
 
-    /// Without temporal culling: no pair knows of the answers of others.
+    /// Without temporal culling: no pair knows of the answers of others. If a search gives up, the
+    /// pairs after it have not been asked, and may meet as soon as the interval begins.
     void searchOneByOne(std::size_t begin)
     {
         std::int32_t first = kNone;
@@ -220,7 +221,20 @@ private:
         for (std::size_t i = 0; i < pairs.size(); ++i)
         {
             m_state.hit = {};
-            searchPairs(begin + i, pairs.subspan(i, 1));
+            try
+            {
+                searchPairs(begin + i, pairs.subspan(i, 1));
+            }
+            catch (GaveUp& end)
+            {
+                end.time = i + 1 < pairs.size() ? m_state.begin : end.time;
+                if (end.time < earliest.time)
+                {
+                    throw;
+                }
+                m_state.hit = {};
+                break;
+            }
             if (m_state.hit.found() && m_state.hit.time < earliest.time)
             {
                 earliest = m_state.hit;

@@ -38,6 +38,11 @@ public:
         {
             lookAt(static_cast<std::int32_t>(i), 0.0);
         }
+        if (m_isStopped && m_best.pair == kNone)
+        {
+            m_best.status = ToiStatus::Stopped;
+            return m_best;
+        }
         descend();
         while (!certified())
         {
@@ -230,6 +235,7 @@ private:
         }
         if (!lookAt(m_contact.pair, m_contact.time))
         {
+            m_best.found = before;
             return false;
         }
         descend();

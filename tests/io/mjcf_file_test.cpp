@@ -225,6 +225,94 @@ TEST(MjcfFile, IncludesStandWhereTheyAreNamed)
     EXPECT_EQ(robot.tree.links[1].joint.axis, Eigen::Vector3d::UnitX());
     EXPECT_FALSE(robot.linkMeshes[1].triangles.empty());
     EXPECT_THAT(robot.notes, Contains(HasSubstr("1 geoms of the world")));
+
+    // Each file is shallow, and all of them together are not.
+    const auto nested = [](const std::string& inner)
+    {
+        std::string text = inner;
+        for (int i = 0; i < 80; ++i)
+        {
+            text = "<body>" + text + "</body>";
+        }
+        return text;
+    };
+    folder.write("deepest.xml", "<mujocoinclude>" + nested("") + "</mujocoinclude>");
+    folder.write(
+        "deeper.xml",
+        "<mujocoinclude>" + nested("<include file=\"deepest.xml\"/>") + "</mujocoinclude>");
+    const auto deep = folder.write("deep.xml", mjcf(nested("<include file=\"deeper.xml\"/>")));
+    EXPECT_THAT(
+        [&] { static_cast<void>(loadRobot(deep)); },
+        testing::ThrowsMessage<std::runtime_error>(HasSubstr("more than 200 nested elements")));
+}
+
+TEST(MjcfFile, RepeatedClassesAreRefused)
+{
+    for (const char* const inner : {R"(<default class="main"/>)",
+                                    R"(<default class="a"><default class="a"/></default>)",
+                                    R"(<default class="a"><default class="b"><default class="a"/>
+                                       </default></default>)"})
+    {
+        EXPECT_THAT(mjcfError(mjcf(R"(<body name="p"><geom size="0.01"/></body>)",
+                                   std::string("<default>") + inner + "</default>")),
+                    HasSubstr("is there twice: give each class its own name"));
+    }
+}
+
+TEST(MjcfFile, FramesMoveAndTurnJoints)
+{
+    const RobotModel robot = loadMjcfText(mjcf(R"(<body name="p"><geom size="0.01"/>
+        <body name="s"><frame euler="0 90 0"><joint name="s" type="slide"/></frame>
+        <geom size="0.01"/></body>
+        <body name="h"><frame pos="1 0 0"><frame euler="0 0 90"><joint name="h" pos="1 0 0"
+        axis="1 0 0"/></frame></frame><geom size="0.01"/></body></body>)"));
+    const auto centers = [&](double way, double angle)
+    {
+        const std::vector<double> q{0.0, way, angle};
+        const auto X = linkPoses(robot.tree, Eigen::Isometry3d::Identity(), q);
+        return std::pair<Eigen::Vector3d, Eigen::Vector3d>(
+            X[1] * bounds(robot.linkMeshes[1]).center(),
+            X[2] * bounds(robot.linkMeshes[2]).center());
+    };
+    EXPECT_NEAR((centers(0.5, 0.0).first - Eigen::Vector3d(0.5, 0, 0)).norm(), 0.0, 1e-12);
+    // A quarter about y through (1, 1, 0) takes the origin to (1, 0, 1), as z goes to x.
+    EXPECT_NEAR((centers(0.0, 90 * kDegree).second - Eigen::Vector3d(1, 0, 1)).norm(), 0.0, 1e-12);
+}
+
+TEST(MjcfFile, RangesWithoutWidthLimitOnlyWhatSaysSo)
+{
+    const std::string body = R"(<body name="p"><geom size="0.01"/>
+      <body name="x"><joint name="x" range="0 0" actuatorfrcrange="0 0"/><geom size="0.01"/></body>
+      </body>)";
+    const RobotModel robot = loadMjcfText(
+        mjcf(body, R"(<actuator><motor joint="x" forcerange="0 0" ctrlrange="0 0"/></actuator>)"));
+    EXPECT_TRUE(std::isinf(mjcfLink(robot, "x").joint.upper));
+    EXPECT_TRUE(std::isinf(mjcfLink(robot, "x").joint.maxEffort));
+    const RobotModel still = loadMjcfText(mjcf(
+        body, R"(<actuator><motor joint="x" forcelimited="true" forcerange="0 0"/></actuator>)"));
+    EXPECT_EQ(mjcfLink(still, "x").joint.maxEffort, 0.0);
+}
+
+TEST(MjcfFile, JointsThatFollowAHeldOneAreHeld)
+{
+    const std::string body = R"(<body name="p"><geom size="0.01"/>
+      <body name="a"><joint name="a"/><geom size="0.01"/></body>
+      <body name="b"><joint name="b"/><geom size="0.01"/></body>
+      <body name="c"><joint name="c"/><geom size="0.01"/></body></body>)";
+    const std::string hold = R"(<joint joint1="b" polycoef="0.2 0 0 0 0"/>)";
+    const std::string follow = R"(<joint joint1="a" joint2="b" polycoef="0.1 2 0 0 0"/>
+      <joint joint1="b" joint2="c" polycoef="0 4 0 0 0"/>)";
+    for (const std::string& both : {hold + follow, follow + hold})
+    {
+        const RobotModel robot = loadMjcfText(mjcf(body, "<equality>" + both + "</equality>"));
+        for (const auto& [name, angle] :
+             {std::pair{"a", 0.5}, std::pair{"b", 0.2}, std::pair{"c", 0.05}})
+        {
+            const Link& link = mjcfLink(robot, name);
+            EXPECT_EQ(link.joint.type, JointType::Fixed) << name;
+            EXPECT_NEAR(link.X_PL0.linear()(1, 0), std::sin(angle), 1e-12) << name;
+        }
+    }
 }
 
 TEST(MjcfFile, ObjectsOfTheSceneAreLeftOutAndArmsKeepTheWorld)
@@ -305,6 +393,12 @@ TEST(RobotFile, FormatsAreToldByTheirContent)
     EXPECT_EQ(loadRobot(folder.write("x.urdf",
                                      "<robot name=\"r\" xmlns:xacro=\"x\"><link name=\"a\"/>"
                                      "</robot>"))
+                  .name,
+              "r");
+    // Comments and text do not make a file xacro.
+    EXPECT_EQ(loadRobot(folder.write("c.urdf",
+                                     "<robot name=\"r\" xmlns:xacro=\"x\"><!-- <xacro:a/> ${1} "
+                                     "--><link name=\"a\"/><gazebo>${2}</gazebo></robot>"))
                   .name,
               "r");
 }

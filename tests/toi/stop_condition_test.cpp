@@ -99,10 +99,14 @@ TEST(StopCondition, AQueryWhoseTimeIsOverCertifiesNothingAndSaysSo)
         EXPECT_FALSE(isContact(result.status));
     }
 
-    const LeastDistanceResult least =
-        leastDistance(bodyA, bodyB, {.enough = 10.0, .stop = stopAfter(0.0)}, work);
-    EXPECT_EQ(least.status, ToiStatus::Stopped);
-    EXPECT_EQ(least.distance, 0.0);
+    for (const double enough : {10.0, kNoBound})
+    {
+        const LeastDistanceResult least =
+            leastDistance(bodyA, bodyB, {.enough = enough, .stop = stopAfter(0.0)}, work);
+        EXPECT_EQ(least.status, ToiStatus::Stopped);
+        EXPECT_EQ(least.distance, 0.0);
+        EXPECT_EQ(least.found, enough);
+    }
 
     KinematicTree tree;
     tree.links.resize(1);
@@ -166,6 +170,55 @@ TEST(StopCondition, WhatIsCertifiedWhenAQueryIsCancelledIsRight)
     }
     EXPECT_GT(stopped, 6);  // not only where they begin
     EXPECT_GT(latest, 0.0);
+}
+
+TEST(StopCondition, WhatIsCertifiedWhenAPairGivesUpHoldsForAllPairs)
+{
+    // The cube reaches one floor early and the other one late; whichever is asked first, and
+    // wherever the query gives up.
+    const SsvTree box = buildSsvTree(cube(1.0));
+    const SsvTree early = buildSsvTree(floorAt(0.0, 100.0));
+    const SsvTree late = buildSsvTree(floorAt(-4.0, 100.0));
+    KinematicTree tree;
+    tree.links.resize(1);
+    const JointMotion motion{
+        .root = {.X_W0 = poseOf({0.2, 0.1, 2.0}), .v_W = {0, 0, -8}, .w_W = {0.3, 0.2, 0.1}},
+        .positions = {0.0},
+        .rates = {0.0}};
+    const std::array<const SsvTree*, 1> linkTrees{&box};
+    const ArticulatedBody body{
+        .tree = &tree, .linkTrees = linkTrees, .motion = &motion, .selfPairs = {}};
+    ToiWorkspace work;
+    for (const auto& [first, second] : {std::pair{&early, &late}, std::pair{&late, &early}})
+    {
+        const std::array obstacles{RigidBody{.tree = first}, RigidBody{.tree = second}};
+        const Environment environment(obstacles);
+        const ArticulatedToiResult truth = articulatedToi(body, environment, {}, work);
+        ASSERT_EQ(truth.status, ToiStatus::Hit);
+        for (const int culling : {0, 1, 2, 3})
+        {
+            ArticulatedToiOptions options{.cullBySpace = culling % 2 == 1,
+                                          .cullByTime = culling / 2 == 1};
+            int given = 0;
+            for (options.toi.maxIterations = 1; options.toi.maxIterations < 400;
+                 ++options.toi.maxIterations)
+            {
+                const ArticulatedToiResult result =
+                    articulatedToi(body, environment, options, work);
+                EXPECT_LE(result.time, truth.time + 1e-9);
+                if (result.status == ToiStatus::Hit)
+                {
+                    EXPECT_NEAR(result.time, truth.time, 1e-3);
+                    EXPECT_FALSE(result.contacts.empty());
+                    continue;
+                }
+                EXPECT_EQ(result.status, ToiStatus::IterationLimit);
+                ++given;
+            }
+            EXPECT_GT(given, 0);
+            EXPECT_LT(given, 399);
+        }
+    }
 }
 
 TEST(StopCondition, OneThatNeverBecomesDueChangesNothing)

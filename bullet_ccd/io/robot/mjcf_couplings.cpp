@@ -35,10 +35,19 @@ public:
     {
         readTendons();
         readActuators();
-        for (const XMLElement* e : m_document.entries("equality"))
+        // What follows a joint that is held has to know where that is.
+        for (const bool isHold : {true, false})
         {
-            readEquality(*e);
+            for (const XMLElement* e : m_document.entries("equality"))
+            {
+                if (isHold ==
+                    (std::string_view(e->Name()) == "joint" && e->Attribute("joint2") == nullptr))
+                {
+                    readEquality(*e);
+                }
+            }
         }
+        flattenMimics();
         for (const std::string& name : m_drivenTendons)
         {
             shareTendon(m_tendons.at(name));
@@ -189,12 +198,7 @@ private:
         const double offset = reference(first) + polynomial[0];
         if (!element.text("joint2"))
         {
-            // Held where it is: no joint any more.
-            Link& link = m_tree.links[static_cast<std::size_t>(first)];
-            link.X_PL0 = linkInParent(link, offset);
-            const std::string name = link.joint.name;
-            link.joint = {};
-            link.joint.name = name;
+            hold(first, offset);
             return;
         }
         const std::int32_t second = findJoint(element, "joint2");
@@ -209,6 +213,17 @@ private:
         }
         // q1 - r1 = a0 + a1 (q2 - r2)
         follow(first, second, polynomial[1], offset - polynomial[1] * reference(second));
+    }
+
+    /// Held where it is, it is no joint any more.
+    void hold(std::int32_t index, double position)
+    {
+        Link& link = m_tree.links[static_cast<std::size_t>(index)];
+        link.X_PL0 = linkInParent(link, position);
+        const std::string name = link.joint.name;
+        link.joint = {};
+        link.joint.name = name;
+        m_held[index] = position;
     }
 
     /// A tendon of constant length couples two joints.
@@ -227,8 +242,9 @@ private:
     }
 
     /// The joints of a tendon that a motor pulls, and nothing else couples, share the way.
-    void shareTendon(const FixedTendon& tendon)
+    void shareTendon(FixedTendon tendon)
     {
+        std::erase_if(tendon, [this](const auto& part) { return m_held.contains(part.first); });
         const auto driver = [&](std::int32_t link)
         {
             for (std::size_t steps = 0; joint(link).mimicOf != kNone && steps < m_tree.size();
@@ -243,9 +259,9 @@ private:
         {
             const auto [first, c0] = tendon.front();
             const auto [link, c] = tendon[i];
-            if (driver(link) != driver(first))
+            if (driver(link) != driver(first) &&
+                follow(link, first, c / c0, reference(link) - c / c0 * reference(first)))
             {
-                follow(link, first, c / c0, reference(link) - c / c0 * reference(first));
                 names.push_back(joint(link).name);
             }
         }
@@ -257,8 +273,8 @@ private:
     }
 
     /// follower = multiplier * leader + offset, or the other way round if the follower follows
-    /// another one already, or is the one that a motor drives.
-    void follow(std::int32_t follower, std::int32_t leader, double multiplier, double offset)
+    /// another one already, or is the one that a motor drives. False if others contradict.
+    bool follow(std::int32_t follower, std::int32_t leader, double multiplier, double offset)
     {
         const auto isFree = [&](std::int32_t link)
         { return joint(link).isMovable() && joint(link).mimicOf == kNone; };
@@ -276,18 +292,19 @@ private:
         {
             loops = link == follower;
         }
-        if (loops || !joint(leader).isMovable())
+        if (loops || (!joint(leader).isMovable() && !m_held.contains(leader)))
         {
             m_document.leftOut("the coupling of '" + joint(follower).name + "' and '" +
                                joint(leader).name + "', which others contradict");
-            return;
+            return false;
         }
         joint(follower).mimicOf = leader;
         joint(follower).mimicMultiplier = multiplier;
         joint(follower).mimicOffset = offset;
+        return true;
     }
 
-    /// A joint follows one that follows none.
+    /// A joint follows one that follows none; if that is held, it is held as well.
     void flattenMimics()
     {
         for (std::size_t i = 1; i < m_tree.size(); ++i)
@@ -299,6 +316,12 @@ private:
                 own.mimicOffset += own.mimicMultiplier * next.mimicOffset;
                 own.mimicMultiplier *= next.mimicMultiplier;
                 own.mimicOf = next.mimicOf;
+            }
+            const auto held = m_held.find(own.mimicOf);
+            if (held != m_held.end())
+            {
+                hold(static_cast<std::int32_t>(i),
+                     own.mimicMultiplier * held->second + own.mimicOffset);
             }
         }
     }
@@ -330,6 +353,7 @@ private:
     std::vector<bool> m_isDriven;
     std::map<std::string, FixedTendon> m_tendons;
     std::vector<std::string> m_drivenTendons;
+    std::map<std::int32_t, double> m_held;  ///< where joints are that move no more
 };
 }  // namespace
 

@@ -319,7 +319,12 @@ bool MjcfElement::isLimited(const char* attribute, const char* range) const
         fail(std::string(attribute) + " is " + quoted(std::string_view(value)),
              "use true, false or auto");
     }
-    return value == "true" || (value == "auto" && m_document->autoLimits() && text(range));
+    if (value != "auto" || !m_document->autoLimits())
+    {
+        return value == "true";
+    }
+    const auto limits = numbers(range, 2);
+    return limits && (*limits)[0] < (*limits)[1];
 }
 
 std::string MjcfElement::where() const
@@ -354,7 +359,7 @@ MjcfDocument::MjcfDocument(std::filesystem::path path) : m_path(std::move(path))
         throw std::runtime_error(m_path.string() + ": no <mujoco> element: is this MJCF?");
     }
     m_included.push_back(std::filesystem::absolute(m_path).lexically_normal().string());
-    expandIncludes(*m_xml.FirstChildElement("mujoco"));
+    expandIncludes(*m_xml.FirstChildElement("mujoco"), 1);
     readCompiler();
     m_classes["main"];
     for (const XMLElement* e = root()->FirstChildElement("default"); e != nullptr;
@@ -364,15 +369,16 @@ MjcfDocument::MjcfDocument(std::filesystem::path path) : m_path(std::move(path))
     }
 }
 
-void MjcfDocument::expandIncludes(XMLElement& element)
+void MjcfDocument::expandIncludes(XMLElement& element, int depth)
 {
+    requireDepth(depth, m_path.string());
     XMLElement* child = element.FirstChildElement();
     while (child != nullptr)
     {
         XMLElement* const next = child->NextSiblingElement();
         if (std::string_view(child->Name()) != "include")
         {
-            expandIncludes(*child);
+            expandIncludes(*child, depth + 1);
             child = next;
             continue;
         }
@@ -480,6 +486,11 @@ void MjcfDocument::readDefaults(const XMLElement& element, const std::string& pa
     if (isTop && name != "main")
     {
         m_classes[name].parent = "main";
+    }
+    if (!isTop && m_classes.contains(name))
+    {
+        throw std::runtime_error(m_path.string() + ": default: class '" + name +
+                                 "' is there twice: give each class its own name");
     }
     DefaultClass& own = m_classes[isTop ? "main" : name];
     own.parent = isTop ? "" : parent;

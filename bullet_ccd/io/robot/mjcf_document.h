@@ -40,7 +40,8 @@ public:
     [[nodiscard]] Eigen::Isometry3d pose() const;
     /// The orientation alone.
     [[nodiscard]] Eigen::Matrix3d orientation() const;
-    /// The attribute that limits a range by "true", "false" or "auto".
+    /// What the attribute says: "true", "false", or "auto", which is the default and means true if
+    /// the range has a width.
     [[nodiscard]] bool isLimited(const char* attribute, const char* range) const;
 
     [[noreturn]] void fail(const std::string& what, const std::string& remedy) const;
@@ -112,7 +113,7 @@ private:
     {
         return m_xml.FirstChildElement("mujoco");
     }
-    void expandIncludes(tinyxml2::XMLElement& element);
+    void expandIncludes(tinyxml2::XMLElement& element, int depth);
     void readCompiler();
     void readDefaults(const tinyxml2::XMLElement& element, const std::string& parent, bool isTop);
 

@@ -130,6 +130,9 @@ private:
         std::string childClass;
     };
 
+    /// An element of a body, and the pose of the <frame> around it in the body.
+    using PlacedElement = std::pair<MjcfElement, Isometry3d>;
+
     /// The bodies below this element, through frames; what is neither goes to `other`.
     template <typename Other>
     void forBodies(const XMLElement& element,
@@ -259,8 +262,8 @@ private:
         const std::string name =
             body.name().empty() ? "body_" + std::to_string(m_tree.robot.tree.size()) : body.name();
 
-        std::vector<MjcfElement> joints;
-        std::vector<std::pair<MjcfElement, Isometry3d>> geoms;
+        std::vector<PlacedElement> joints;
+        std::vector<PlacedElement> geoms;
         std::optional<MjcfElement> inertial;
         std::vector<Placed> children;
         const auto other =
@@ -276,7 +279,7 @@ private:
             }
             else if (is(e, "joint"))
             {
-                joints.emplace_back(m_document, e, elementClass);
+                joints.emplace_back(MjcfElement(m_document, e, elementClass), X_BF);
             }
             else if (is(e, "geom"))
             {
@@ -284,6 +287,7 @@ private:
             }
             else if (is(e, "inertial"))
             {
+                // Frames do not move it, as in MuJoCo.
                 inertial.emplace(m_document, e, elementClass);
             }
             else if (!isWithoutMeaning(e))
@@ -305,7 +309,7 @@ private:
     }
 
     /// The links of a body; returns the last one, and the pose of the body's frame in it.
-    std::pair<std::int32_t, Isometry3d> readJoints(const std::vector<MjcfElement>& joints,
+    std::pair<std::int32_t, Isometry3d> readJoints(const std::vector<PlacedElement>& joints,
                                                    const std::string& body,
                                                    std::int32_t parent,
                                                    Isometry3d X_PB)
@@ -324,7 +328,7 @@ private:
         }
         for (std::size_t k = 0; k < joints.size(); ++k)
         {
-            const MjcfElement& source = joints[k];
+            const auto& [source, X_BF] = joints[k];
             const bool isLast = k + 1 == joints.size();
             Link link;
             const std::string suffix = joints.size() > 1 ? std::to_string(k + 1) : "";
@@ -333,10 +337,12 @@ private:
             link.name = isLast ? body : body + "/" + jointName;
             link.parent = parent;
             link.joint = readJoint(source, jointName);
+            link.joint.axis = X_BF.linear() * link.joint.axis;
             // A translation has no axis to be at.
-            const Vector3d anchor = link.joint.type == JointType::Revolute
-                                        ? source.vector("pos").value_or(Vector3d::Zero())
-                                        : Vector3d::Zero();
+            const Vector3d anchor =
+                link.joint.type == JointType::Revolute
+                    ? Vector3d(X_BF * source.vector("pos").value_or(Vector3d::Zero()))
+                    : Vector3d(Vector3d::Zero());
             const double reference =
                 angleOrLength(link.joint.type, source.number("ref").value_or(0.0));
             link.X_PL0 = X_PB * shift(anchor);
@@ -409,7 +415,7 @@ private:
         }
     }
 
-    void readGeometry(const std::vector<std::pair<MjcfElement, Isometry3d>>& geoms,
+    void readGeometry(const std::vector<PlacedElement>& geoms,
                       const std::optional<MjcfElement>& inertial,
                       std::int32_t index,
                       const Isometry3d& X_LB)

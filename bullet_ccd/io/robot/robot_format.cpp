@@ -30,6 +30,27 @@ std::pair<std::string_view, std::size_t> firstElement(std::string_view text)
     return {{}, text.size()};
 }
 
+/// Whether elements or attributes, not comments or text, are xacro's. What xacro writes keeps the
+/// declaration of the namespace, so that alone says nothing.
+bool speaksXacro(std::string_view text)
+{
+    const bool isDeclared = text.find("xmlns:xacro") != std::string_view::npos;
+    while ((text = text.substr(std::min(text.find('<'), text.size()))).size() > 1)
+    {
+        const std::string_view closing = text.starts_with("<!--")        ? "-->"
+                                         : text.starts_with("<![CDATA[") ? "]]>"
+                                                                         : ">";
+        const std::string_view tag = text.substr(0, text.find(closing));
+        if (text.starts_with("<xacro:") ||
+            (text[1] != '!' && isDeclared && tag.find("${") != std::string_view::npos))
+        {
+            return true;
+        }
+        text.remove_prefix(tag.size());
+    }
+    return false;
+}
+
 bool isOnPath(const std::string& program)
 {
     const char* const variable = std::getenv("PATH");
@@ -39,7 +60,8 @@ bool isOnPath(const std::string& program)
         const std::size_t end = std::min(entries.find(':'), entries.size());
         const std::filesystem::path file = std::filesystem::path(entries.substr(0, end)) / program;
         entries.remove_prefix(std::min(end + 1, entries.size()));
-        if (::access(file.c_str(), X_OK) == 0)
+        std::error_code error;
+        if (::access(file.c_str(), X_OK) == 0 && std::filesystem::is_regular_file(file, error))
         {
             return true;
         }
@@ -70,12 +92,8 @@ RobotFormat robotFormat(std::string_view text)
     {
         return RobotFormat::Sdf;
     }
-    // What xacro writes keeps the declaration of the namespace, so that alone says nothing.
-    const std::string_view rest = text.substr(begin);
-    const bool speaksXacro = rest.find("<xacro:") != std::string_view::npos ||
-                             (rest.find("xmlns:xacro") != std::string_view::npos &&
-                              rest.find("${") != std::string_view::npos);
-    return name == "robot" && speaksXacro ? RobotFormat::Xacro : RobotFormat::Urdf;
+    return name == "robot" && speaksXacro(text.substr(begin)) ? RobotFormat::Xacro
+                                                              : RobotFormat::Urdf;
 }
 
 void requireUrdf(std::string_view text, const std::filesystem::path& path)

@@ -285,9 +285,18 @@ std::string readText(const std::filesystem::path& path)
     return text;
 }
 
-void requireShallowXml(const std::string& content, const std::string& name)
+void requireDepth(int depth, const std::string& name)
 {
     constexpr int kMaxDepth = 200;
+    if (depth > kMaxDepth)
+    {
+        throw std::runtime_error(name + ": XML with more than " + std::to_string(kMaxDepth) +
+                                 " nested elements: close the elements");
+    }
+}
+
+void requireShallowXml(const std::string& content, const std::string& name)
+{
     int depth = 0;
     for (std::size_t i = 0; i + 1 < content.size(); ++i)
     {
@@ -296,11 +305,7 @@ void requireShallowXml(const std::string& content, const std::string& name)
         const bool opens = c == '<' && next != '/' && next != '!' && next != '?';
         const bool closes = (c == '<' && next == '/') || (c == '/' && next == '>');
         depth = std::max(0, depth + static_cast<int>(opens) - static_cast<int>(closes));
-        if (depth > kMaxDepth)
-        {
-            throw std::runtime_error(name + ": XML with more than " + std::to_string(kMaxDepth) +
-                                     " nested elements: close the elements");
-        }
+        requireDepth(depth, name);
     }
 }
 }  // namespace bullet_ccd

@@ -75,4 +75,6 @@ void noteUnlimited(const KinematicTree& tree, std::vector<std::string>& notes);
 /// Refuses XML in which more than 200 elements are open at once: parsers recurse into elements, and
 /// nothing real nests deeper.
 void requireShallowXml(const std::string& content, const std::string& name);
+/// The same of a depth that is known: files include others.
+void requireDepth(int depth, const std::string& name);
 }  // namespace bullet_ccd
