@@ -205,6 +205,22 @@ TEST(MjcfFile, MeshAssetsHaveScaleAndReference)
     EXPECT_NEAR((box.min() - Eigen::Vector3d(-0.2, -0.2, 0.7)).norm(), 0.0, 1e-12);
     EXPECT_NEAR((box.max() - Eigen::Vector3d(0.0, 0.2, 1.3)).norm(), 0.0, 1e-12);
     EXPECT_NEAR(massProperties(robot.linkMeshes[0]).volume, 0.2 * 0.4 * 0.6, 1e-12);
+
+    // The reference comes before the scale: the box is turned, x is its 2, and then x is scaled.
+    const auto turned =
+        folder.write("t.xml",
+                     mjcf(R"(<body name="p"><geom type="mesh" mesh="box" contype="1e300"/></body>)",
+                          R"(<compiler meshdir="assets"/><asset><mesh file="box.obj" scale="10 1 1"
+                refpos="0 0 1" refquat="1 0 0 1"/></asset>)"));
+    const Eigen::AlignedBox3d wide = bounds(loadMjcf(turned).linkMeshes[0]);
+    EXPECT_NEAR((wide.min() - Eigen::Vector3d(-20, -1, -4)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((wide.max() - Eigen::Vector3d(20, 1, 2)).norm(), 0.0, 1e-12);
+    const auto none = folder.write(
+        "n.xml",
+        mjcf(R"(<body name="p"><geom type="mesh" mesh="box"/></body>)",
+             R"(<compiler meshdir="assets"/><asset><mesh file="box.obj" refquat="0 0 0 0"/>
+                </asset>)"));
+    EXPECT_NEAR(massProperties(loadMjcf(none).linkMeshes[0]).volume, 48.0, 1e-9);
 }
 
 TEST(MjcfFile, IncludesStandWhereTheyAreNamed)
@@ -324,6 +340,10 @@ TEST(MjcfFile, ObjectsOfTheSceneAreLeftOutAndArmsKeepTheWorld)
     EXPECT_EQ(free.tree.size(), 2U);
     EXPECT_EQ(free.tree.links[0].name, "p");
     EXPECT_THAT(free.notes, Contains(HasSubstr("object 'ball'")));
+    const RobotModel lamp = loadMjcfText(
+        mjcf(hand + R"(<body name="lamp"><joint type="ball"/><geom size="0.01"/></body>)"));
+    EXPECT_EQ(lamp.tree.size(), 2U);
+    EXPECT_THAT(lamp.notes, Contains(HasSubstr("object 'lamp'")));
     const RobotModel fixed = loadMjcfText(
         mjcf(R"(<geom size="0.1"/><body name="x"><joint name="x"/><geom size="0.01"/></body>)"));
     ASSERT_EQ(fixed.tree.size(), 2U);
@@ -344,8 +364,36 @@ TEST(MjcfFile, WhatIsNotUnderstoodIsNamed)
                                HasSubstr("<spatial> of <tendon>"))));
 }
 
+TEST(MjcfFile, CouplingsThatAreObeyedAreNotNoted)
+{
+    const RobotModel robot = loadMjcfText(mjcf(
+        R"(<body name="p"><geom size="0.01"/><body name="x"><joint name="x"/><geom size="0.01"/>
+           </body><body name="y"><joint name="y"/><geom size="0.01"/></body></body>)",
+        R"(<equality><joint joint1="x" joint2="y" polycoef="0 1 0 0 0" solref="0.01 1"/></equality>
+           <tendon><fixed name="t"><joint joint="x" coef="0"/><joint joint="y" coef="1"/></fixed>
+           </tendon><actuator><motor tendon="t" forcerange="-2 2"/></actuator>)"));
+    EXPECT_THAT(robot.notes, testing::Not(Contains(HasSubstr("of <joint>"))));
+    // What a tendon takes with the coefficient 0 it does not take.
+    EXPECT_TRUE(std::isinf(mjcfLink(robot, "x").joint.maxEffort));
+    EXPECT_EQ(mjcfLink(robot, "y").joint.maxEffort, 2.0);
+}
+
+TEST(MjcfFile, SizesReplaceTheFirstNumbersOfTheirClasses)
+{
+    const RobotModel robot = loadMjcfText(
+        mjcf(R"(<body name="p"><geom class="b" type="box" size="0.1"/></body>)",
+             R"(<default><geom size="1 2 0.3"/><default class="b"><geom size="0.4 0.2"/></default>
+                </default>)"));
+    EXPECT_NEAR(
+        (bounds(robot.linkMeshes[0]).max() - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 0.0, 1e-12);
+}
+
 TEST(MjcfFile, ErrorsNameElementValueAndRemedy)
 {
+    EXPECT_THAT(mjcfError(mjcf("<body name=\"p\"><geom size=\"1\" pos=\"1 2 3 4\"/></body>")),
+                HasSubstr("geom: pos holds 4 numbers: give 3"));
+    EXPECT_THAT(mjcfError(mjcf("<body name=\"p\"><geom size=\"1 2 3 4\"/></body>")),
+                HasSubstr("geom: size holds 4 numbers: give 1 to 3"));
     EXPECT_THAT(mjcfError(mjcf("<body name=\"p\"><geom size=\"-1\"/></body>")),
                 HasSubstr("geom: size is -1.000000: give a finite number > 0"));
     EXPECT_THAT(mjcfError(mjcf("<body name=\"p\"><geom name=\"g\" size=\"a\"/></body>")),

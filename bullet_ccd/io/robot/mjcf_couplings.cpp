@@ -90,13 +90,16 @@ private:
                 const char* const name = j->Attribute("joint");
                 const std::int32_t link = m_tree.findJoint(name == nullptr ? "" : name);
                 const double coefficient = j->DoubleAttribute("coef", 0.0);
-                if (link == kNone || coefficient == 0.0 || !std::isfinite(coefficient))
+                if (link == kNone || !std::isfinite(coefficient))
                 {
                     element.fail("joint '" + std::string(name == nullptr ? "" : name) +
-                                     "' does not exist, or its coef is 0",
-                                 "name a joint, and a coefficient other than 0");
+                                     "' does not exist, or its coef is not finite",
+                                 "name a joint, and a finite coefficient");
                 }
-                tendon.emplace_back(link, coefficient);
+                if (coefficient != 0.0)
+                {
+                    tendon.emplace_back(link, coefficient);
+                }
             }
         }
     }
@@ -110,7 +113,7 @@ private:
     /// The largest force at the joint or tendon.
     static double effortOf(const MjcfElement& element)
     {
-        const auto gear = element.numbers("gear", 1);
+        const auto gear = element.numbers("gear", 1, 6);
         const double factor = std::abs(gear ? gear->front() : 1.0);
         const auto largest = [&](const char* range, const char* limited)
         {
@@ -168,10 +171,9 @@ private:
             return;
         }
         std::vector<double> polynomial{0.0, 1.0, 0.0, 0.0, 0.0};
-        if (const auto given = element.numbers("polycoef", 1))
+        if (const auto given = element.numbers("polycoef", 1, 5))
         {
-            std::copy_n(
-                given->begin(), std::min<std::size_t>(given->size(), 5), polynomial.begin());
+            std::ranges::copy(*given, polynomial.begin());
         }
         if (element.tag() == "joint")
         {

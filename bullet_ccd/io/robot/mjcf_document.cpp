@@ -67,6 +67,8 @@ const std::map<std::string_view, std::set<std::string_view>>& knownAttributes()
           "margin",
           "user"}},
         {"freejoint", {"name", "group", "align"}},
+        {"equality/joint",
+         {"name", "class", "active", "joint1", "joint2", "polycoef", "solref", "solimp"}},
         {"geom", withPose({"name",     "class",  "type",     "contype",      "conaffinity",
                            "condim",   "group",  "priority", "size",         "material",
                            "friction", "mass",   "density",  "shellinertia", "solmix",
@@ -123,7 +125,10 @@ std::string defaultKey(std::string_view tag, const char* attribute)
 
 void noteUnknown(MjcfDocument& document, const XMLElement& element)
 {
-    const auto known = knownAttributes().find(element.Name());
+    const XMLElement* const parent = element.Parent()->ToElement();
+    const bool isEquality = parent != nullptr && std::string_view(parent->Name()) == "equality";
+    const auto known =
+        knownAttributes().find((isEquality ? "equality/" : "") + std::string(element.Name()));
     if (known == knownAttributes().end())
     {
         return;
@@ -147,6 +152,41 @@ void loadXml(tinyxml2::XMLDocument& document, const std::filesystem::path& path)
         throw std::runtime_error(path.string() + ": not XML: " + document.ErrorStr() +
                                  ": correct the file");
     }
+}
+
+std::vector<std::string_view> wordsOf(std::string_view text)
+{
+    std::vector<std::string_view> words;
+    constexpr std::string_view kSpace = " \t\r\n";
+    while (true)
+    {
+        const std::size_t begin = text.find_first_not_of(kSpace);
+        if (begin == std::string_view::npos)
+        {
+            return words;
+        }
+        text.remove_prefix(begin);
+        words.push_back(text.substr(0, text.find_first_of(kSpace)));
+        text.remove_prefix(words.back().size());
+    }
+}
+
+/// What an element says where its class says something as well: the numbers of a geom's size
+/// replace the first ones of the class only, as in MuJoCo.
+std::string over(const std::optional<std::string>& inherited,
+                 const std::string& key,
+                 const char* own)
+{
+    std::string value = own;
+    if (key == "geom.size" && inherited)
+    {
+        const std::vector<std::string_view> words = wordsOf(*inherited);
+        for (std::size_t k = wordsOf(own).size(); k < words.size(); ++k)
+        {
+            value.append(" ").append(words[k]);
+        }
+    }
+    return value;
 }
 
 Eigen::Matrix3d about(const Eigen::Vector3d& axis, double angle)
@@ -180,49 +220,43 @@ std::string MjcfElement::name() const
 
 std::optional<std::string> MjcfElement::text(const char* attribute) const
 {
-    if (const char* const value = m_xml->Attribute(attribute))
-    {
-        return value;
-    }
-    return m_document->defaultOf(m_class, tag(), attribute);
+    const std::optional<std::string> inherited = m_document->defaultOf(m_class, tag(), attribute);
+    const char* const own = m_xml->Attribute(attribute);
+    return own == nullptr ? inherited : over(inherited, defaultKey(tag(), attribute), own);
 }
 
 std::optional<std::vector<double>> MjcfElement::parsed(const char* attribute,
                                                        const std::string& value,
-                                                       std::size_t least) const
+                                                       std::size_t least,
+                                                       std::size_t most) const
 {
     std::vector<double> result;
-    std::string_view rest = value;
-    while (true)
+    for (const std::string_view word : wordsOf(value))
     {
-        const std::size_t begin = rest.find_first_not_of(" \t\r\n");
-        if (begin == std::string_view::npos)
-        {
-            break;
-        }
-        rest.remove_prefix(begin);
-        const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r\n"));
         const std::optional<double> number = parseNumber<double>(word);
         if (!number || !std::isfinite(*number))
         {
             fail(std::string(attribute) + " holds " + quoted(word), "give finite numbers");
         }
         result.push_back(*number);
-        rest.remove_prefix(word.size());
     }
-    if (result.size() < least)
+    if (result.size() < least || result.size() > most)
     {
         fail(std::string(attribute) + " holds " + std::to_string(result.size()) + " numbers",
-             "give " + std::to_string(least));
+             "give " + std::to_string(least) +
+                 (most == least          ? ""
+                  : most == kManyNumbers ? " or more"
+                                         : " to " + std::to_string(most)));
     }
     return result;
 }
 
 std::optional<std::vector<double>> MjcfElement::numbers(const char* attribute,
-                                                        std::size_t least) const
+                                                        std::size_t least,
+                                                        std::size_t most) const
 {
     const std::optional<std::string> value = text(attribute);
-    return value ? parsed(attribute, *value, least) : std::nullopt;
+    return value ? parsed(attribute, *value, least, std::max(least, most)) : std::nullopt;
 }
 
 std::optional<double> MjcfElement::number(const char* attribute) const
@@ -505,7 +539,9 @@ void MjcfDocument::readDefaults(const XMLElement& element, const std::string& pa
         noteUnknown(*this, *e);
         for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a != nullptr; a = a->Next())
         {
-            own.values[defaultKey(e->Name(), a->Name())] = a->Value();
+            const std::string key = defaultKey(e->Name(), a->Name());
+            own.values[key] =
+                over(defaultOf(isTop ? "main" : name, e->Name(), a->Name()), key, a->Value());
         }
     }
 }

@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 
+#include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +16,9 @@
 namespace bullet_ccd
 {
 class MjcfDocument;
+
+/// No limit of the numbers that an attribute holds.
+constexpr std::size_t kManyNumbers = std::numeric_limits<std::size_t>::max();
 
 /// The shortest rotation that turns +z to the unit vector; half a turn about x if that is -z.
 [[nodiscard]] Eigen::Matrix3d rotationToZ(const Eigen::Vector3d& z);
@@ -32,9 +37,10 @@ public:
     /// The attribute of the element itself, else that of its class or the classes above it.
     [[nodiscard]] std::optional<std::string> text(const char* attribute) const;
     [[nodiscard]] std::optional<double> number(const char* attribute) const;
-    /// Throws std::runtime_error if there are not at least `least` numbers, all finite.
+    /// Throws std::runtime_error unless there are `least` numbers, or up to `most`, all finite.
     [[nodiscard]] std::optional<std::vector<double>> numbers(const char* attribute,
-                                                             std::size_t least) const;
+                                                             std::size_t least,
+                                                             std::size_t most = 0) const;
     [[nodiscard]] std::optional<Eigen::Vector3d> vector(const char* attribute) const;
     /// Position and orientation, whichever way it is given.
     [[nodiscard]] Eigen::Isometry3d pose() const;
@@ -51,7 +57,8 @@ public:
 private:
     [[nodiscard]] std::optional<std::vector<double>> parsed(const char* attribute,
                                                             const std::string& value,
-                                                            std::size_t least) const;
+                                                            std::size_t least,
+                                                            std::size_t most) const;
 
     MjcfDocument* m_document;
     const tinyxml2::XMLElement* m_xml;

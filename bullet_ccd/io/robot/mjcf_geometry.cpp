@@ -37,8 +37,8 @@ std::filesystem::path assetPath(const MjcfDocument& document, const std::string&
 /// Vertices and faces that stand in the file itself.
 TriangleMesh inlineMesh(const MjcfElement& element, const Eigen::Vector3d& scale)
 {
-    const std::vector<double> coordinates = *element.numbers("vertex", 9);
-    const std::optional<std::vector<double>> faces = element.numbers("face", 3);
+    const std::vector<double> coordinates = *element.numbers("vertex", 9, kManyNumbers);
+    const std::optional<std::vector<double>> faces = element.numbers("face", 3, kManyNumbers);
     if (!faces || coordinates.size() % 3 != 0 || faces->size() % 3 != 0)
     {
         element.fail("vertex without face, or not by threes",
@@ -128,20 +128,21 @@ TriangleMesh MjcfGeometry::asset(const MjcfElement& element)
     {
         asset.fail("no file and no vertices", "give one of them");
     }
-    // The reference is in the file's own coordinates, before they are scaled.
-    Eigen::Isometry3d X_reference = Eigen::Isometry3d::Identity();
-    X_reference.translation() =
-        scale.cwiseProduct(asset.vector("refpos").value_or(Eigen::Vector3d::Zero()));
-    transformMesh(mesh, Eigen::Affine3d(X_reference.inverse()));
+    // The reference is in the file's own coordinates, before they are scaled: a point p of the
+    // file becomes S R' (p - r), and it is there as S p.
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
     if (const auto q = asset.numbers("refquat", 4))
     {
-        const Eigen::Quaterniond rotation((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
-        if (!scale.isApproxToConstant(scale.x()))
-        {
-            m_document.leftOut("refquat with a scale that differs between axes");
-        }
-        transformMesh(mesh, Eigen::Affine3d(rotation.normalized().conjugate()));
+        rotation = Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+        // As in MuJoCo, none is no rotation.
+        rotation = rotation.norm() > 0.0 ? rotation.normalized() : Eigen::Quaterniond::Identity();
     }
+    const Eigen::Vector3d r = asset.vector("refpos").value_or(Eigen::Vector3d::Zero());
+    Eigen::Affine3d X = Eigen::Affine3d::Identity();
+    X.linear() = scale.asDiagonal() * rotation.conjugate().toRotationMatrix() *
+                 scale.cwiseInverse().asDiagonal();
+    X.translation() = -(X.linear() * scale.cwiseProduct(r));
+    transformMesh(mesh, X);
     return mesh;
 }
 
@@ -152,7 +153,7 @@ TriangleMesh MjcfGeometry::primitive(const MjcfElement& element, const std::stri
     const std::size_t needed = type == "sphere" || ends                  ? 1
                                : type == "capsule" || type == "cylinder" ? 2
                                                                          : 3;
-    std::optional<std::vector<double>> size = element.numbers("size", needed);
+    std::optional<std::vector<double>> size = element.numbers("size", needed, 3);
     if (!size)
     {
         element.fail("a " + type + " has no size", "give its size");
@@ -193,9 +194,8 @@ std::optional<MjcfGeom> MjcfGeometry::geom(const MjcfElement& element)
     static const std::set<std::string> kPrimitives = {
         "sphere", "capsule", "cylinder", "box", "ellipsoid"};
     MjcfGeom geom;
-    const auto integer = [&](const char* attribute, double fallback)
-    { return static_cast<int>(element.number(attribute).value_or(fallback)); };
-    geom.collides = integer("contype", 1) != 0 || integer("conaffinity", 1) != 0;
+    geom.collides = element.number("contype").value_or(1.0) != 0.0 ||
+                    element.number("conaffinity").value_or(1.0) != 0.0;
     const std::string type = element.text("type").value_or("sphere");
     const bool hasMesh = element.text("mesh").has_value();
     if (hasMesh && kPrimitives.contains(type))

@@ -38,6 +38,12 @@ bool isFree(const XMLElement& joint)
            (is(joint, "joint") && type != nullptr && std::string_view(type) == "free");
 }
 
+bool isBall(const XMLElement& joint)
+{
+    const char* const type = joint.Attribute("type");
+    return is(joint, "joint") && type != nullptr && std::string_view(type) == "ball";
+}
+
 template <typename Visit>
 void forChildren(const XMLElement& element, const Visit& visit)
 {
@@ -194,7 +200,7 @@ private:
         }
         const auto isObject = [](const Placed& placed)
         {
-            return hasChild(*placed.body, isFree) &&
+            return (hasChild(*placed.body, isFree) || hasChild(*placed.body, isBall)) &&
                    !hasChild(*placed.body, [](const XMLElement& e) { return is(e, "body"); });
         };
         if (bodies.size() > 1)
@@ -205,7 +211,7 @@ private:
                 {
                     const char* const name = placed.body->Attribute("name");
                     m_document.leftOut("object '" + std::string(name == nullptr ? "" : name) +
-                                       "', a body with a free joint");
+                                       "', a body with a free joint or a ball joint");
                 }
             }
             std::erase_if(bodies, isObject);

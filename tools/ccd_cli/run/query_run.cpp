@@ -99,7 +99,8 @@ private:
         m_cold[k] = timed.microseconds;
         if (m_options.warm)
         {
-            m_warm[k] = answer(m_queries[index], workspace).microseconds;
+            const TimedAnswer warm = answer(m_queries[index], workspace);
+            m_warm[k] = warm.result.status == ToiStatus::Stopped ? kNotTimed : warm.microseconds;
         }
         if (!m_goOn(++m_count))
         {
