@@ -41,6 +41,7 @@ ORDER = [
     "bullet_ccd/bullet/step",
     "bullet_ccd/bullet",
     "bullet_ccd/bullet.h",
+    "bullet_ccd/examples",
     "grasp/hand",
     "grasp",  # grasp_types.h: the value types of the pipeline
     "grasp/approach",
@@ -68,7 +69,6 @@ ORDER = [
     "benchmarks/reference/queries",
     "benchmarks/reference/catalogue",
     "benchmarks/reference/audit",
-    "bullet_ccd/examples",
     "benchmarks/reference/bullet",
     "tools/ccd_cli/files",
     "tools/ccd_cli/run",

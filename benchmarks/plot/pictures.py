@@ -14,6 +14,7 @@ except ImportError:
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import PercentFormatter
 
 from plot.words import power
 
@@ -95,9 +96,9 @@ def decades(values):
     return range(low, max(high, low + 1) + 1)
 
 
-def draw_lines(axes, title, ticks, lines, lowest=None, span=()):
-    """Lines (points (x, y), looks) over ticks {x: words}, y logarithmic over the decades of the span
-    or of the lines. Where y is None there is a cross at the top, a height a colour; all
+def draw_lines(axes, title, ticks, lines, lowest=None, is_share=False, span=()):
+    """Lines (points (x, y), looks) over ticks {x: words}, y a share or logarithmic over the decades
+    of the span or of the lines. Where y is None there is a cross at the top, a height a colour; all
     below the lowest value is drawn there."""
     axes.set_title(title)
     colours = list(dict.fromkeys(looks["color"] for _, looks in lines))
@@ -112,10 +113,14 @@ def draw_lines(axes, title, ticks, lines, lowest=None, span=()):
                   transform=axes.get_xaxis_transform())
     axes.set(xscale="log", xlim=(0.8 * min(ticks), 1.25 * max(ticks)))
     axes.set_xticks(list(ticks), ticks.values())
-    powers = decades([max(y, lowest) for y in values if max(y, lowest) > 0.0] or [1.0])
-    shown = [10.0 ** exponent for exponent in powers[::math.ceil(len(powers) / 6)]]
-    axes.set(yscale="log", ylim=(10.0 ** (powers[0] - 0.15), 10.0 ** (powers[-1] + 0.15)))
-    axes.set_yticks(shown, [("≤ " if y <= 1.01 * lowest else "") + power(y) for y in shown])
+    if is_share:
+        axes.set(ylim=(-0.04, 1.04), yticks=[0.0, 0.5, 1.0])
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
+    else:
+        powers = decades([max(y, lowest) for y in values if max(y, lowest) > 0.0] or [1.0])
+        shown = [10.0 ** exponent for exponent in powers[::math.ceil(len(powers) / 6)]]
+        axes.set(yscale="log", ylim=(10.0 ** (powers[0] - 0.15), 10.0 ** (powers[-1] + 0.15)))
+        axes.set_yticks(shown, [("≤ " if y <= 1.01 * lowest else "") + power(y) for y in shown])
     axes.minorticks_off()
 
 
