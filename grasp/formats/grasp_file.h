@@ -7,9 +7,12 @@
 
 #include "bullet_ccd/export.h"
 #include "grasp/planner/grasp_planner.h"
+#include "grasp/squeeze/squeeze.h"
 
 #include <filesystem>
 #include <iosfwd>
+#include <map>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -17,6 +20,16 @@ namespace bullet_ccd::grasp
 {
 /// The value of "schema" in every record.
 inline constexpr const char* kGraspSchema = "bullet_ccd.grasp/1";
+
+/// What a trial of a grasp came to.
+struct TrialNote
+{
+    std::string protocol;
+    std::string outcome;  ///< such as "held" or "dropped"
+    bool held = false;
+    double slip = 0.0;  ///< [m]
+    double turn = 0.0;  ///< [rad]
+};
 
 /// What is common to the grasps of one run.
 struct GraspRun
@@ -27,6 +40,10 @@ struct GraspRun
     double objectScale = 1.0;
     std::string obstaclesHash{};  ///< contentHash() of what stood beside the object
     PlannerOptions options;
+    /// What the squeezes in the records are for; without it there are none.
+    std::optional<SqueezeOptions> squeeze{};
+    /// Of the grasps that were tried in a simulation, by candidate. Neither is read back.
+    std::map<std::int64_t, std::vector<TrialNote>> trials{};
 };
 
 /// Writes the grasps in the order given; the first has rank 1.

@@ -1,5 +1,6 @@
 #include "grasp/formats/grasp_recorder.h"
 
+#include "grasp/force/grasp_forces.h"
 #include "grasp/formats/content_hash.h"
 
 #include <cmath>
@@ -171,6 +172,57 @@ Json qualityToJson(const GraspQuality& quality,
             {"torque_scale_m", object.radius}};
 }
 
+/// Null where none was asked for, or the candidate is no grasp.
+Json squeezeToJson(const Grasp& grasp, const GraspRun& run, const HandModel& hand)
+{
+    if (!run.squeeze || grasp.reject != RejectReason::None)
+    {
+        return {};
+    }
+    const Squeeze squeeze = squeezeOf(hand, grasp, *run.squeeze);
+    Json json{{"mass_kg", run.squeeze->mass},
+              {"friction", run.squeeze->friction},
+              {"reason", squeeze.reason.empty() ? Json() : Json(squeeze.reason)},
+              {"normal_forces_n", squeeze.normalForce},
+              {"joints", Json::object()}};
+    const KinematicTree& tree = hand.robot.tree;
+    const std::vector<std::int32_t> joints = independentJoints(tree);
+    for (std::size_t j = 0; j < joints.size(); ++j)
+    {
+        Json entry{{"effort", squeeze.efforts[j].limit},
+                   {"effort_assumed", squeeze.efforts[j].isAssumed}};
+        if (squeeze.exists())
+        {
+            entry["torque"] = squeeze.torques[j];
+            entry["target"] = squeeze.targets[j];
+            entry["stiffness"] = squeeze.stiffness[j];
+        }
+        json["joints"][tree.links[static_cast<std::size_t>(joints[j])].joint.name] =
+            std::move(entry);
+    }
+    return json;
+}
+
+/// Null for a grasp that was not tried.
+Json trialsToJson(const Grasp& grasp, const GraspRun& run)
+{
+    const auto found = run.trials.find(grasp.candidate);
+    if (found == run.trials.end())
+    {
+        return {};
+    }
+    Json json = Json::array();
+    for (const TrialNote& note : found->second)
+    {
+        json.push_back({{"protocol", note.protocol},
+                        {"outcome", note.outcome},
+                        {"held", note.held},
+                        {"slip_m", note.slip},
+                        {"turn_rad", note.turn}});
+    }
+    return json;
+}
+
 /// Content hashes, which take long to make.
 struct Hashes
 {
@@ -223,6 +275,8 @@ std::string GraspRecorder::ranked(const Grasp& grasp, int rank) const
 {
     Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash});
     json["rank"] = rank;
+    json["squeeze"] = squeezeToJson(grasp, m_run, m_hand);
+    json["trials"] = trialsToJson(grasp, m_run);
     return json.dump();
 }
 

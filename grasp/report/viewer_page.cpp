@@ -222,6 +222,22 @@ PageJson stopsJson(const Grasp& grasp)
     return list;
 }
 
+/// Such as "lift held, six slipped"; null for a grasp that was not tried.
+PageJson trialsText(const GraspRun& run, const Grasp& grasp)
+{
+    const auto found = run.trials.find(grasp.candidate);
+    if (found == run.trials.end())
+    {
+        return {};
+    }
+    std::string text;
+    for (const TrialNote& note : found->second)
+    {
+        text += (text.empty() ? "" : ", ") + note.protocol + " " + note.outcome;
+    }
+    return text;
+}
+
 PageJson graspJson(const HandModel& hand,
                    const Grasp& grasp,
                    const PlannerOptions& options,
@@ -304,11 +320,12 @@ PageJson pageJson(const GraspRun& run,
     for (std::size_t k = 0; k < grasps.size(); ++k)
     {
         const bool hasFiles = k < extras.graspFiles.size();
-        json["grasps"].push_back(
-            graspJson(hand,
-                      grasps[k],
-                      run.options,
-                      hasFiles ? extras.graspFiles[k] : std::vector<std::string>()));
+        PageJson grasp = graspJson(hand,
+                                   grasps[k],
+                                   run.options,
+                                   hasFiles ? extras.graspFiles[k] : std::vector<std::string>());
+        grasp["trials"] = trialsText(run, grasps[k]);
+        json["grasps"].push_back(std::move(grasp));
     }
     return json;
 }

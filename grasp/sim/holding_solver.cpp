@@ -9,6 +9,17 @@ namespace
 constexpr int kIterations = 200;
 // Bullet switches off rows that nothing can move; on the matrix they get a grain of mobility.
 constexpr double kSmallestMobility = 1e-9;
+/// A contact that did not press, and whose gap would have to close at such a speed to press in this
+/// step, takes no part [m/s].
+constexpr double kFarSpeed = 0.05;
+
+/// The speed that the row lacks; the impulse of the step before is in the applied one.
+template <typename Row>
+bool isFar(const Row& normal)
+{
+    return normal.m_appliedImpulse == 0.0 && normal.m_jacDiagABInv > 0.0 &&
+           normal.m_rhs < -kFarSpeed * normal.m_jacDiagABInv;
+}
 }  // namespace
 
 /// The rows of an island as a dense system. Columns are the velocities of multibodies as Bullet
@@ -223,6 +234,10 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     for (int i = 0; i < m_multiBodyNormalContactConstraints.size(); ++i)
     {
         btMultiBodySolverConstraint& normal = m_multiBodyNormalContactConstraints[i];
+        if (isFar(normal))
+        {
+            continue;
+        }
         rows.push_back(&normal);
         rows.push_back(&m_multiBodyFrictionContactConstraints[normal.m_frictionIndex]);
         rows.push_back(&m_multiBodyFrictionContactConstraints[normal.m_frictionIndex + 1]);
@@ -231,6 +246,10 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i)
     {
         btSolverConstraint& normal = m_tmpSolverContactConstraintPool[i];
+        if (isFar(normal))
+        {
+            continue;
+        }
         rigidRows.push_back(&normal);
         rigidRows.push_back(&m_tmpSolverContactFrictionConstraintPool[normal.m_frictionIndex]);
         rigidRows.push_back(&m_tmpSolverContactFrictionConstraintPool[normal.m_frictionIndex + 1]);

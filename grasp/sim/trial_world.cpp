@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bullet_ccd::grasp
@@ -19,7 +20,11 @@ constexpr int kTableGroup = 4;
 
 constexpr double kTableDepth = 0.05;   // half of it [m]
 constexpr double kTableSizes = 2.0;    // half its width, over the diagonal of the object's box
-constexpr double kRestBelow = 0.2;     // of the sum of the margins
+constexpr double kRestBelow = 2e-5;    // [m]
+constexpr double kRestingWay = 0.02;   // of the gap, by which contacts may be old
+constexpr double kSkinTime = 0.005;    // damping over stiffness of skins [s]
+constexpr double kSkinDepth = 0.7;     // of the gap, that skins never give way by
+constexpr double kHardest = 1e-2;      // room left over that depth, at the least
 constexpr double kFastestJoint = 1e4;  // Bullet clamps speeds; none comes near this
 
 btRigidBody::btRigidBodyConstructionInfo rigidInfo(double mass,
@@ -47,7 +52,7 @@ TrialWorld::TrialWorld(const HandModel& hand,
     : m_hand(hand),
       m_pairs(hand),
       m_multiBody(makeHandMultiBody(hand)),
-      m_objectTree(std::shared_ptr<const SsvTree>{}, &object.tree),
+      m_objectTree(&object.tree, [](const SsvTree*) {}),
       m_objectMesh(m_objectTree),
       m_objectShape(false, 1),
       m_X_OI(Eigen::Isometry3d::Identity()),
@@ -55,7 +60,8 @@ TrialWorld::TrialWorld(const HandModel& hand,
       m_world(&m_dispatcher, &m_broadphase, &m_solver, &m_configuration),
       m_drives(hand.robot.tree.size(), nullptr),
       m_friction(bodies.friction),
-      m_margin(bodies.margin)
+      m_margin(bodies.margin),
+      m_stiffness(bodies.stiffness)
 {
     require(
         std::isfinite(bodies.mass) && bodies.mass > 0.0,
@@ -66,10 +72,11 @@ TrialWorld::TrialWorld(const HandModel& hand,
             "trial: " + std::to_string(positions.size()) + " joint positions for " +
                 std::to_string(hand.robot.tree.size()) + " links: give one per link");
     require(X_WH.matrix().allFinite(), "trial: the pose of the hand is NaN or infinite");
+    m_dispatcher.setRestingWay(kRestingWay * 2.0 * m_margin);
     HoldingSolver::configure(m_world.getSolverInfo());
     // Surfaces rest a little below the sum of their margins. At the sum itself, where motion from
     // outside is stopped, rounding alone would make impacts of what rests.
-    m_world.getSolverInfo().m_linearSlop = kRestBelow * 2.0 * m_margin;
+    m_world.getSolverInfo().m_linearSlop = kRestBelow;
     m_world.setGravity(btVector3(0, 0, 0));
     m_world.setCcdTolerance(m_margin);
     m_broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&m_pairs);
@@ -220,11 +227,48 @@ void TrialWorld::removeTable()
     }
 }
 
+/// The stiffness is that of all points, by the deepest one before the step.
+void TrialWorld::hardenSkins()
+{
+    if (m_stiffness <= 0.0)
+    {
+        return;
+    }
+    double deepest = 0.0;
+    for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold = *m_dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            deepest = std::max(deepest, -manifold.getContactPoint(k).getDistance() - kRestBelow);
+        }
+    }
+    const double room = std::max(kHardest, 1.0 - deepest / (kSkinDepth * 2.0 * m_margin));
+    const double stiffness = m_stiffness / (room * room);
+    m_object->setContactStiffnessAndDamping(stiffness, kSkinTime * stiffness);
+    // Points that are there already have what they were made with.
+    for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
+    {
+        btPersistentManifold& manifold = *m_dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            btManifoldPoint& point = manifold.getContactPoint(k);
+            if ((point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) != 0)
+            {
+                point.m_combinedContactStiffness1 = stiffness;
+                point.m_combinedContactDamping1 = kSkinTime * stiffness;
+            }
+        }
+    }
+}
+
 void TrialWorld::step(double timeStep,
                       const Eigen::Vector3d& acceleration,
-                      const Eigen::Vector3d& force)
+                      const Eigen::Vector3d& force,
+                      const Eigen::Vector3d& moment)
 {
     m_timeStep = timeStep;
+    hardenSkins();
     for (JointDrive* drive : m_drives)
     {
         if (drive != nullptr)
@@ -241,6 +285,7 @@ void TrialWorld::step(double timeStep,
     }
     m_object->setGravity(btCcdToBullet(acceleration));
     m_object->applyCentralForce(btCcdToBullet(force));
+    m_object->applyTorque(btCcdToBullet(moment));
     m_world.stepSimulation(timeStep, 0);
 }
 
@@ -302,7 +347,7 @@ HoldingForces TrialWorld::holdingForces() const
     for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
     {
         const btPersistentManifold& manifold =
-            *const_cast<btCollisionDispatcher&>(m_dispatcher).getManifoldByIndexInternal(i);
+            *const_cast<RestingDispatcher&>(m_dispatcher).getManifoldByIndexInternal(i);
         const bool isA = manifold.getBody0() == m_object.get();
         if (!isA && manifold.getBody1() != m_object.get())
         {

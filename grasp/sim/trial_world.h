@@ -8,6 +8,7 @@
 #include "grasp/sim/hand_pairs.h"
 #include "grasp/sim/holding_solver.h"
 #include "grasp/sim/joint_constraints.h"
+#include "grasp/sim/resting_dispatcher.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
@@ -28,6 +29,10 @@ struct TrialBodies
     /// Of the object, mesh frame [m]; without it, that of GraspObject.
     std::optional<Eigen::Vector3d> centerOfMass{};
     double margin = 5e-5;  ///< half of the gap at which surfaces rest on each other [m]
+    /// Of the skins that fill the gap, at each contact point that is hardly compressed [N/m]; 0:
+    /// rigid. Skins get harder the more the deepest point is compressed, and let nothing in by more
+    /// than 0.7 of the gap: what is compressed is the gap alone, and the meshes never meet.
+    double stiffness = 0.0;
 };
 
 /// The pairs of links that the hand lists, of those pairs that their groups let meet.
@@ -83,7 +88,11 @@ public:
     /// One step.
     /// @param acceleration  that gravity gives the object, less that of the hand [W, m/s^2]
     /// @param force         on the object at its centre of mass [W, N]
-    void step(double timeStep, const Eigen::Vector3d& acceleration, const Eigen::Vector3d& force);
+    /// @param moment        on the object [W, N m]
+    void step(double timeStep,
+              const Eigen::Vector3d& acceleration,
+              const Eigen::Vector3d& force,
+              const Eigen::Vector3d& moment = Eigen::Vector3d::Zero());
 
     [[nodiscard]] Eigen::Isometry3d objectPose() const;    ///< of its mesh frame in W
     [[nodiscard]] Eigen::Vector3d objectCenter() const;    ///< of mass, W [m]
@@ -99,6 +108,7 @@ public:
 
 private:
     [[nodiscard]] JointDrive* driveOf(std::int32_t link) const;
+    void hardenSkins();
 
     const HandModel& m_hand;
     TrialPairs m_pairs;
@@ -111,7 +121,7 @@ private:
     std::unique_ptr<btCcdMeshShape> m_tableShape;
     std::unique_ptr<btRigidBody> m_table;
     btDefaultCollisionConfiguration m_configuration;
-    btCollisionDispatcher m_dispatcher;
+    RestingDispatcher m_dispatcher;
     btCcdRegistration m_registration{m_dispatcher};
     btDbvtBroadphase m_broadphase;
     HoldingSolver m_solver;
@@ -120,6 +130,7 @@ private:
     std::vector<JointDrive*> m_drives;  // one entry per link; null without a motor
     double m_friction;
     double m_margin;
+    double m_stiffness;
     double m_timeStep = 1.0;
 };
 }  // namespace bullet_ccd::grasp

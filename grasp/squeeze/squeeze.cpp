@@ -32,7 +32,17 @@ std::vector<JointEffort> jointEfforts(const KinematicTree& tree)
         const double most = slides ? kMostForce : kMostTorque;
         const bool isAssumed = !(joint.maxEffort > 0.0 && joint.maxEffort <= most);
         const double usual = slides ? kUsualForce : kUsualTorque;
-        efforts.push_back({.limit = isAssumed ? usual : joint.maxEffort, .isAssumed = isAssumed});
+        double limit = isAssumed ? usual : joint.maxEffort;
+        // What the URDF states of a joint that follows is what that joint may bear of the motor.
+        for (const Link& other : tree.links)
+        {
+            if (other.joint.isMovable() && other.joint.mimicOf == link && !isAssumed &&
+                other.joint.maxEffort > 0.0 && std::isfinite(other.joint.maxEffort))
+            {
+                limit += std::abs(other.joint.mimicMultiplier) * other.joint.maxEffort;
+            }
+        }
+        efforts.push_back({.limit = limit, .isAssumed = isAssumed});
     }
     return efforts;
 }

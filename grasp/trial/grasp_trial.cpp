@@ -3,64 +3,34 @@
 #include "bullet_ccd/math/check.h"
 #include "grasp/force/grasp_forces.h"
 #include "grasp/sim/trial_world.h"
+#include "grasp/trial/trial_start.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <span>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
+using Kind = TrialPhase::Kind;
+
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
+constexpr double kStandTime = 0.25;           // on the table, before the hand closes [s]
+constexpr double kCloseTime = 1.0;            // [s]
+constexpr double kMostCloseTime = 2.0;        // [s]
+constexpr double kCloseShare = 0.1;           // of the squeeze's torques
+constexpr double kLeastShare = 0.02;          // of the effort, of joints that do not squeeze
+constexpr double kStalled = 0.05;             // of the speed of closing
+constexpr double kTouchTime = 0.2;            // from the opened posture to that of the grasp [s]
 constexpr double kRampTime = 0.25;            // [s]
 constexpr double kSettleTime = 1.0;           // [s]
 constexpr double kRestSpeed = 5e-3;           // [m/s]
 constexpr double kRestSpin = 0.1;             // [rad/s]
-constexpr double kHeldWay = 0.010;            // [m]
-constexpr double kHeldTurn = 15.0 * std::numbers::pi / 180.0;
-constexpr double kLostWay = 0.100;     // [m]
-constexpr double kDampingTime = 0.02;  // damping over stiffness of the drives [s]
-constexpr double kJointSpeed = 2.0;    // where the robot states none [rad/s or m/s]
-constexpr double kShakeWay = 0.020;    // [m]
-constexpr double kShakeRate = 2.0;     // [1/s]
-constexpr double kShakeTime = 2.0;     // along each axis [s]
-
-double loadTime(TrialProtocol protocol)
-{
-    switch (protocol)
-    {
-        case TrialProtocol::Six:
-            return 6.0;
-        case TrialProtocol::Hover:
-            return 10.0;
-        case TrialProtocol::Shake:
-            break;
-    }
-    return 3.0 * kShakeTime;
-}
-
-/// Acceleration of the free object relative to the hand at `time` under load.
-Eigen::Vector3d loadAt(TrialProtocol protocol, double time)
-{
-    const Eigen::Vector3d down(0.0, 0.0, -kStandardGravity);
-    switch (protocol)
-    {
-        case TrialProtocol::Six:
-        {
-            const int direction = std::min(static_cast<int>(time), 5);
-            return (direction % 2 == 0 ? kStandardGravity : -kStandardGravity) *
-                   Eigen::Vector3d::Unit(direction / 2);
-        }
-        case TrialProtocol::Hover:
-            return down;
-        case TrialProtocol::Shake:
-            break;
-    }
-    const int axis = std::min(static_cast<int>(time / kShakeTime), 2);
-    const double omega = 2.0 * std::numbers::pi * kShakeRate;
-    return down + kShakeWay * omega * omega * std::sin(omega * time) * Eigen::Vector3d::Unit(axis);
-}
+constexpr double kDampingTime = 0.02;         // damping over stiffness of the drives [s]
+constexpr double kJointSpeed = 2.0;           // where the robot states none [rad/s or m/s]
 
 /// A trial under way.
 class Trial
@@ -70,82 +40,284 @@ public:
           const GraspObject& object,
           const Grasp& grasp,
           const Squeeze& squeeze,
-          const TrialOptions& options)
+          const TrialProtocol& protocol,
+          const TrialOptions& options,
+          const TrialPosture& start)
         : m_hand(hand),
+          m_object(object),
           m_grasp(grasp),
           m_squeeze(squeeze),
+          m_protocol(protocol),
           m_joints(independentJoints(hand.robot.tree)),
+          m_X_WH(start.X_WH),
+          m_from(start.positions),
           m_world(hand,
                   object,
-                  {.mass = options.squeeze.mass, .friction = options.squeeze.friction},
-                  grasp.X_WH,
-                  grasp.positions),
+                  {.mass = options.squeeze.mass,
+                   .friction = options.friction.value_or(options.squeeze.friction),
+                   .margin = 0.5 * options.skin,
+                   .stiffness = options.skinStiffness},
+                  start.X_WH,
+                  start.positions),
           m_check(hand, object),
           m_timeStep(1.0 / options.rate)
     {
+        m_R_WP = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), options.up)
+                     .toRotationMatrix();
         m_result.peakTorques.assign(m_joints.size(), 0.0);
+        if (protocol.start == TrialStart::Table)
+        {
+            m_gravity = -kStandardGravity * m_R_WP.col(2);
+            addTable(options.skin);
+        }
     }
 
-    TrialResult run(TrialProtocol protocol)
+    TrialResult run(std::span<const TrialPhase> phases)
     {
-        m_result.outcome = squeezeAndLoad(protocol);
+        m_result.outcome = begin();
+        if (m_result.outcome == TrialOutcome::Held)
+        {
+            m_result.outcome = load(phases);
+        }
         m_result.inexactSolves = m_world.solverCounters().failures;
         checkPenetration();
         return m_result;
     }
 
 private:
-    TrialOutcome squeezeAndLoad(TrialProtocol protocol)
+    /// Held: the load may begin.
+    TrialOutcome begin()
     {
-        m_reference = m_world.objectPose();
-        m_center = m_world.objectCenter();
-        const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-        while (m_result.seconds < kRampTime + kSettleTime &&
-               !(m_result.seconds > 1.5 * kRampTime && isAtRest()))
+        refer();
+        if (m_protocol.start == TrialStart::Table && !stands())
         {
-            press(std::min(1.0, m_result.seconds / kRampTime));
-            step(none);
-            if (way() > kLostWay)
-            {
-                m_result.lostAt = m_result.seconds;
-                return TrialOutcome::Ejected;
-            }
+            m_result.reason = "the object does not stand on the table by itself";
+            return TrialOutcome::NotSettled;
+        }
+        if (m_protocol.start == TrialStart::Held)
+        {
+            reach();
+        }
+        else
+        {
+            close();
+        }
+        const double began = m_result.seconds;
+        while (!isLost() && m_result.seconds < began + kRampTime + kSettleTime &&
+               !(m_result.seconds > began + 1.5 * kRampTime && isAtRest()))
+        {
+            press(std::min(1.0, (m_result.seconds - began) / kRampTime));
+            step(m_gravity);
+        }
+        if (isLost())
+        {
+            m_result.lostAt = m_result.seconds;
+            return TrialOutcome::Ejected;
         }
         if (!m_touched)
         {
             return TrialOutcome::NeverTouched;
         }
-        if (!isAtRest())
+        return isAtRest() ? TrialOutcome::Held : TrialOutcome::NotSettled;
+    }
+
+    void addTable(double skin)
+    {
+        const Eigen::Vector3d up = m_R_WP.col(2);
+        double lowest = std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
         {
-            return TrialOutcome::NotSettled;
+            lowest = std::min(lowest, vertex.dot(up));
         }
-        m_reference = m_world.objectPose();
-        m_center = m_world.objectCenter();
+        m_world.addTable((lowest - skin) * up, up);
+    }
+
+    bool stands()
+    {
+        holdJoints();
+        while (m_result.seconds < kStandTime)
+        {
+            step(m_gravity);
+        }
+        return way() <= m_protocol.heldWay && turned() <= m_protocol.heldTurn;
+    }
+
+    /// Enough to move a joint, and too little to move the object much.
+    [[nodiscard]] double gentle(std::size_t j) const
+    {
+        return std::max(kCloseShare * std::abs(m_squeeze.torques[j]),
+                        kLeastShare * m_squeeze.efforts[j].limit);
+    }
+
+    /// From the opened posture to that of the grasp, as far as the skins let the hand; from there
+    /// the squeeze presses.
+    void reach()
+    {
+        while (m_result.seconds < kTouchTime)
+        {
+            const double share = std::min(1.0, 2.0 * m_result.seconds / kTouchTime);
+            for (std::size_t j = 0; j < m_joints.size(); ++j)
+            {
+                const auto link = static_cast<std::size_t>(m_joints[j]);
+                drive(
+                    j, gentle(j), m_from[link] + share * (m_grasp.positions[link] - m_from[link]));
+            }
+            step(m_gravity);
+        }
+        m_from = m_world.positions();
+    }
+
+    /// Closes until all joints have stopped; the posture then is what the squeeze starts from.
+    void close()
+    {
+        const std::vector<double> end = closedPositions(m_hand, m_from);
+        const double began = m_result.seconds;
+        holdJoints();
+        std::vector<double> speeds(m_joints.size(), 0.0);
+        for (std::size_t j = 0; j < m_joints.size(); ++j)
+        {
+            const auto link = static_cast<std::size_t>(m_joints[j]);
+            if (m_hand.closingDirections[link] != 0 && end[link] != m_from[link])
+            {
+                speeds[j] = std::abs(end[link] - m_from[link]) / kCloseTime;
+                drive(j, gentle(j), end[link], speeds[j]);
+            }
+        }
+        bool isMoving = true;
+        while (isMoving && !isLost() && m_result.seconds < began + kMostCloseTime)
+        {
+            const std::vector<double> before = m_world.positions();
+            step(m_gravity);
+            const std::vector<double> after = m_world.positions();
+            isMoving = m_result.seconds < began + 0.25 * kCloseTime || !isAtRest();
+            for (std::size_t j = 0; j < m_joints.size(); ++j)
+            {
+                const auto link = static_cast<std::size_t>(m_joints[j]);
+                isMoving = isMoving || std::abs(after[link] - before[link]) >
+                                           kStalled * speeds[j] * m_timeStep + 1e-9;
+            }
+        }
+        m_from = m_world.positions();
+    }
+
+    TrialOutcome load(std::span<const TrialPhase> phases)
+    {
+        refer();
         double force = 0.0;
-        const long steps = std::lround(loadTime(protocol) / m_timeStep);
-        const long second = std::lround(1.0 / m_timeStep);
-        for (long k = 0; k < steps; ++k)
+        long steps = 0;
+        for (const TrialPhase& phase : phases)
         {
-            step(loadAt(protocol, static_cast<double>(k) * m_timeStep));
-            force += m_world.holdingForces().sum;
-            m_result.meanForce = force / static_cast<double>(k + 1);
-            m_result.slip = std::max(m_result.slip, way());
-            const Eigen::Matrix3d turned =
-                m_reference.linear().transpose() * m_world.objectPose().linear();
-            m_result.turn = std::max(m_result.turn, Eigen::AngleAxisd(turned).angle());
-            m_result.peakEnergy = std::max(m_result.peakEnergy, m_world.objectEnergy());
-            if (way() > kLostWay)
+            TrialPull pull{.wrench = phase.wrench};
+            if (phase.kind == Kind::Pull)
             {
-                m_result.lostAt = m_result.seconds;
-                return TrialOutcome::Dropped;
+                pull.wrench.normalize();
+                m_normalForce = m_world.holdingForces().sum;
             }
-            if (k % second == second - 1)
+            const double seconds = phase.kind == Kind::Pull ? 1.0 / kPullRate : phase.time;
+            const long count = std::max(1L, std::lround(seconds / m_timeStep));
+            for (long k = 0; k < count; ++k)
             {
-                checkPenetration();
+                apply(phase, pull, static_cast<double>(k) * m_timeStep);
+                force += m_world.holdingForces().sum;
+                m_result.meanForce = force / static_cast<double>(++steps);
+                watch();
+                const bool moved = way() > m_protocol.heldWay || turned() > m_protocol.heldTurn;
+                if (phase.kind == Kind::Pull && moved)
+                {
+                    pull.slipped = true;
+                    break;
+                }
+                if (isLost())
+                {
+                    m_result.lostAt = m_result.seconds;
+                    return TrialOutcome::Dropped;
+                }
+                if (steps % std::lround(1.0 / m_timeStep) == 0)
+                {
+                    checkPenetration();
+                }
+            }
+            m_world.moveTable(Eigen::Vector3d::Zero());
+            if (phase.kind == Kind::Pull)
+            {
+                m_result.pulls.push_back(pull);
             }
         }
-        return m_result.slip > kHeldWay || m_result.turn > kHeldTurn ? TrialOutcome::Slipped
-                                                                     : TrialOutcome::Held;
+        return m_result.slip > m_protocol.heldWay || m_result.turn > m_protocol.heldTurn
+                   ? TrialOutcome::Slipped
+                   : TrialOutcome::Held;
+    }
+
+    /// One step of a phase, `time` after it began.
+    void apply(const TrialPhase& phase, TrialPull& pull, double time)
+    {
+        const Eigen::Vector3d direction = m_R_WP * phase.direction.normalized();
+        const Eigen::Vector3d up = m_R_WP.col(2);
+        const Eigen::Vector3d down = -kStandardGravity * up;
+        switch (phase.kind)
+        {
+            case Kind::Load:
+                step(phase.amount * kStandardGravity * direction);
+                return;
+            case Kind::Shake:
+            {
+                const double omega = 2.0 * std::numbers::pi * phase.frequency;
+                step(down + phase.amount * omega * omega * std::sin(omega * time) * direction);
+                return;
+            }
+            case Kind::Lift:
+            {
+                // By amount (1 - cos(pi t / T)) / 2.
+                const double omega = std::numbers::pi / phase.time;
+                const double size = 0.5 * phase.amount * omega;
+                m_world.moveTable(-size * std::sin(omega * time) * up);
+                step(down - size * omega * std::cos(omega * time) * up);
+                return;
+            }
+            case Kind::Pull:
+                break;
+        }
+        const double size = kPullRate * time * m_normalForce;
+        if (isAtRest())
+        {
+            pull.size = size;
+            const double normals = m_world.holdingForces().sum;
+            pull.share = normals > 0.0 ? size / normals : 0.0;
+        }
+        const Eigen::Vector3d force = size * (m_R_WP * pull.wrench.head<3>());
+        const Eigen::Vector3d moment = size * m_object.radius * (m_R_WP * pull.wrench.tail<3>());
+        step(Eigen::Vector3d::Zero(), force, moment);
+    }
+
+    void watch()
+    {
+        m_result.slip = std::max(m_result.slip, way());
+        m_result.turn = std::max(m_result.turn, turned());
+        m_result.peakEnergy = std::max(m_result.peakEnergy, m_world.objectEnergy());
+    }
+
+    void drive(std::size_t j,
+               double effort,
+               double target,
+               double speed = std::numeric_limits<double>::infinity())
+    {
+        const auto link = static_cast<std::size_t>(m_joints[j]);
+        const double stated = m_hand.robot.tree.links[link].joint.maxVelocity;
+        const double most = stated > 0.0 && std::isfinite(stated) ? stated : kJointSpeed;
+        m_world.drive(m_joints[j],
+                      {.effort = effort,
+                       .stiffness = m_squeeze.stiffness[j],
+                       .damping = kDampingTime * m_squeeze.stiffness[j],
+                       .maxSpeed = std::min(most, speed)},
+                      target);
+    }
+
+    void holdJoints()
+    {
+        for (std::size_t j = 0; j < m_joints.size(); ++j)
+        {
+            drive(j, m_squeeze.efforts[j].limit, m_from[static_cast<std::size_t>(m_joints[j])]);
+        }
     }
 
     /// Drives the joints to this share of the squeeze.
@@ -153,23 +325,20 @@ private:
     {
         for (std::size_t j = 0; j < m_joints.size(); ++j)
         {
-            const auto link = static_cast<std::size_t>(m_joints[j]);
-            const double stated = m_hand.robot.tree.links[link].joint.maxVelocity;
-            const double from = m_grasp.positions[link];
-            m_world.drive(
-                m_joints[j],
-                {.effort = m_squeeze.efforts[j].limit,
-                 .stiffness = m_squeeze.stiffness[j],
-                 .damping = kDampingTime * m_squeeze.stiffness[j],
-                 .maxSpeed = stated > 0.0 && std::isfinite(stated) ? stated : kJointSpeed},
-                from + share * (m_squeeze.targets[j] - from));
+            const double from = m_from[static_cast<std::size_t>(m_joints[j])];
+            drive(j,
+                  m_squeeze.efforts[j].limit,
+                  from + share * m_squeeze.torques[j] / m_squeeze.stiffness[j]);
         }
     }
 
-    void step(const Eigen::Vector3d& acceleration)
+    void step(const Eigen::Vector3d& acceleration,
+              const Eigen::Vector3d& force = Eigen::Vector3d::Zero(),
+              const Eigen::Vector3d& moment = Eigen::Vector3d::Zero())
     {
-        m_world.step(m_timeStep, acceleration, Eigen::Vector3d::Zero());
-        m_result.seconds += m_timeStep;
+        m_world.step(m_timeStep, acceleration, force, moment);
+        ++m_result.steps;
+        m_result.seconds = static_cast<double>(m_result.steps) * m_timeStep;
         const HoldingForces forces = m_world.holdingForces();
         m_touched = m_touched || forces.points > 0;
         m_result.peakForce = std::max(m_result.peakForce, forces.largest);
@@ -180,8 +349,19 @@ private:
         }
     }
 
+    /// Motion is measured from here.
+    void refer()
+    {
+        m_reference = m_world.objectPose();
+        m_center = m_world.objectCenter();
+    }
     [[nodiscard]] double way() const { return (m_world.objectCenter() - m_center).norm(); }
-
+    [[nodiscard]] double turned() const
+    {
+        const Eigen::Matrix3d R = m_reference.linear().transpose() * m_world.objectPose().linear();
+        return Eigen::AngleAxisd(R).angle();
+    }
+    [[nodiscard]] bool isLost() const { return !(way() <= m_protocol.lostWay); }
     [[nodiscard]] bool isAtRest() const
     {
         return m_world.objectVelocity().norm() < kRestSpeed &&
@@ -191,7 +371,7 @@ private:
     void checkPenetration()
     {
         const PenetrationReport report =
-            m_check.at(m_world.objectPose().inverse() * m_grasp.X_WH, m_world.positions());
+            m_check.at(m_world.objectPose().inverse() * m_X_WH, m_world.positions());
         if (m_result.penetration.clean() || report.deepest > m_result.penetration.deepest)
         {
             m_result.penetration = report;
@@ -199,32 +379,57 @@ private:
     }
 
     const HandModel& m_hand;
+    const GraspObject& m_object;
     const Grasp& m_grasp;
     const Squeeze& m_squeeze;
+    const TrialProtocol& m_protocol;
     std::vector<std::int32_t> m_joints;
+    Eigen::Isometry3d m_X_WH;
+    std::vector<double> m_from;  ///< where the drives press from, one entry per link
     TrialWorld m_world;
     PenetrationCheck m_check;
     double m_timeStep;
+    Eigen::Matrix3d m_R_WP = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d m_gravity = Eigen::Vector3d::Zero();  ///< before the load
     Eigen::Isometry3d m_reference = Eigen::Isometry3d::Identity();
     Eigen::Vector3d m_center = Eigen::Vector3d::Zero();
+    double m_normalForce = 0.0;  ///< before a pull [N]
     bool m_touched = false;
     TrialResult m_result;
 };
-}  // namespace
 
-const char* toString(TrialProtocol protocol)
+/// Adds what another world of the same trial came to.
+void merge(TrialResult& all, const TrialResult& part)
 {
-    switch (protocol)
+    if (all.outcome == TrialOutcome::Held)
     {
-        case TrialProtocol::Six:
-            return "six";
-        case TrialProtocol::Hover:
-            return "hover";
-        case TrialProtocol::Shake:
-            break;
+        all.outcome = part.outcome;
+        all.reason = part.reason;
+        all.lostAt = part.lostAt;
     }
-    return "shake";
+    const double before = all.seconds;
+    const double seconds = before + part.seconds;
+    all.meanForce = (before * all.meanForce + part.seconds * part.meanForce) /
+                    std::max(seconds, std::numeric_limits<double>::min());
+    all.slip = std::max(all.slip, part.slip);
+    all.turn = std::max(all.turn, part.turn);
+    all.peakForce = std::max(all.peakForce, part.peakForce);
+    all.peakEnergy = std::max(all.peakEnergy, part.peakEnergy);
+    all.peakTorques.resize(part.peakTorques.size(), 0.0);
+    for (std::size_t j = 0; j < part.peakTorques.size(); ++j)
+    {
+        all.peakTorques[j] = std::max(all.peakTorques[j], part.peakTorques[j]);
+    }
+    all.pulls.insert(all.pulls.end(), part.pulls.begin(), part.pulls.end());
+    if (all.penetration.clean() || part.penetration.deepest > all.penetration.deepest)
+    {
+        all.penetration = part.penetration;
+    }
+    all.seconds = seconds;
+    all.steps += part.steps;
+    all.inexactSolves += part.inexactSolves;
 }
+}  // namespace
 
 const char* toString(TrialOutcome outcome)
 {
@@ -251,7 +456,7 @@ const char* toString(TrialOutcome outcome)
 TrialResult runTrial(const HandModel& hand,
                      const GraspObject& object,
                      const Grasp& grasp,
-                     TrialProtocol protocol,
+                     const TrialProtocol& protocol,
                      const TrialOptions& options)
 {
     require(grasp.positions.size() == hand.robot.tree.size(),
@@ -259,13 +464,41 @@ TrialResult runTrial(const HandModel& hand,
                 toString(grasp.reject) + "): choose another one");
     require(std::isfinite(options.rate) && options.rate >= 60.0,
             "trial: " + std::to_string(options.rate) + " steps per second: give 60 or more");
+    require(options.skin >= 1e-4 && options.skin <= 1e-2 && options.skinStiffness > 0.0 &&
+                std::isfinite(options.skinStiffness),
+            "trial: skins must be 0.1 to 10 mm thick and have a positive stiffness");
+    require(options.up.allFinite() && options.up.norm() > 0.0,
+            "trial: the direction that is up is 0 or not finite: give another one");
+    checkProtocol(protocol);
+    TrialResult result;
     const Squeeze squeeze = squeezeOf(hand, grasp, options.squeeze);
     if (!squeeze.exists())
     {
-        TrialResult result;
         result.reason = squeeze.reason;
         return result;
     }
-    return Trial(hand, object, grasp, squeeze, options).run(protocol);
+    const TrialPosture start =
+        protocol.start == TrialStart::Held
+            ? heldStart(hand, object, grasp, options.skin)
+            : openStart(hand, object, grasp, protocol, options.seed, options.skin);
+    if (!start.blocked.empty())
+    {
+        result.outcome = TrialOutcome::NeverTouched;
+        result.reason = start.blocked;
+        return result;
+    }
+    result.outcome = TrialOutcome::Held;
+    const auto isPull = [](const TrialPhase& phase) { return phase.kind == Kind::Pull; };
+    // Every pull has a world of its own, and so has what is between pulls.
+    auto first = protocol.phases.begin();
+    while (first != protocol.phases.end())
+    {
+        const auto end =
+            isPull(*first) ? first + 1 : std::find_if(first, protocol.phases.end(), isPull);
+        Trial trial(hand, object, grasp, squeeze, protocol, options, start);
+        merge(result, trial.run({first, end}));
+        first = end;
+    }
+    return result;
 }
 }  // namespace bullet_ccd::grasp

@@ -1,58 +1,77 @@
 /// Simulated trials: does a grasp hold?
 ///
-/// A trial starts at the posture of the grasp, with the object free. The joints are driven to the
-/// targets of the squeeze (position controllers with its stiffness, within the efforts) in 0.25 s
-/// and the object may come to rest for up to 1 s. Then the protocol loads it.
+/// The hand squeezes (squeeze.h): its joints are driven by position controllers of limited effort,
+/// and the object is free. From a start with the open hand, the joints close within 1 s by a tenth
+/// of the squeeze's torques until they stop. Then, and from a start at the closed posture, the
+/// squeeze grows in 0.25 s and the object may come to rest for up to 1 s more. Then the protocol
+/// (protocol.h) loads it.
 ///
-///     six    its weight along +x, -x, +y, -y, +z, -z of its mesh frame, 1 s each, in turn. Source:
-///            the six directions of DexGraspNet, without a fresh start for each.
-///     hover  its weight along -z, 10 s.
-///     shake  its weight along -z, and the hand moved by 20 mm sin(2 pi 2 Hz t) along x, y and z in
-///            turn, 2 s each.
+/// Surfaces are covered by skins: they rest on each other at the gap `skin`, and what is compressed
+/// is the gap alone, so the meshes never meet. A contact point gives way by its force over
+/// `skinStiffness` (less and less the deeper it is), so that features which are almost as near as
+/// the first one share the load, as they do on the pads of fingers, and as the planner's contacts
+/// do. The default is about that of 3 mm of soft rubber (1 MPa) on 1 cm^2 over a few points.
 ///
-/// Held: the object has moved by at most 10 mm and 15 degrees since the load began. Dropped: by
-/// more than 100 mm (the threshold of DexGraspBench). Slipped: what is between.
+/// Outcomes are
+///     Held            moved by at most the protocol's heldWay and heldTurn since the load began;
+///     Dropped         moved by more than its lostWay;
+///     Slipped         what is between, and of pulls what moved by more than heldWay or heldTurn;
+///     Ejected         lost before the load began;
+///     NeverTouched    no contact pressed on it before the load began;
+///     NotSettled      it still moved when the load should have begun, or does not stand by itself;
+///     NoSqueeze       there are no torques to hold it with.
 #pragma once
 
 #include "bullet_ccd/export.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/squeeze/squeeze.h"
+#include "grasp/trial/protocol.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp
 {
-enum class TrialProtocol : std::uint8_t
-{
-    Six,
-    Hover,
-    Shake,
-};
-[[nodiscard]] BULLET_CCD_API const char* toString(TrialProtocol protocol);
-
 enum class TrialOutcome : std::uint8_t
 {
     Held,
     Slipped,
     Dropped,
-    Ejected,       ///< gone before the load began
-    NeverTouched,  ///< no contact pressed on it
-    NotSettled,    ///< it still moved when the load should have begun
-    NoSqueeze,     ///< there are no torques to hold it with
+    Ejected,
+    NeverTouched,
+    NotSettled,
+    NoSqueeze,
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(TrialOutcome outcome);
 
 struct TrialOptions
 {
-    SqueezeOptions squeeze{};  ///< also mass and friction of the trial
-    double rate = 240.0;       ///< steps per second
+    SqueezeOptions squeeze{};  ///< also the mass of the trial
+    /// Of the surfaces; without it that which the squeeze counts on.
+    std::optional<double> friction{};
+    double rate = 240.0;                            ///< steps per second
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< for the object, in its frame, of any length
+    std::uint64_t seed = 1;                         ///< of errors of the pose
+    double skin = 1e-3;                             ///< [m]
+    double skinStiffness = 2e4;  ///< of a contact point that hardly gives way [N/m]
+};
+
+/// What one pull came to.
+struct TrialPull
+{
+    Wrench wrench = Wrench::Zero();  ///< as in the phase, of length 1
+    /// At which the object slipped, or the largest that was tried: the force, or the moment over
+    /// the radius, along the wrench [N].
+    double size = 0.0;
+    double share = 0.0;  ///< size over the sum of normal forces then: what epsilon bounds
+    bool slipped = false;
 };
 
 struct TrialResult
 {
     TrialOutcome outcome = TrialOutcome::NoSqueeze;
-    std::string reason;       ///< of NoSqueeze
+    std::string reason;       ///< of NoSqueeze, and of other outcomes where there is one to tell
     double slip = 0.0;        ///< largest way of the centre of mass under load [m]
     double turn = 0.0;        ///< largest turn of the object under load [rad]
     double lostAt = 0.0;      ///< since the trial began, of Dropped and Ejected [s]
@@ -60,18 +79,20 @@ struct TrialResult
     double meanForce = 0.0;   ///< of all normal forces together, over the time under load [N]
     double peakEnergy = 0.0;  ///< kinetic, of the object under load [J]
     std::vector<double> peakTorques;  ///< one entry per independent joint [N m or N]
+    std::vector<TrialPull> pulls;     ///< one entry per pull that began
     /// The worst of what the independent check found at the end of every second.
     PenetrationReport penetration;
     double seconds = 0.0;    ///< of simulated time
+    long steps = 0;          ///< of the simulation
     long inexactSolves = 0;  ///< of the solver, over all steps
 };
 
-/// Runs one trial in a world of its own. The same arguments give the same bits. Its time is that
-/// of the protocol at most. Throws std::invalid_argument for a grasp that was never closed, and as
-/// squeezeOf() does.
+/// Runs one trial in a world of its own (one for every pull). The same arguments give the same
+/// bits. Its time is bounded by the protocol's. Throws std::invalid_argument for a grasp that was
+/// never closed, for numbers out of range, and as squeezeOf() and checkProtocol() do.
 [[nodiscard]] BULLET_CCD_API TrialResult runTrial(const HandModel& hand,
                                                   const GraspObject& object,
                                                   const Grasp& grasp,
-                                                  TrialProtocol protocol,
+                                                  const TrialProtocol& protocol,
                                                   const TrialOptions& options);
 }  // namespace bullet_ccd::grasp

@@ -1,4 +1,4 @@
-// `grasp force` and `grasp quality` as a user runs them, on grasps planned once.
+// `grasp force`, `grasp quality` and `grasp trial` as a user runs them.
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
@@ -156,6 +156,61 @@ TEST_F(GraspForceProgram, QualityRecomputesWhatWasRecorded)
     EXPECT_THAT(out.out, HasSubstr("yes"));
     EXPECT_EQ(run("quality", "--rank 1 --model frictionless").exitCode, 1);
     EXPECT_EQ(run("quality", "--rank 1 --norm l7").exitCode, 2);
+}
+std::vector<nlohmann::json> jsonLines(const std::string& text)
+{
+    std::istringstream lines(text);
+    std::vector<nlohmann::json> result;
+    for (std::string line; std::getline(lines, line);)
+    {
+        result.push_back(nlohmann::json::parse(line));
+    }
+    return result;
+}
+
+TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
+{
+    const tests::TempFolder folder;
+    const fs::path ball = folder.path() / "ball.obj";
+    writeObj(makeSphere(0.03, 3), ball);
+    const fs::path protocol = folder.path() / "brief.yaml";
+    std::ofstream(protocol) << "phases:\n  - load: {seconds: 0.1}\n";
+    const std::string program(BULLET_CCD_GRASP_PROGRAM);
+    const Outcome planned =
+        runProgram(program + " plan --hand three_finger_gripper --object '" + ball.string() +
+                   "' -n 4 --pictures 0 -q --mass 0.1 --tried 2 --trial '" + protocol.string() +
+                   "' -o '" + folder.path().string() + "'");
+    ASSERT_EQ(planned.exitCode, 0) << planned.err;
+    EXPECT_THAT(planned.out, HasSubstr("trials"));
+    EXPECT_THAT(planned.out, HasSubstr("brief held"));
+    const std::vector<nlohmann::json> records =
+        jsonLines(contentOf(folder.path() / "grasps.jsonl"));
+    ASSERT_EQ(records.size(), 4U);
+    const nlohmann::json& best = records[0];
+    EXPECT_TRUE(best["trials"][0]["held"].get<bool>());
+    EXPECT_EQ(best["trials"][0]["protocol"], "brief");
+    EXPECT_TRUE(best["squeeze"]["reason"].is_null());
+    EXPECT_NEAR(best["squeeze"]["normal_forces_n"].get<double>(), 4.0 * 0.98067 / 0.5, 0.01);
+    for (const auto& [name, joint] : best["squeeze"]["joints"].items())
+    {
+        const double error = joint["target"].get<double>() - best["joints"][name].get<double>();
+        EXPECT_NEAR(joint["stiffness"].get<double>() * error, joint["torque"].get<double>(), 1e-9);
+        EXPECT_LE(std::abs(joint["torque"].get<double>()), joint["effort"].get<double>() + 1e-9);
+    }
+    EXPECT_TRUE(records[3]["trials"].is_null());
+
+    const std::string file = (folder.path() / "grasps.jsonl").string();
+    const Outcome tried = runProgram(program + " trial '" + file + "' --rank 1 --json --mass 0.1 " +
+                                     "--protocol '" + protocol.string() + "'");
+    EXPECT_EQ(tried.exitCode, 0) << tried.err;
+    const std::vector<nlohmann::json> trials = jsonLines(tried.out);
+    ASSERT_EQ(trials.size(), 1U);
+    EXPECT_EQ(trials[0]["outcome"], "held");
+    EXPECT_LT(trials[0]["slip_m"].get<double>(), 1e-3);
+
+    const Outcome unknown = runProgram(program + " trial '" + file + "' --protocol lfit");
+    EXPECT_EQ(unknown.exitCode, 3);
+    EXPECT_THAT(unknown.err, HasSubstr("six, hover, shake, lift, pull, disturb"));
 }
 }  // namespace
 }  // namespace bullet_ccd::tools

@@ -23,6 +23,9 @@ export class GraspTable {
   /// `choose(grasp)` is called when the user chooses another one.
   constructor(grasps, choose) {
     this.choose = choose;
+    if (grasps.some((grasp) => grasp.trials)) {
+      COLUMNS.push({ title: 'Trials', key: (g) => g.trials ?? '', text: true });
+    }
     this.grasps = grasps;
     this.body = find('grasps').tBodies[0];
     this.rows = new Map(grasps.map((grasp) => [grasp, this.rowOf(grasp)]));

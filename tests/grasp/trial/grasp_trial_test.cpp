@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+#include <thread>
+
 namespace bullet_ccd::grasp
 {
 namespace
@@ -25,12 +29,15 @@ struct PinchedCube
             link.joint.maxEffort = effort;
         }
         grasp.X_WH.translation() = Eigen::Vector3d(0.0, 0.0, -0.035);
+        grasp.X_WStart.translation() = Eigen::Vector3d(0.0, 0.0, -0.1);
+        grasp.approach_W = Eigen::Vector3d::UnitZ();
+        grasp.preshape = "open";
         grasp.positions = {0.0, 0.01995, 0.01995};
         for (const double side : {-1.0, 1.0})
         {
             for (const double y : {-0.01, 0.01})
             {
-                for (const double z : {-0.02, 0.02})
+                for (const double z : {-0.005, 0.02})
                 {
                     grasp.contacts.push_back({.link = side < 0.0 ? 1 : 2,
                                               .point = {0.02 * side, y, z},
@@ -41,17 +48,24 @@ struct PinchedCube
         }
     }
 
-    [[nodiscard]] TrialOutcome outcome(TrialProtocol protocol, const SqueezeOptions& squeeze) const
+    [[nodiscard]] TrialResult run(const TrialProtocol& protocol, const TrialOptions& options) const
     {
-        const TrialResult result = runTrial(hand, cube, grasp, protocol, {.squeeze = squeeze});
+        TrialResult result = runTrial(hand, cube, grasp, protocol, options);
         EXPECT_TRUE(result.penetration.clean());
-        return result.outcome;
+        return result;
+    }
+    [[nodiscard]] TrialOutcome outcome(const std::string& protocol,
+                                       const SqueezeOptions& squeeze) const
+    {
+        return run(shippedProtocol(protocol), {.squeeze = squeeze}).outcome;
     }
 };
 
+const SqueezeOptions kThreeHundredGrams{.mass = 0.3, .friction = 0.5};
+
 TEST(Squeeze, OfTwoJawsIsHalfOfTheForceEach)
 {
-    const SqueezeOptions options{.mass = 0.3, .friction = 0.5};
+    const SqueezeOptions& options = kThreeHundredGrams;
     const double sum = options.firmness * 0.3 * kStandardGravity / 0.5;
     const PinchedCube free(false, 100.0);
     const Squeeze squeeze = squeezeOf(free.hand, free.grasp, options);
@@ -68,6 +82,17 @@ TEST(Squeeze, OfTwoJawsIsHalfOfTheForceEach)
     const Squeeze one = squeezeOf(coupled.hand, coupled.grasp, options);
     ASSERT_EQ(one.torques.size(), 1U);
     EXPECT_NEAR(one.torques[0], sum, 1e-4 * sum);
+}
+
+TEST(Squeeze, AMotorBearsTheEffortsOfAllJointsThatItMoves)
+{
+    // Each jaw may press by 8 N, so the motor of both gives 16 N.
+    const PinchedCube coupled(true, 8.0);
+    ASSERT_EQ(jointEfforts(coupled.hand.robot.tree).size(), 1U);
+    EXPECT_EQ(jointEfforts(coupled.hand.robot.tree)[0].limit, 16.0);
+    const Squeeze squeeze = squeezeOf(coupled.hand, coupled.grasp, kThreeHundredGrams);
+    ASSERT_TRUE(squeeze.exists()) << squeeze.reason;
+    EXPECT_NEAR(squeeze.normalForce, 16.0, 1e-3);
 }
 
 TEST(Squeeze, SaysWhyThereIsNone)
@@ -90,31 +115,216 @@ TEST(Squeeze, SaysWhyThereIsNone)
 
 TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)
 {
+    for (const bool coupled : {false, true})
+    {
+        const PinchedCube pinched(coupled, 100.0);
+        const TrialResult result =
+            pinched.run(shippedProtocol("six"), {.squeeze = kThreeHundredGrams});
+        EXPECT_EQ(result.outcome, TrialOutcome::Held);
+        const double sum = 4.0 * 0.3 * kStandardGravity / 0.5;
+        // What the skins give way by, a position controller presses less.
+        EXPECT_NEAR(result.meanForce, sum, 0.1 * sum);
+    }
+    EXPECT_EQ(PinchedCube(false, 100.0).outcome("shake", kThreeHundredGrams), TrialOutcome::Held);
+}
+
+TEST(GraspTrial, LiftsFromATable)
+{
     const PinchedCube pinched(false, 100.0);
-    const SqueezeOptions squeeze{.mass = 0.3, .friction = 0.5};
-    const TrialResult result = runTrial(
-        pinched.hand, pinched.cube, pinched.grasp, TrialProtocol::Six, {.squeeze = squeeze});
-    EXPECT_EQ(result.outcome, TrialOutcome::Held);
-    EXPECT_TRUE(result.penetration.clean());
-    EXPECT_GT(result.meanForce, 0.9 * 4.0 * 0.3 * kStandardGravity / 0.5);
-    EXPECT_EQ(pinched.outcome(TrialProtocol::Shake, squeeze), TrialOutcome::Held);
-    const TrialResult again = runTrial(
-        pinched.hand, pinched.cube, pinched.grasp, TrialProtocol::Six, {.squeeze = squeeze});
-    EXPECT_EQ(result.slip, again.slip);
-    EXPECT_EQ(result.peakForce, again.peakForce);
+    TrialProtocol lift = shippedProtocol("lift");
+    lift.phases[1].time = 1.0;
+    const TrialOptions options{.squeeze = kThreeHundredGrams, .up = Eigen::Vector3d::UnitY()};
+    const TrialResult result = pinched.run(lift, options);
+    EXPECT_EQ(result.outcome, TrialOutcome::Held) << result.reason;
+    EXPECT_LT(result.slip, 1e-3);
+    // What does not stand does not wait for the hand.
+    TrialOptions leaning = options;
+    leaning.up = Eigen::Vector3d(0.0, 1.0, 0.4);
+    const TrialResult toppled = pinched.run(lift, leaning);
+    EXPECT_EQ(toppled.outcome, TrialOutcome::NotSettled);
+    EXPECT_FALSE(toppled.reason.empty());
+    // Slippery as ice, it stays on the table, which sinks away from the hand.
+    TrialOptions slippery = options;
+    slippery.friction = 0.02;
+    EXPECT_EQ(pinched.run(lift, slippery).outcome, TrialOutcome::Dropped);
+}
+
+TEST(GraspTrial, TwoJawsResistAPullByTheirFriction)
+{
+    TrialProtocol pull{.name = "pull"};
+    pull.phases.push_back({.kind = TrialPhase::Kind::Pull});
+    pull.phases[0].wrench[1] = -3.0;
+    for (const bool coupled : {false, true})
+    {
+        for (const double friction : {0.4, 0.6})
+        {
+            const PinchedCube pinched(coupled, 100.0);
+            const TrialResult result = pinched.run(
+                pull, {.squeeze = {.mass = 0.3, .friction = 0.5}, .friction = friction});
+            EXPECT_EQ(result.outcome, TrialOutcome::Slipped);
+            ASSERT_EQ(result.pulls.size(), 1U) << toString(result.outcome);
+            for (const TrialPull& one : result.pulls)
+            {
+                // 2 mu N of the 2 N that press.
+                EXPECT_TRUE(one.slipped);
+                EXPECT_NEAR(one.share, friction, 0.03 * friction);
+            }
+        }
+    }
+}
+
+/// Three jaws at a sphere, 120 degrees apart.
+struct ThreeJaws
+{
+    HandModel hand;
+    GraspObject sphere = makeGraspObject("sphere", makeSphere(0.02, 3));
+    Grasp grasp;
+
+    ThreeJaws()
+    {
+        Link palm;
+        palm.name = "palm";
+        hand.robot.name = "three_jaws";
+        const auto add = [&](Link link, TriangleMesh mesh, int closing)
+        {
+            link.joint.name = link.name + "_joint";
+            hand.robot.tree.links.push_back(std::move(link));
+            hand.robot.linkMeshes.push_back(mesh);
+            hand.trees.push_back(buildSsvTree(std::move(mesh)));
+            hand.closingDirections.push_back(closing);
+        };
+        palm.parent = kNone;
+        add(palm, makeBox(Eigen::Vector3d(0.05, 0.05, 0.005)), 0);
+        grasp.X_WH.translation() = Eigen::Vector3d(0.0, 0.0, -0.06);
+        grasp.positions = {0.0};
+        for (int k = 0; k < 3; ++k)
+        {
+            const double angle = 2.0 * std::numbers::pi * k / 3.0;
+            const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
+            Link jaw;
+            jaw.name = "jaw" + std::to_string(k);
+            jaw.parent = 0;
+            jaw.X_PL0 = turn * Eigen::Translation3d(0.045, 0.0, 0.06);
+            jaw.joint.type = JointType::Prismatic;
+            jaw.joint.axis = -Eigen::Vector3d::UnitX();
+            jaw.joint.lower = 0.0;
+            jaw.joint.upper = 0.03;
+            jaw.joint.maxEffort = 100.0;
+            add(jaw, makeBox(Eigen::Vector3d(0.005, 0.01, 0.01)), 1);
+            grasp.positions.push_back(0.0195);
+            const Eigen::Vector3d outwards = turn * Eigen::Vector3d::UnitX();
+            grasp.contacts.push_back(
+                {.link = k + 1, .point = 0.02 * outwards, .normal = -outwards, .gap = 5e-5});
+        }
+        for (const SsvTree& tree : hand.trees)
+        {
+            hand.linkTrees.push_back(&tree);
+        }
+    }
+};
+
+TEST(GraspTrial, ThreeFingersHoldASphereByTheirFriction)
+{
+    const ThreeJaws three;
+    TrialProtocol pull{.name = "pull", .phases = {{.kind = TrialPhase::Kind::Pull}}};
+    pull.phases[0].wrench[2] = 1.0;
+    const TrialResult result = runTrial(three.hand,
+                                        three.sphere,
+                                        three.grasp,
+                                        pull,
+                                        {.squeeze = kThreeHundredGrams, .friction = 0.4});
+    ASSERT_EQ(result.pulls.size(), 1U) << toString(result.outcome) << " " << result.reason;
+    // 3 mu N of the 3 N that press.
+    // The pads meet facets, whose normals differ a little.
+    EXPECT_NEAR(result.pulls[0].share, 0.4, 0.05 * 0.4);
 }
 
 TEST(GraspTrial, SaysHowItFails)
 {
+    // The friction of the surfaces is a tenth of that which the squeeze counts on.
+    const PinchedCube pinched(false, 100.0);
+    const TrialOptions slippery{.squeeze = kThreeHundredGrams, .friction = 0.05};
+    const double missing = kStandardGravity * (1.0 - 4.0 * 0.05 / 0.5);
+    TrialProtocol fall{.name = "fall",
+                       .phases = {{.time = 1.0, .direction = Eigen::Vector3d::UnitY()}}};
+    const TrialResult dropped = pinched.run(fall, slippery);
+    EXPECT_EQ(dropped.outcome, TrialOutcome::Dropped);
+    EXPECT_GT(dropped.lostAt, 0.3);
+    constexpr double kBrief = 15.0 / 240.0;
+    fall.phases[0].time = kBrief;
+    const TrialResult slipped = pinched.run(fall, slippery);
+    EXPECT_EQ(slipped.outcome, TrialOutcome::Slipped);
+    const double fallen = 0.5 * missing * kBrief * (kBrief + 1.0 / 240.0);
+    EXPECT_NEAR(slipped.slip, fallen, 0.05 * fallen);
     // Contacts that are not there make the squeeze.
     PinchedCube far(false, 100.0);
     far.grasp.positions = {0.0, 0.0, 0.0};
     far.grasp.X_WH.translation() = Eigen::Vector3d(0.0, 0.3, 0.0);
-    EXPECT_EQ(far.outcome(TrialProtocol::Hover, {.mass = 0.3}), TrialOutcome::NeverTouched);
+    EXPECT_EQ(far.outcome("hover", kThreeHundredGrams), TrialOutcome::NeverTouched);
     PinchedCube weak(false, 1.0);
-    EXPECT_EQ(weak.outcome(TrialProtocol::Six, {.mass = 5.0}), TrialOutcome::NoSqueeze);
+    EXPECT_EQ(weak.outcome("six", {.mass = 5.0}), TrialOutcome::NoSqueeze);
     weak.grasp.positions.clear();
-    EXPECT_THROW((void)weak.outcome(TrialProtocol::Six, {}), std::invalid_argument);
+    EXPECT_THROW((void)weak.outcome("six", {}), std::invalid_argument);
+    PinchedCube nameless(false, 100.0);
+    nameless.grasp.preshape = "none";
+    EXPECT_THROW((void)nameless.outcome("lift", {}), std::invalid_argument);
+}
+
+TEST(GraspTrial, WhatIsSqueezedOutIsEjected)
+{
+    // The jaws meet a slippery sphere beyond its middle.
+    PinchedCube pinched(false, 100.0);
+    const GraspObject sphere = makeGraspObject("sphere", makeSphere(0.02, 4));
+    pinched.grasp.X_WH.translation().y() = 0.018;
+    pinched.grasp.X_WStart.translation().y() = 0.018;
+    const TrialProtocol closing{.name = "closing", .start = TrialStart::Open, .phases = {{}}};
+    const TrialResult result = runTrial(pinched.hand,
+                                        sphere,
+                                        pinched.grasp,
+                                        closing,
+                                        {.squeeze = kThreeHundredGrams, .friction = 0.01});
+    EXPECT_EQ(result.outcome, TrialOutcome::Ejected);
+    EXPECT_GT(result.lostAt, 0.0);
+}
+
+TEST(GraspTrial, AHandThatIsOffStillCloses)
+{
+    const PinchedCube pinched(false, 100.0);
+    TrialProtocol disturb = shippedProtocol("disturb");
+    disturb.phases.resize(1);
+    const TrialOptions options{.squeeze = kThreeHundredGrams};
+    disturb.shift = 0.003;
+    disturb.turn = 0.02;
+    EXPECT_EQ(pinched.run(disturb, options).outcome, TrialOutcome::Held);
+    disturb.shift = 0.5;
+    EXPECT_EQ(pinched.run(disturb, options).outcome, TrialOutcome::NeverTouched);
+}
+
+TEST(GraspTrial, SameBitsOnAnyThreadInAnyOrder)
+{
+    const PinchedCube pinched(false, 100.0);
+    const TrialProtocol brief{.name = "brief", .phases = {{.time = 0.2}, {.time = 0.2}}};
+    const auto run = [&](double mass)
+    { return pinched.run(brief, {.squeeze = {.mass = mass, .friction = 0.5}, .friction = 0.2}); };
+    const TrialResult light = run(0.1);
+    const TrialResult heavy = run(0.4);
+    TrialResult heavyToo;
+    TrialResult lightToo;
+    std::thread first([&] { heavyToo = run(0.4); });
+    std::thread second([&] { lightToo = run(0.1); });
+    first.join();
+    second.join();
+    const auto expectSame = [](const TrialResult& a, const TrialResult& b)
+    {
+        EXPECT_GT(a.slip, 0.0);
+        EXPECT_EQ(a.slip, b.slip);
+        EXPECT_EQ(a.turn, b.turn);
+        EXPECT_EQ(a.meanForce, b.meanForce);
+        EXPECT_EQ(a.peakEnergy, b.peakEnergy);
+        EXPECT_EQ(a.steps, b.steps);
+    };
+    expectSame(light, lightToo);
+    expectSame(heavy, heavyToo);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp

@@ -91,6 +91,132 @@ TEST(TrialWorld, TwoJawsSlipWhereTheirFrictionIsTheWeight)
     }
 }
 
+/// The same with one motor for both jaws, and with skins that give way.
+double coupledSlipOf(double mass, double friction, double share, double seconds)
+{
+    HandModel hand = tests::makeGripper(true);
+    const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    const double closed = 0.02 - 4e-4;  // the cube fits between the skins
+    const Eigen::Isometry3d X_WH(Eigen::Translation3d(0.0, 0.0, -0.035));
+    TrialWorld world(hand,
+                     cube,
+                     {.mass = mass, .friction = friction, .margin = 2e-4, .stiffness = 5e4},
+                     X_WH,
+                     {0.0, closed, closed});
+    const double motor = share * mass * kGravity / friction;  // of which each jaw has half
+    world.drive(1, {.effort = motor, .stiffness = 1e6, .damping = 1e3, .maxSpeed = 0.1}, 0.039);
+    const auto run = [&](double time, const Eigen::Vector3d& acceleration)
+    {
+        for (int k = 0; k < std::lround(time / kStep); ++k)
+        {
+            world.step(kStep, acceleration, kNoForce);
+        }
+    };
+    run(0.25, Eigen::Vector3d::Zero());
+    const Eigen::Vector3d before = world.objectCenter();
+    run(seconds, Eigen::Vector3d(0.0, -kGravity, 0.0));
+    return (world.objectCenter() - before).norm();
+}
+
+TEST(TrialWorld, CoupledJawsSlipWhereTheFrictionOfTheirMotorIsTheWeight)
+{
+    for (const double mass : {0.05, 1.0})
+    {
+        for (const double friction : {0.2, 0.8})
+        {
+            EXPECT_LT(coupledSlipOf(mass, friction, 1.02, 0.25), 1e-5) << mass << " " << friction;
+            const double expected = fall(0.02 * kGravity, 0.25);
+            EXPECT_NEAR(coupledSlipOf(mass, friction, 0.98, 0.25), expected, 0.05 * expected)
+                << mass << " " << friction;
+        }
+    }
+}
+
+/// A jaw with a rim around its pad, which the cube fits into with room.
+TriangleMesh cagingJaw()
+{
+    constexpr double kRoom = 0.0205;  // half of the cage
+    TriangleMesh jaw = makeBox(Eigen::Vector3d(0.004, 0.03, 0.03));
+    const auto add = [&](const Eigen::Vector3d& half, const Eigen::Vector3d& center)
+    {
+        TriangleMesh rim = makeBox(half);
+        transformMesh(rim, Eigen::Affine3d(Eigen::Translation3d(center)));
+        appendMesh(jaw, rim);
+    };
+    for (const double side : {-1.0, 1.0})
+    {
+        add({0.012, 0.004, 0.03}, {0.0, side * (kRoom + 0.004), 0.0});
+        add({0.012, 0.03, 0.004}, {0.0, 0.0, side * (kRoom + 0.004)});
+    }
+    return jaw;
+}
+
+TEST(TrialWorld, AFormClosureHoldsWithoutFriction)
+{
+    HandModel hand = tests::makeGripper(false);
+    for (const std::size_t jaw : {1U, 2U})
+    {
+        hand.robot.linkMeshes[jaw] = cagingJaw();
+        hand.trees[jaw] = buildSsvTree(cagingJaw());
+        hand.robot.tree.links[jaw].X_PL0.translation().z() = 0.035;
+    }
+    hand.selfPairs.clear();
+    const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    const Eigen::Isometry3d X_WH(Eigen::Translation3d(0.0, 0.0, -0.035));
+    TrialWorld world(hand, cube, {.mass = 0.5, .friction = 0.0}, X_WH, {0.0, 0.0205, 0.0205});
+    for (const std::int32_t jaw : {1, 2})
+    {
+        world.drive(
+            jaw, {.effort = 50.0, .stiffness = 1e5, .damping = 1e3, .maxSpeed = 1.0}, 0.0205);
+    }
+    for (int direction = 0; direction < 6; ++direction)
+    {
+        const double size = direction % 2 == 0 ? kGravity : -kGravity;
+        for (int k = 0; k < 60; ++k)
+        {
+            world.step(kStep, size * Eigen::Vector3d::Unit(direction / 2), kNoForce);
+        }
+        EXPECT_LT(world.objectCenter().norm(), 1.5e-3) << direction;
+    }
+}
+
+TEST(TrialWorld, SkinsGiveWayByTheirStiffnessAndGetHarder)
+{
+    // Four corners carry the weight of a cube on a table.
+    const auto compressed = [](double mass)
+    {
+        HandModel hand = tests::makeGripper(false);
+        const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+        TrialWorld world(hand,
+                         cube,
+                         {.mass = mass, .friction = 0.5, .margin = 5e-4, .stiffness = 1e4},
+                         Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.5, 0.0)),
+                         {0.0, 0.0, 0.0});
+        world.addTable(Eigen::Vector3d(0.0, -0.021, 0.0), Eigen::Vector3d::UnitY());
+        for (int k = 0; k < 240; ++k)
+        {
+            world.step(kStep, Eigen::Vector3d(0.0, -kGravity, 0.0), kNoForce);
+        }
+        return -world.objectCenter().y() - 2e-5;  // they rest by so much below the gap
+    };
+    // Each point bears k d / (1 - d / D)^2, and the same number of them bears every weight.
+    constexpr double kDepth = 7e-4;
+    double before = 0.0;
+    for (const double mass : {0.1, 0.3, 1.0})
+    {
+        const double d = compressed(mass);
+        EXPECT_LT(d, kDepth);
+        const double force = 1e4 * d / std::pow(1.0 - d / kDepth, 2.0);
+        EXPECT_GT(force, mass * kGravity / 9.0) << d;
+        EXPECT_LT(force, mass * kGravity / 3.9) << d;
+        if (before > 0.0)
+        {
+            EXPECT_NEAR(force / before, mass > 0.5 ? 10.0 / 3.0 : 3.0, 0.1) << mass;
+        }
+        before = force;
+    }
+}
+
 TEST(TrialWorld, WhatHoldsDoesNotCreep)
 {
     const double seconds = tests::longTests() ? 60.0 : 10.0;

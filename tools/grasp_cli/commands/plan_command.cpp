@@ -1,8 +1,10 @@
 #include "grasp/formats/content_hash.h"
 #include "grasp/report/report_facts.h"
+#include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/grasp_cli/plan/plan_advice.h"
 #include "tools/grasp_cli/plan/plan_journal.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
@@ -14,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
@@ -33,6 +36,9 @@ struct PlanArguments
     bool quiet = false;
     bool resume = false;
     std::vector<std::string> scene;
+    SqueezeArguments squeeze;
+    std::vector<std::string> trials;
+    int tried = 10;
     grasp::PlannerOptions options;
 };
 
@@ -64,7 +70,73 @@ std::string weightText(const std::vector<Grasp>& grasps, double mass)
         holds(2.0));
 }
 
-std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
+/// Tries the best grasps in simulations and ranks those that held in more protocols first, the
+/// others of them as before, and what was not tried behind.
+void tryGrasps(const PlanArguments& arguments,
+               const StopRequest& stop,
+               PlanRun& run,
+               grasp::GraspRun& description)
+{
+    std::vector<grasp::TrialProtocol> protocols;
+    for (const std::string& name : arguments.trials)
+    {
+        protocols.push_back(grasp::namedProtocol(name));
+    }
+    const std::size_t count =
+        std::min(forceClosures(run.grasps), static_cast<std::size_t>(arguments.tried));
+    std::vector<const Grasp*> chosen;
+    for (std::size_t k = 0; k < count; ++k)
+    {
+        chosen.push_back(&run.grasps[k]);
+    }
+    const TrialRows rows =
+        runTrials(run.hand.hand,
+                  run.object.object,
+                  chosen,
+                  protocols,
+                  {.squeeze = *description.squeeze, .up = arguments.options.approach.up},
+                  arguments.options.jobs,
+                  stop);
+    std::map<std::int64_t, int> held;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+    {
+        const std::int64_t candidate = run.grasps[k].candidate;
+        for (std::size_t p = 0; p < rows[k].size(); ++p)
+        {
+            const grasp::TrialResult& result = rows[k][p];
+            const bool isHeld = result.outcome == grasp::TrialOutcome::Held;
+            held[candidate] += isHeld ? 1 : 0;
+            description.trials[candidate].push_back({.protocol = protocols[p].name,
+                                                     .outcome = toString(result.outcome),
+                                                     .held = isHeld,
+                                                     .slip = result.slip,
+                                                     .turn = result.turn});
+        }
+    }
+    std::stable_sort(run.grasps.begin(),
+                     run.grasps.begin() + static_cast<std::ptrdiff_t>(rows.size()),
+                     [&](const Grasp& a, const Grasp& b)
+                     { return held[a.candidate] > held[b.candidate]; });
+}
+
+/// Such as "lift held, six slipped"; empty for a grasp that was not tried.
+std::string trialText(const grasp::GraspRun& description, const Grasp& grasp)
+{
+    const auto found = description.trials.find(grasp.candidate);
+    std::vector<std::string> texts;
+    if (found != description.trials.end())
+    {
+        for (const grasp::TrialNote& note : found->second)
+        {
+            texts.push_back(note.protocol + " " + note.outcome);
+        }
+    }
+    return joined(texts, ", ");
+}
+
+std::string bestGrasps(const grasp::GraspRun& description,
+                       const std::vector<Grasp>& grasps,
+                       std::size_t rows)
 {
     TextTable table{.header = {"rank",
                                "candidate",
@@ -76,6 +148,10 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
                                "preshape",
                                "back off [mm]"},
                     .rows = {}};
+    if (!description.trials.empty())
+    {
+        table.header.emplace_back("trials");
+    }
     for (std::size_t k = 0; k < std::min(rows, grasps.size()); ++k)
     {
         const Grasp& g = grasps[k];
@@ -94,6 +170,10 @@ std::string bestGrasps(const std::vector<Grasp>& grasps, std::size_t rows)
              fmt::format("{}", linksInContact(g)),
              g.preshape,
              fmt::format("{:.1f}", 1e3 * std::max(0.0, g.approachDistance - along))});
+        if (!description.trials.empty())
+        {
+            table.rows.back().push_back(trialText(description, g));
+        }
     }
     return alignedText(table);
 }
@@ -116,6 +196,7 @@ std::string cullingText(const std::vector<Grasp>& grasps, std::size_t obstacles)
 
 void printSummary(const PlanArguments& arguments,
                   const PlanRun& run,
+                  const grasp::GraspRun& description,
                   std::size_t obstacles,
                   bool wasInterrupted,
                   const std::vector<std::string>& written)
@@ -142,7 +223,7 @@ void printSummary(const PlanArguments& arguments,
     {
         fmt::print(
             "{}\n{}\n", epsilonClasses(run.grasps), weightText(run.grasps, arguments.options.mass));
-        fmt::print("\n{}", bestGrasps(run.grasps, kRows));
+        fmt::print("\n{}", bestGrasps(description, run.grasps, kRows));
         if (found > kRows)
         {
             fmt::print("({} more in the files)\n", found - kRows);
@@ -206,12 +287,20 @@ int plan(const PlanArguments& arguments)
     const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
     requireKinematic(obstacles, arguments.options);
     const std::vector<RigidBody> bodies = bodiesOf(obstacles);
-    const grasp::GraspRun description{.handFile = run.hand.file,
-                                      .srdfFile = hand.srdfFile,
-                                      .objectFile = run.object.file,
-                                      .objectScale = arguments.pair.objectScale,
-                                      .obstaclesHash = grasp::contentHash(bodies),
-                                      .options = arguments.options};
+    SqueezeArguments squeeze = arguments.squeeze;
+    squeeze.mass = arguments.options.mass;
+    grasp::GraspRun description{
+        .handFile = run.hand.file,
+        .srdfFile = hand.srdfFile,
+        .objectFile = run.object.file,
+        .objectScale = arguments.pair.objectScale,
+        .obstaclesHash = grasp::contentHash(bodies),
+        .options = arguments.options,
+        .squeeze = squeezeOptionsOf(squeeze, arguments.options.friction, hand.robot)};
+    for (const std::string& name : arguments.trials)
+    {
+        (void)grasp::namedProtocol(name);  // an error comes before the plan
+    }
     OutputFolder output(arguments.output);
     PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
     if (!arguments.quiet)
@@ -226,6 +315,10 @@ int plan(const PlanArguments& arguments)
              .obstacles = bodies,
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
+    if (!arguments.trials.empty())
+    {
+        tryGrasps(arguments, stop, run, description);
+    }
     DrawingOptions drawing = arguments.drawing;
     drawing.scene = arguments.scene;
     std::vector<std::string> written =
@@ -238,7 +331,7 @@ int plan(const PlanArguments& arguments)
     {
         written.push_back(journal.file().string());
     }
-    printSummary(arguments, run, obstacles.size(), stop.isInterrupted(), written);
+    printSummary(arguments, run, description, obstacles.size(), stop.isInterrupted(), written);
     return stop.finish("grasp plan",
                        run.grasps.size(),
                        static_cast<std::size_t>(arguments.options.candidates),
@@ -275,6 +368,22 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     addPlannerOptions(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);
+    addSqueezeOptions(*command, arguments->squeeze);
+    command
+        ->add_option(
+            "--trial",
+            arguments->trials,
+            "Try the best grasps in simulations, and rank first what held in more of them: "
+            "names or YAML files of protocols, with commas between (see grasp trial "
+            "--help).")
+        ->type_name("NAME")
+        ->delimiter(',')
+        ->group("Trials");
+    command->add_option("--tried", arguments->tried, "How many of the best grasps to try.")
+        ->type_name("K")
+        ->check(within(1, 100000))
+        ->capture_default_str()
+        ->group("Trials");
     command
         ->add_option(
             "-o,--output",
@@ -318,6 +427,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         "\n"
         "Examples:\n"
         "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"
+        "  grasp plan --hand parallel_gripper --object mug -n 60 --trial lift,six --mass 0.2\n"
         "  grasp plan --config plan.yaml --seed 2 --time-limit 600 -o out");
     command->callback([arguments, &exitCode] { exitCode = plan(*arguments); });
 }

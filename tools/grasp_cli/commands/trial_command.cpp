@@ -1,9 +1,10 @@
-#include "grasp/force/grasp_forces.h"
 #include "grasp/trial/grasp_trial.h"
+#include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
-#include "tools/grasp_cli/options/effort_option.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/support/stop_request.h"
+#include "tools/support/stopwatch.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -19,6 +20,7 @@ namespace
 {
 using grasp::TrialOutcome;
 using grasp::TrialProtocol;
+using grasp::TrialPull;
 using grasp::TrialResult;
 
 struct TrialArguments
@@ -26,77 +28,46 @@ struct TrialArguments
     RecordArguments records;
     RecordChoice choice;
     std::vector<std::string> protocols{"six"};
-    double mass = grasp::SqueezeOptions{}.mass;
+    SqueezeArguments squeeze;
     std::optional<double> friction;  ///< else that of the plan
-    double firmness = grasp::SqueezeOptions{}.firmness;
-    std::vector<std::string> efforts;
+    std::optional<double> surfaceFriction;
+    int pulls = 0;
     double rate = grasp::TrialOptions{}.rate;
+    double skin = grasp::TrialOptions{}.skin;
+    double skinStiffness = grasp::TrialOptions{}.skinStiffness;
+    std::uint64_t seed = grasp::TrialOptions{}.seed;
+    int jobs = 0;
     double timeLimit = 0.0;
     bool json = false;
 };
-
-std::vector<std::string> protocolNames()
-{
-    return {toString(TrialProtocol::Six),
-            toString(TrialProtocol::Hover),
-            toString(TrialProtocol::Shake)};
-}
-
-TrialProtocol protocolOf(const std::string& name)
-{
-    const std::vector<std::string> names = protocolNames();
-    return static_cast<TrialProtocol>(std::find(names.begin(), names.end(), name) - names.begin());
-}
-
-std::vector<std::string> jointNames(const KinematicTree& tree)
-{
-    std::vector<std::string> names;
-    for (const std::int32_t joint : grasp::independentJoints(tree))
-    {
-        names.push_back(tree.links[static_cast<std::size_t>(joint)].joint.name);
-    }
-    return names;
-}
 
 /// Options of all trials; says which efforts are assumed.
 grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRecords& records)
 {
     const RobotModel& robot = records.hand.hand.robot;
+    const grasp::PlannerOptions& plan = records.source.run.options;
     grasp::TrialOptions options;
+    options.squeeze =
+        squeezeOptionsOf(arguments.squeeze, arguments.friction.value_or(plan.friction), robot);
+    options.friction = arguments.surfaceFriction;
     options.rate = arguments.rate;
-    options.squeeze.mass = arguments.mass;
-    options.squeeze.friction = arguments.friction.value_or(records.source.run.options.friction);
-    options.squeeze.firmness = arguments.firmness;
-    grasp::ForceProblem problem;
-    problem.jointNames = jointNames(robot.tree);
-    std::vector<std::string> assumed;
-    for (const grasp::JointEffort& effort : grasp::jointEfforts(robot.tree))
-    {
-        if (effort.isAssumed)
-        {
-            assumed.push_back(fmt::format(
-                "{}={}", problem.jointNames[problem.torqueLimits.size()], effort.limit));
-        }
-        problem.torqueLimits.push_back(effort.limit);
-    }
-    if (!arguments.efforts.empty())
-    {
-        applyEfforts(arguments.efforts, robot, problem);
-        options.squeeze.efforts = problem.torqueLimits;
-    }
-    else if (!assumed.empty())
+    options.up = plan.approach.up;
+    options.seed = arguments.seed;
+    options.skin = arguments.skin;
+    options.skinStiffness = arguments.skinStiffness;
+    if (const std::string assumed = assumedEfforts(options.squeeze, robot.tree); !assumed.empty())
     {
         fmt::print(stderr,
                    "effort missing, 0 or more than a finger has, so assumed (--effort sets it): "
                    "{}\n",
-                   joined(assumed, ", "));
+                   assumed);
     }
     return options;
 }
 
 std::string trialJson(std::size_t rank,
                       const grasp::Grasp& grasp,
-                      TrialProtocol protocol,
+                      const TrialProtocol& protocol,
                       const TrialResult& result,
                       const std::vector<std::string>& joints)
 {
@@ -107,11 +78,22 @@ std::string trialJson(std::size_t rank,
     }
     const bool isLost =
         result.outcome == TrialOutcome::Dropped || result.outcome == TrialOutcome::Ejected;
+    nlohmann::ordered_json pulls = nlohmann::ordered_json::array();
+    for (const TrialPull& pull : result.pulls)
+    {
+        pulls.push_back({{"force", std::vector<double>(pull.wrench.data(), pull.wrench.data() + 3)},
+                         {"moment_over_radius",
+                          std::vector<double>(pull.wrench.data() + 3, pull.wrench.data() + 6)},
+                         {"size_n", pull.size},
+                         {"share", pull.share},
+                         {"slipped", pull.slipped}});
+    }
     const nlohmann::ordered_json json{
         {"schema", "bullet_ccd.trial/1"},
         {"rank", rank},
         {"candidate", grasp.candidate},
-        {"protocol", toString(protocol)},
+        {"protocol", protocol.name},
+        {"epsilon", grasp.quality.epsilon},
         {"outcome", toString(result.outcome)},
         {"reason",
          result.reason.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(result.reason)},
@@ -122,6 +104,7 @@ std::string trialJson(std::size_t rank,
         {"mean_normal_force_n", result.meanForce},
         {"peak_energy_j", result.peakEnergy},
         {"peak_torques", std::move(torques)},
+        {"pulls", std::move(pulls)},
         {"intersecting_triangles", result.penetration.intersectingTriangles},
         {"penetration_m", result.penetration.deepest},
         {"simulated_s", result.seconds},
@@ -129,30 +112,69 @@ std::string trialJson(std::size_t rank,
     return json.dump() + "\n";
 }
 
+/// What the weakest direction resisted, over the normal forces: epsilon is a bound of it.
+std::string pullText(const TrialResult& result)
+{
+    const auto least =
+        std::min_element(result.pulls.begin(),
+                         result.pulls.end(),
+                         [](const TrialPull& a, const TrialPull& b) { return a.share < b.share; });
+    return fmt::format(
+        "least pull {:.3f} of the normal forces, {:.2f} N", least->share, least->size);
+}
+
 std::vector<std::string> trialRow(std::size_t rank,
                                   const grasp::Grasp& grasp,
-                                  TrialProtocol protocol,
+                                  const TrialProtocol& protocol,
                                   const TrialResult& result)
 {
     return {std::to_string(rank),
             fmt::format("{:.4f}", grasp.quality.epsilon),
-            toString(protocol),
+            protocol.name,
             toString(result.outcome),
             fmt::format("{:.3f}", 1e3 * result.slip),
             fmt::format("{:.3f}", result.turn * 180.0 / std::numbers::pi),
             fmt::format("{:.2f}", result.peakForce),
             fmt::format("{:.2f}", result.meanForce),
             std::to_string(result.penetration.intersectingTriangles),
-            result.reason};
+            result.pulls.empty() ? result.reason : pullText(result)};
+}
+
+std::vector<TrialProtocol> protocolsOf(const TrialArguments& arguments)
+{
+    std::vector<TrialProtocol> protocols;
+    for (const std::string& name : arguments.protocols)
+    {
+        protocols.push_back(grasp::namedProtocol(name));
+        if (arguments.pulls > 0 && name == "pull")
+        {
+            protocols.back().phases = grasp::randomPulls(arguments.pulls, arguments.seed);
+        }
+    }
+    return protocols;
 }
 
 int trial(const TrialArguments& arguments)
 {
+    const std::vector<TrialProtocol> protocols = protocolsOf(arguments);
     const GraspRecords records = loadGraspRecords(arguments.records);
-    const grasp::TrialOptions options = trialOptions(arguments, records);
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
-    const std::vector<std::string> joints = jointNames(records.hand.hand.robot.tree);
+    const std::vector<std::string> joints = independentJointNames(records.hand.hand.robot.tree);
+    const StopRequest stop(arguments.timeLimit);
+    const Stopwatch watch;
+    std::vector<const grasp::Grasp*> grasps;
+    for (const std::size_t index : chosen)
+    {
+        grasps.push_back(&records.grasps[index]);
+    }
+    const TrialRows results = runTrials(records.hand.hand,
+                                        records.object.object,
+                                        grasps,
+                                        protocols,
+                                        trialOptions(arguments, records),
+                                        arguments.jobs,
+                                        stop);
     TextTable table{.header = {"rank",
                                "epsilon",
                                "protocol",
@@ -165,42 +187,45 @@ int trial(const TrialArguments& arguments)
                                "why"},
                     .rows = {}};
     std::map<std::string, int> counts;
-    const StopRequest stop(arguments.timeLimit);
-    std::size_t done = 0;
-    for (; done < chosen.size() && !stop.isDue(); ++done)
+    const double seconds = watch.seconds();
+    double simulated = 0.0;
+    for (std::size_t k = 0; k < results.size(); ++k)
     {
-        const grasp::Grasp& grasp = records.grasps[chosen[done]];
-        const std::size_t rank = chosen[done] + 1;
-        for (const std::string& name : arguments.protocols)
+        const grasp::Grasp& grasp = records.grasps[chosen[k]];
+        for (std::size_t p = 0; p < results[k].size(); ++p)
         {
-            const TrialProtocol protocol = protocolOf(name);
-            const TrialResult result =
-                grasp::runTrial(records.hand.hand, records.object.object, grasp, protocol, options);
-            ++counts[toString(result.outcome)];
+            const TrialResult& result = results[k][p];
+            simulated += result.seconds;
+            ++counts[protocols[p].name + ": " + toString(result.outcome)];
             if (arguments.json)
             {
-                fmt::print("{}", trialJson(rank, grasp, protocol, result, joints));
+                fmt::print("{}", trialJson(chosen[k] + 1, grasp, protocols[p], result, joints));
             }
             else
             {
-                table.rows.push_back(trialRow(rank, grasp, protocol, result));
+                table.rows.push_back(trialRow(chosen[k] + 1, grasp, protocols[p], result));
             }
         }
     }
-    const int held = counts[toString(TrialOutcome::Held)];
+    bool isHeld = false;
     if (!arguments.json)
     {
         fmt::print("{}", alignedText(table));
-        for (const auto& [outcome, count] : counts)
+    }
+    for (const auto& [outcome, count] : counts)
+    {
+        isHeld = isHeld || outcome.ends_with(toString(TrialOutcome::Held));
+        if (!arguments.json)
         {
-            if (count > 0)
-            {
-                fmt::print("{}: {} of {}\n", outcome, count, done * arguments.protocols.size());
-            }
+            fmt::print("{}: {} of {}\n", outcome, count, results.size());
         }
     }
+    if (!arguments.json)
+    {
+        fmt::print("simulated {:.1f} s in {:.1f} s\n", simulated, seconds);
+    }
     return stop.finish(
-        "grasp trial", done, chosen.size(), "grasps", held > 0 ? kDone : kNothingFound);
+        "grasp trial", results.size(), chosen.size(), "grasps", isHeld ? kDone : kNothingFound);
 }
 }  // namespace
 
@@ -210,32 +235,45 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         "trial", "Tries in a simulation whether planned grasps hold the object.");
     command->footer(
         "The hand squeezes by what its efforts allow, with the object free, and the protocol loads "
-        "it. six: its weight along +-x, +-y, +-z of its frame, 1 s each. hover: its weight along "
-        "-z, 10 s. shake: its weight along -z, and the hand moved by 20 mm at 2 Hz along x, y and "
-        "z, 2 s each. Held means that the object moved by at most 10 mm and 15 degrees; dropped, "
-        "by more than 100 mm.\n"
+        "it.\n"
+        "  six      its weight along +-x, +-y, +-z of its frame, 1 s each\n"
+        "  hover    its weight along -z, 10 s\n"
+        "  shake    the hand moved by 20 mm at 2 Hz along x, y and z, 2 s each\n"
+        "  lift     from a table: closing with the object free, up by 0.2 m in 1 s, 3 s of hold\n"
+        "  pull     a force along +-x, +-y, +-z that grows until it slips (--pulls: random "
+        "wrenches)\n"
+        "  disturb  the hand off by 5 mm and 5 degrees before it closes; then as six\n"
+        "Or a protocol of your own, as a YAML file: see grasp/trial/README.md. Up is that of the "
+        "plan "
+        "(z by default).\n"
+        "Held means that the object moved by at most 10 mm and 15 degrees; dropped, by more than "
+        "100 "
+        "mm.\n"
         "\n"
         "Exit codes: 0 if a trial held, 1 if none did, 130 after Ctrl-C, 2 for wrong options, 3 "
         "for bad input.\n"
         "\n"
         "Example:\n"
-        "  grasp trial out/grasps.jsonl --protocol six --protocol shake --mass 0.25");
+        "  grasp trial out/grasps.jsonl --protocol lift,six --mass 0.25");
     const auto arguments = std::make_shared<TrialArguments>();
     addRecordOptions(*command, arguments->records);
     addChoiceOptions(*command, arguments->choice);
     command
         ->add_option("--protocol",
                      arguments->protocols,
-                     "What is done to the object: six, hover or shake. It may be repeated.")
+                     "What is done to the object: six, hover, shake, lift, pull, disturb, or a "
+                     "YAML file. It "
+                     "may be repeated, or a list with commas.")
         ->type_name("NAME")
-        ->check(CLI::IsMember(protocolNames()))
+        ->delimiter(',')
         ->capture_default_str()
         ->group("Load");
-    command->add_option("--mass", arguments->mass, "The mass of the object [kg].")
+    command->add_option("--mass", arguments->squeeze.mass, "The mass of the object [kg].")
         ->type_name("KG")
         ->check(within(1e-6, 1e3))
         ->capture_default_str()
-        ->group("Load");
+        ->group("Squeeze");
+    addSqueezeOptions(*command, arguments->squeeze);
     command
         ->add_option("--friction",
                      arguments->friction,
@@ -244,26 +282,48 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->check(within(1e-6, 10.0))
         ->group("Load");
     command
-        ->add_option("--firmness",
-                     arguments->firmness,
-                     "What the normal forces add up to, over weight / friction, where the efforts "
-                     "allow it.")
-        ->type_name("F")
-        ->check(within(1.2, 1e3))
-        ->capture_default_str()
-        ->group("Hand");
+        ->add_option("--surface-friction",
+                     arguments->surfaceFriction,
+                     "The friction that the surfaces have, where it is not what the squeeze counts "
+                     "on.")
+        ->type_name("MU")
+        ->check(within(0.0, 10.0))
+        ->group("Load");
     command
-        ->add_option("--effort",
-                     arguments->efforts,
-                     "The largest torque [N m] or force [N] of all joints, or JOINT=E of one. It "
-                     "may be repeated; the last one counts. Default: the efforts of the URDF, and "
-                     "1 N m or 40 N where it says none, 0, or more than 20 N m or 500 N.")
-        ->type_name("E")
-        ->check(parsedBy(parseEffort))
-        ->group("Hand");
+        ->add_option("--pulls",
+                     arguments->pulls,
+                     "Protocol pull: along so many random wrenches instead of six forces.")
+        ->type_name("N")
+        ->check(within(1, 10000))
+        ->group("Load");
+    command->add_option("--seed", arguments->seed, "Of random wrenches and errors of the pose.")
+        ->type_name("S")
+        ->capture_default_str()
+        ->group("Load");
     command->add_option("--rate", arguments->rate, "Steps of the simulation per second.")
         ->type_name("HZ")
         ->check(within(60.0, 1e4))
+        ->capture_default_str()
+        ->group("Method");
+    command
+        ->add_option("--skin", arguments->skin, "The gap at which surfaces rest on each other [m].")
+        ->type_name("M")
+        ->check(within(1e-4, 1e-2))
+        ->capture_default_str()
+        ->group("Method");
+    command
+        ->add_option("--skin-stiffness",
+                     arguments->skinStiffness,
+                     "How hard a contact point is against being pressed into that gap [N/m].")
+        ->type_name("K")
+        ->check(within(1.0, 1e9))
+        ->capture_default_str()
+        ->group("Method");
+    command
+        ->add_option(
+            "-j,--jobs", arguments->jobs, "Threads; 0: one per core. Results do not depend on it.")
+        ->type_name("N")
+        ->check(within(0, 1024))
         ->capture_default_str()
         ->group("Method");
     command->add_flag(

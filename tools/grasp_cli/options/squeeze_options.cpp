@@ -1,0 +1,83 @@
+#include "tools/grasp_cli/options/squeeze_options.h"
+
+#include "grasp/force/grasp_forces.h"
+#include "tools/grasp_cli/options/effort_option.h"
+#include "tools/support/option_values.h"
+#include "tools/support/text_table.h"
+
+#include <fmt/format.h>
+
+namespace bullet_ccd::tools
+{
+void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments)
+{
+    command
+        .add_option("--firmness",
+                    arguments.firmness,
+                    "What the normal forces add up to, over weight / friction, where the efforts "
+                    "allow it.")
+        ->type_name("F")
+        ->check(within(1.2, 1e3))
+        ->capture_default_str()
+        ->group("Squeeze");
+    command
+        .add_option("--effort",
+                    arguments.efforts,
+                    "The largest torque [N m] or force [N] of all joints, or JOINT=E of one. It "
+                    "may be repeated; the last one counts. Default: the efforts of the URDF, and "
+                    "1 N m or 40 N where it says none, 0, or more than 20 N m or 500 N. A motor "
+                    "that moves several joints gives what all of them may bear.")
+        ->type_name("E")
+        ->check(parsedBy(parseEffort))
+        ->group("Squeeze");
+}
+
+std::vector<std::string> independentJointNames(const KinematicTree& tree)
+{
+    std::vector<std::string> names;
+    for (const std::int32_t joint : grasp::independentJoints(tree))
+    {
+        names.push_back(tree.links[static_cast<std::size_t>(joint)].joint.name);
+    }
+    return names;
+}
+
+grasp::SqueezeOptions squeezeOptionsOf(const SqueezeArguments& arguments,
+                                       double friction,
+                                       const RobotModel& robot)
+{
+    grasp::SqueezeOptions options{
+        .mass = arguments.mass, .friction = friction, .firmness = arguments.firmness};
+    if (!arguments.efforts.empty())
+    {
+        grasp::ForceProblem problem;
+        problem.jointNames = independentJointNames(robot.tree);
+        for (const grasp::JointEffort& effort : grasp::jointEfforts(robot.tree))
+        {
+            problem.torqueLimits.push_back(effort.limit);
+        }
+        applyEfforts(arguments.efforts, robot, problem);
+        options.efforts = problem.torqueLimits;
+    }
+    return options;
+}
+
+std::string assumedEfforts(const grasp::SqueezeOptions& options, const KinematicTree& tree)
+{
+    if (!options.efforts.empty())
+    {
+        return {};
+    }
+    const std::vector<std::string> names = independentJointNames(tree);
+    const std::vector<grasp::JointEffort> efforts = grasp::jointEfforts(tree);
+    std::vector<std::string> assumed;
+    for (std::size_t j = 0; j < names.size(); ++j)
+    {
+        if (efforts[j].isAssumed)
+        {
+            assumed.push_back(fmt::format("{}={}", names[j], efforts[j].limit));
+        }
+    }
+    return joined(assumed, ", ");
+}
+}  // namespace bullet_ccd::tools

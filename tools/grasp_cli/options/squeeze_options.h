@@ -1,0 +1,34 @@
+/// Options of squeezes, shared by `grasp plan` and `grasp trial`.
+#pragma once
+
+#include "bullet_ccd/io/robot_file.h"
+#include "grasp/squeeze/squeeze.h"
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+struct SqueezeArguments
+{
+    double mass = grasp::SqueezeOptions{}.mass;
+    double firmness = grasp::SqueezeOptions{}.firmness;
+    std::vector<std::string> efforts{};
+};
+
+/// Adds --firmness and --effort; the commands have --mass, each with its own words.
+void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments);
+
+/// Throws std::runtime_error for a joint that the robot does not have, or an effort that is 0.
+[[nodiscard]] grasp::SqueezeOptions squeezeOptionsOf(const SqueezeArguments& arguments,
+                                                     double friction,
+                                                     const RobotModel& robot);
+
+/// Names of the joints that move by themselves, in the order of independentJoints().
+[[nodiscard]] std::vector<std::string> independentJointNames(const KinematicTree& tree);
+
+/// Efforts that the squeeze assumes, such as "finger=1, thumb=1"; empty if the robot states all.
+[[nodiscard]] std::string assumedEfforts(const grasp::SqueezeOptions& options,
+                                         const KinematicTree& tree);
+}  // namespace bullet_ccd::tools
