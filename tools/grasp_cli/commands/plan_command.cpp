@@ -427,7 +427,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         "\n"
         "Examples:\n"
         "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"
-        "  grasp plan --hand parallel_gripper --object mug -n 60 --trial lift,six --mass 0.2\n"
+        "  grasp plan --hand parallel_gripper --object mug --trial lift,six --mass 0.2\n"
         "  grasp plan --config plan.yaml --seed 2 --time-limit 600 -o out");
     command->callback([arguments, &exitCode] { exitCode = plan(*arguments); });
 }
