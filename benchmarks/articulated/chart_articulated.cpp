@@ -141,7 +141,6 @@ ChartTruth truthOf(const World& world, const HumanQuery& query, ToiWorkspace& wo
 /// The queries of one recorded motion at which nothing intersects at the start, with the whole
 /// query, without its stages, rigidToi() on each pair, and FCL's samples of all links. Truths are
 /// FCL's, from our time at a tolerance of 1e-9 m on. The methods share ownership of what they need.
-/// Throws std::logic_error in a build without FCL.
 ChartScene makeScene(const std::string& motion, const ChartOptions& options)
 {
     const auto world = std::make_shared<World>(options, motion);

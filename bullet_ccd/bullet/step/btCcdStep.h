@@ -62,7 +62,6 @@ private:
         btScalar m_instant = -1;  // the time of the last one,
         int m_atInstant = 0;      // and how many came then
         int m_carries = 0;
-        int m_goneOn = -1;                       // after so many impacts of the step
         std::optional<btCcdYield> m_yield;       // but settling
         std::optional<btCcdVelocities> m_own;    // before it was stopped
         std::optional<btCcdVelocities> m_after;  // of what is carried
