@@ -51,7 +51,7 @@ ElementaryResult uncheckedElementaryToi(const ElementaryPair& pair,
     Pursuit pursuit = pair.kind == ElementaryKind::VertexFace ? pursue<3>(pair, options)
                                                               : pursue<4>(pair, options);
     ElementaryResult& result = pursuit.result;
-    const bool isOpen = isContact(result.status) || result.status == ToiStatus::IterationLimit;
+    const bool isOpen = isContact(result.status) || gaveUp(result.status);
     if (options.depth == ElementaryDepth::Exact && isOpen)
     {
         if (!featuresTouch(pair))

@@ -169,7 +169,7 @@ void FeatureSearch::advance(const Waiting& waiting, int lane)
                                 .minimumSeparation = m_surfaces->separation,
                                 .depth = options.depth,
                                 .maxIterations = options.maxIterationsOfPair});
-    const bool isApart = !isContact(result.status) && result.status != ToiStatus::IterationLimit;
+    const bool isApart = !isContact(result.status) && !gaveUp(result.status);
     if (isApart || (m_state.firstOnly && result.time > m_state.earliest.load()))
     {
         return;

@@ -1,8 +1,11 @@
 /// When a query is to end although it is not done.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <stdexcept>
 
 namespace bullet_ccd
 {
@@ -30,15 +33,20 @@ struct StopCondition
     }
 };
 
-/// A deadline that many seconds from now. Without one if that is more than thirty years.
+/// A deadline that many seconds from now, or now if they are below 0. Without one if that is more
+/// than thirty years. Throws std::invalid_argument if they are NaN.
 [[nodiscard]] inline StopCondition stopAfter(double seconds)
 {
+    if (std::isnan(seconds))
+    {
+        throw std::invalid_argument("stopAfter: the time is NaN: give seconds");
+    }
     constexpr double kForever = 1e9;
-    if (!(seconds < kForever))
+    if (seconds >= kForever)
     {
         return {};
     }
-    const std::chrono::duration<double> wait(seconds);
+    const std::chrono::duration<double> wait(std::max(seconds, 0.0));
     return {.deadline = StopCondition::Clock::now() +
                         std::chrono::duration_cast<StopCondition::Clock::duration>(wait)};
 }

@@ -49,7 +49,7 @@ PathApproach approachUntilContact(const HandModel& hand,
         const RigidMotion root = motionBetween(path[leg], path[leg + 1]);
         ArticulatedToiResult result =
             moveUntilContact(hand, environment, root, positions, tolerance, work);
-        const bool ends = isContact(result.status) || result.status == ToiStatus::IterationLimit;
+        const bool ends = isContact(result.status) || gaveUp(result.status);
         way.status = result.status;
         way.leg = leg;
         way.time = ends ? result.time : 1.0;

@@ -104,7 +104,7 @@ private:
         ArticulatedToiResult found = articulatedToi(body, environment, m_query, m_work);
         ++m_result.steps;
         m_result.counters += found.counters;
-        const bool ends = isContact(found.status) || found.status == ToiStatus::IterationLimit;
+        const bool ends = isContact(found.status) || gaveUp(found.status);
         return {.time = ends ? m_time + found.time * (end - m_time) : end,
                 .status = found.status,
                 .contacts = std::move(found.contacts)};
@@ -133,15 +133,14 @@ private:
         }
         setMotion(end, [](std::int32_t g) { return g != kNone; });
         Event event = askFor(m_groups.crossTrees, m_groups.crossPairs, m_nothing, end);
-        return isContact(event.status) || event.status == ToiStatus::IterationLimit ? event
-                                                                                    : Event{};
+        return isContact(event.status) || gaveUp(event.status) ? event : Event{};
     }
 
     void take(const Event& event)
     {
         m_time = event.time;
         m_drives.advanceTo(m_time);
-        if (event.status == ToiStatus::Overlapping || event.status == ToiStatus::IterationLimit)
+        if (event.status == ToiStatus::Overlapping || gaveUp(event.status))
         {
             m_result.status = event.status;
             m_failed = true;

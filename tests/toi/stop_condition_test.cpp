@@ -12,7 +12,9 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 namespace bullet_ccd::tests
@@ -72,7 +74,11 @@ TEST(StopCondition, IsNotDueByItself)
     EXPECT_TRUE(stopAfter(1e6).isGiven());
     EXPECT_FALSE(stopAfter(1e6).isDue());
     EXPECT_TRUE(stopAfter(0.0).isDue());
-    EXPECT_TRUE(stopAfter(-1.0).isDue());
+    for (const double past : {-1.0, -1e300, -kNoBound})
+    {
+        EXPECT_TRUE(stopAfter(past).isDue());
+    }
+    EXPECT_THROW(static_cast<void>(stopAfter(std::nan(""))), std::invalid_argument);
     std::atomic<bool> isCancelled = false;
     const StopCondition stop{.isCancelled = &isCancelled};
     EXPECT_TRUE(stop.isGiven());

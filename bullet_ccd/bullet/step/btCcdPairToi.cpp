@@ -203,12 +203,12 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
 
 void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& result)
 {
-    const bool gaveUp = first.status == ToiStatus::IterationLimit;
     if (first.status == ToiStatus::Overlapping && result.m_status == ToiStatus::Separated)
     {
         result.m_status = ToiStatus::Overlapping;
     }
-    if ((first.status != ToiStatus::Hit && !gaveUp) || first.time >= result.m_fraction)
+    if ((first.status != ToiStatus::Hit && !gaveUp(first.status)) ||
+        first.time >= result.m_fraction)
     {
         return;
     }

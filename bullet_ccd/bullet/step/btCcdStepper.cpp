@@ -567,8 +567,7 @@ btCcdStepper::Event btCcdStepper::next()
         if (pair.m_time == earliest ||
             (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
         {
-            event.m_gaveUp =
-                event.m_gaveUp || pair.m_toi.m_status == bullet_ccd::ToiStatus::IterationLimit;
+            event.m_gaveUp = event.m_gaveUp || bullet_ccd::gaveUp(pair.m_toi.m_status);
             pair.m_met = true;
             event.m_impacts.push_back(impactOf(pair, event.m_time));
             if (pair.m_time == earliest)
