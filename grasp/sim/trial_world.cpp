@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Eigenvalues>
@@ -200,7 +201,7 @@ void TrialWorld::addTable(const Eigen::Vector3d& point, const Eigen::Vector3d& u
     m_tableShape->setMargin(m_margin);
     Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
     X_WT.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+        rotationBetween(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
     X_WT.translation() = point - up.normalized() * kTableDepth;
     m_table = std::make_unique<btRigidBody>(
         rigidInfo(0.0, *m_tableShape, btVector3(0, 0, 0), btCcdToBullet(X_WT)));

@@ -1,6 +1,7 @@
 #include "grasp/trial/grasp_trial.h"
 
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/math/pose.h"
 #include "grasp/force/grasp_forces.h"
 #include "grasp/sim/trial_world.h"
 #include "grasp/trial/trial_start.h"
@@ -62,8 +63,7 @@ public:
           m_check(hand, object),
           m_timeStep(1.0 / options.rate)
     {
-        m_R_WP = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), options.up)
-                     .toRotationMatrix();
+        m_R_WP = rotationBetween(Eigen::Vector3d::UnitZ(), options.up).toRotationMatrix();
         m_result.peakTorques.assign(m_joints.size(), 0.0);
         if (protocol.start == TrialStart::Table)
         {
