@@ -35,8 +35,8 @@ enum class ModelKind
 struct ReducedModel
 {
     ModelKind kind = ModelKind::Mesh;
-    /// The surface. Spheres and capsules are tessellated here; what the facets take from them is in
-    /// the deviations.
+    /// The surface. The facets of spheres and capsules are around them; the deviations hold for
+    /// both.
     TriangleMesh mesh{};
     /// Of a sphere, capsule or box: its frame. A capsule is along z.
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

@@ -74,6 +74,13 @@ TriangleCorners axisOf(const ReducedModel& model)
     return {middle - reach, middle + reach, middle + reach};
 }
 
+TriangleCorners cornersOf(const TriangleMesh& mesh, const Triangle& t)
+{
+    return {mesh.vertices[static_cast<std::size_t>(t[0])],
+            mesh.vertices[static_cast<std::size_t>(t[1])],
+            mesh.vertices[static_cast<std::size_t>(t[2])]};
+}
+
 /// Enlarges the radius until all vertices are inside, and makes the surface.
 void enclose(const TriangleMesh& mesh, ReducedModel& model)
 {
@@ -87,15 +94,21 @@ void enclose(const TriangleMesh& mesh, ReducedModel& model)
     {
         return;  // a line: no solid
     }
-    model.mesh = makeCapsule(model.radius, model.height, kSegments);
-    transformMesh(model.mesh, Eigen::Affine3d(model.pose));
-}
-
-TriangleCorners cornersOf(const TriangleMesh& mesh, const Triangle& t)
-{
-    return {mesh.vertices[static_cast<std::size_t>(t[0])],
-            mesh.vertices[static_cast<std::size_t>(t[1])],
-            mesh.vertices[static_cast<std::size_t>(t[2])]};
+    // The facets of a capsule cut inside of it: one that is larger by that share contains it.
+    const auto capsule = [&](double radius)
+    {
+        TriangleMesh facets = makeCapsule(radius, model.height, kSegments);
+        transformMesh(facets, Eigen::Affine3d(model.pose));
+        return facets;
+    };
+    model.mesh = capsule(model.radius);
+    double least = model.radius;
+    for (const Triangle& t : model.mesh.triangles)
+    {
+        least = std::min(least, triangleDistance(cornersOf(model.mesh, t), axis).distance);
+    }
+    constexpr double kRounding = 1e-9;
+    model.mesh = capsule((1.0 + kRounding) * model.radius * model.radius / least);
 }
 }  // namespace
 
@@ -163,15 +176,23 @@ ReducedModel boxAround(const MeshFrame& frame)
 void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, ReducedModel& model)
 {
     // All vertices are inside, and the distance from the axis is convex: how far a point of the
-    // mesh is from the round surface is the radius less its distance from the axis.
+    // mesh is from the round surface is the radius less its distance from the axis. The facets are
+    // between the radius and that of their corners.
     const TriangleCorners axis = axisOf(model);
+    double outer = model.radius;
+    for (const Vector3d& vertex : model.mesh.vertices)
+    {
+        outer = std::max(outer, pointToTriangle(vertex, axis).distance);
+    }
     for (const Triangle& t : mesh.triangles)
     {
         const TriangleDistance nearest = triangleDistance(cornersOf(mesh, t), axis);
-        const double depth = model.radius - nearest.distance;
+        const double depth = outer - nearest.distance;
         if (depth > model.fullFromModel.upper)
         {
-            model.fullFromModel = {.lower = depth, .upper = depth, .point = nearest.pointA};
+            model.fullFromModel = {.lower = std::max(0.0, model.radius - nearest.distance),
+                                   .upper = depth,
+                                   .point = nearest.pointA};
         }
         if (depth > limit)
         {
@@ -179,13 +200,7 @@ void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, R
             return;
         }
     }
-    // Every point of the round surface is straight above a facet.
-    double chord = 0.0;
-    for (const Triangle& t : model.mesh.triangles)
-    {
-        chord = std::max(chord,
-                         model.radius - triangleDistance(cornersOf(model.mesh, t), axis).distance);
-    }
+    const double chord = outer - model.radius;
     model.modelFromFull =
         surfaceDeviation(model.mesh, full, 0.5 * limit, std::max(0.0, limit - chord));
     model.modelFromFull.lower = std::max(0.0, model.modelFromFull.lower - chord);

@@ -54,9 +54,12 @@ public:
         return node;
     }
 
-    [[nodiscard]] double number(const std::string& key, double otherwise) const
+    /// @param largest  what a value may be at most, in its size
+    [[nodiscard]] double number(const std::string& key,
+                                double otherwise,
+                                double largest = 1e6) const
     {
-        return has(key) ? number(m_node[key], key) : otherwise;
+        return has(key) ? number(m_node[key], key, largest) : otherwise;
     }
 
     [[nodiscard]] std::string text(const std::string& key) const
@@ -81,7 +84,10 @@ public:
         {
             fail(node, key, "not three numbers: write [X, Y, Z]");
         }
-        return {number(node[0], key), number(node[1], key), number(node[2], key)};
+        constexpr double kLargest = 1e6;
+        return {number(node[0], key, kLargest),
+                number(node[1], key, kLargest),
+                number(node[2], key, kLargest)};
     }
 
     [[noreturn]] void fail(const YAML::Node& node,
@@ -94,13 +100,22 @@ public:
     }
 
 private:
-    [[nodiscard]] double number(const YAML::Node& node, const std::string& key) const
+    [[nodiscard]] double number(const YAML::Node& node,
+                                const std::string& key,
+                                double largest) const
     {
         double value = 0.0;
         if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) ||
             !std::isfinite(value))
         {
             fail(node, key, "not a number: write one");
+        }
+        if (std::abs(value) > largest)
+        {
+            fail(node,
+                 key,
+                 node.Scalar() + ": write a number of at most " +
+                     std::to_string(static_cast<std::int64_t>(largest)));
         }
         return value;
     }
@@ -143,7 +158,7 @@ void addPhases(const std::filesystem::path& file,
     {
         const KeyedMap map(file, kind, content, {"direction", "weights", "seconds"});
         phase.direction = map.vector("direction", phase.direction);
-        phase.amount = map.number("weights", 1.0);
+        phase.amount = map.number("weights", 1.0, 1e4);
         phase.time = map.number("seconds", 1.0);
     }
     else if (kind == "shake")
@@ -152,15 +167,15 @@ void addPhases(const std::filesystem::path& file,
         phase.kind = TrialPhase::Kind::Shake;
         (void)map.at("direction");
         phase.direction = map.vector("direction", phase.direction);
-        phase.amount = 1e-3 * map.number("mm", 20.0);
-        phase.frequency = map.number("hz", 2.0);
+        phase.amount = 1e-3 * map.number("mm", 20.0, 1e4);
+        phase.frequency = map.number("hz", 2.0, 20.0);
         phase.time = map.number("seconds", 2.0);
     }
     else if (kind == "lift")
     {
         const KeyedMap map(file, kind, content, {"mm", "seconds"});
         phase.kind = TrialPhase::Kind::Lift;
-        phase.amount = 1e-3 * map.number("mm", 200.0);
+        phase.amount = 1e-3 * map.number("mm", 200.0, 1e4);
         phase.time = map.number("seconds", 1.0);
     }
     else
@@ -231,8 +246,8 @@ TrialProtocol readProtocol(const std::filesystem::path& file)
     TrialProtocol protocol;
     protocol.name = map.has("name") ? map.text("name") : file.stem().string();
     protocol.start = startOf(map);
-    protocol.shift = 1e-3 * map.number("error_mm", 0.0);
-    protocol.turn = kRadian * map.number("error_deg", 0.0);
+    protocol.shift = 1e-3 * map.number("error_mm", 0.0, 1e3);
+    protocol.turn = kRadian * map.number("error_deg", 0.0, 180.0);
     protocol.heldWay = 1e-3 * map.number("held_mm", 1e3 * protocol.heldWay);
     protocol.heldTurn = kRadian * map.number("held_deg", protocol.heldTurn / kRadian);
     protocol.lostWay = 1e-3 * map.number("lost_mm", 1e3 * protocol.lostWay);

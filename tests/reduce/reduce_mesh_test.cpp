@@ -146,6 +146,27 @@ TEST(ReduceMesh, AModelThatContainsTheBodyIsOutsideOfIt)
               0.0);
 }
 
+TEST(ReduceMesh, FacetsOfRoundModelsContainTheBody)
+{
+    for (const ModelKind kind : {ModelKind::Sphere, ModelKind::Capsule})
+    {
+        const TriangleMesh full = placed(makeSphere(1.0, 1));
+        const auto model = reduceMesh(full, {.accuracy = 0.3, .contains = true, .kind = kind});
+        ASSERT_TRUE(model);
+        for (const Triangle& t : model->mesh.triangles)
+        {
+            const auto corner = [&](std::size_t k)
+            { return model->mesh.vertices[static_cast<std::size_t>(t[k])]; };
+            const Vector3d normal =
+                (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+            for (const Vector3d& vertex : full.vertices)
+            {
+                ASSERT_LE(normal.dot(vertex - corner(0)), 0.0);
+            }
+        }
+    }
+}
+
 TEST(ReduceMesh, RefusesWhatMakesNoSense)
 {
     const auto messageOf = [](const TriangleMesh& mesh, const ReduceOptions& options)

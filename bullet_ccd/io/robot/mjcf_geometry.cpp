@@ -222,6 +222,12 @@ std::optional<MjcfGeom> MjcfGeometry::geom(const MjcfElement& element)
     {
         geom.mesh = primitive(element, type);
     }
+    else if (type != "plane" && type != "hfield" && type != "sdf")
+    {
+        throw std::runtime_error(element.where() + ": type=\"" + type +
+                                 "\" is no type of a geom: write sphere, capsule, cylinder, box, "
+                                 "ellipsoid or mesh");
+    }
     else
     {
         m_document.leftOut("geom of type " + type);

@@ -6,6 +6,7 @@
 #include "tools/support/text_file.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <stdexcept>
@@ -111,6 +112,11 @@ std::string textReport(const TriangleMesh& full, const ReducedModel& model, doub
 
 int runReduce(ReduceArguments arguments)
 {
+    if (std::filesystem::path(arguments.output).extension() != ".obj")
+    {
+        throw CLI::ValidationError(
+            "--output", arguments.output + ": the model is an OBJ file: end its name in .obj");
+    }
     requireOtherFile(arguments.output, {arguments.mesh});
     requireWritable(arguments.output);
     for (const ModelKind kind :

@@ -19,6 +19,7 @@
 #include <map>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace bullet_ccd::tools
 {
@@ -72,10 +73,11 @@ std::string weightText(const std::vector<Grasp>& grasps, double mass)
 
 /// Tries the best grasps in simulations and ranks those that held in more protocols first, the
 /// others of them as before, and what was not tried behind.
-void tryGrasps(const PlanArguments& arguments,
-               const StopRequest& stop,
-               PlanRun& run,
-               grasp::GraspRun& description)
+/// Returns how many were tried, of how many.
+std::pair<std::size_t, std::size_t> tryGrasps(const PlanArguments& arguments,
+                                              const StopRequest& stop,
+                                              PlanRun& run,
+                                              grasp::GraspRun& description)
 {
     std::vector<grasp::TrialProtocol> protocols;
     for (const std::string& name : arguments.trials)
@@ -117,6 +119,7 @@ void tryGrasps(const PlanArguments& arguments,
                      run.grasps.begin() + static_cast<std::ptrdiff_t>(rows.size()),
                      [&](const Grasp& a, const Grasp& b)
                      { return held[a.candidate] > held[b.candidate]; });
+    return {rows.size(), count};
 }
 
 /// Such as "lift held, six slipped"; empty for a grasp that was not tried.
@@ -315,9 +318,10 @@ int plan(const PlanArguments& arguments)
              .obstacles = bodies,
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
+    std::pair<std::size_t, std::size_t> tried;
     if (!arguments.trials.empty())
     {
-        tryGrasps(arguments, stop, run, description);
+        tried = tryGrasps(arguments, stop, run, description);
     }
     DrawingOptions drawing = arguments.drawing;
     drawing.scene = arguments.scene;
@@ -332,6 +336,11 @@ int plan(const PlanArguments& arguments)
         written.push_back(journal.file().string());
     }
     printSummary(arguments, run, description, obstacles.size(), stop.isInterrupted(), written);
+    if (tried.first < tried.second)
+    {
+        return stop.finish(
+            "grasp plan --trial", tried.first, tried.second, "grasps", kNothingFound);
+    }
     return stop.finish("grasp plan",
                        run.grasps.size(),
                        static_cast<std::size_t>(arguments.options.candidates),
