@@ -89,13 +89,15 @@ std::vector<std::string> shippedObjects(const fs::path& share)
 
 fs::path resolveHand(const std::string& nameOrPath)
 {
-    if (fs::exists(nameOrPath))
+    const fs::path share = shareFolder();
+    const fs::path shipped = share / "robots" / nameOrPath / (nameOrPath + ".urdf");
+    // A folder of that name, such as one with earlier outputs, does not hide what ships.
+    const bool ships = !share.empty() && fs::exists(shipped);
+    if (fs::exists(nameOrPath) && !(ships && fs::is_directory(nameOrPath)))
     {
         return existingFile(nameOrPath, "URDF or MJCF file");
     }
-    const fs::path share = shareFolder();
-    const fs::path shipped = share / "robots" / nameOrPath / (nameOrPath + ".urdf");
-    if (!share.empty() && fs::exists(shipped))
+    if (ships)
     {
         return shipped;
     }
@@ -106,13 +108,15 @@ fs::path resolveHand(const std::string& nameOrPath)
 
 fs::path resolveObject(const std::string& nameOrPath)
 {
-    if (fs::exists(nameOrPath))
+    const fs::path share = shareFolder();
+    const fs::path shipped = share / "objects" / (nameOrPath + ".obj");
+    // A folder of that name, such as one with earlier outputs, does not hide what ships.
+    const bool ships = !share.empty() && fs::exists(shipped);
+    if (fs::exists(nameOrPath) && !(ships && fs::is_directory(nameOrPath)))
     {
         return existingFile(nameOrPath, "mesh file");
     }
-    const fs::path share = shareFolder();
-    const fs::path shipped = share / "objects" / (nameOrPath + ".obj");
-    if (!share.empty() && fs::exists(shipped))
+    if (ships)
     {
         return shipped;
     }
