@@ -207,7 +207,7 @@ TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
     for (const Floor floor :
          {Floor::Box, Floor::Mesh, Floor::StockMesh, Floor::Plane, Floor::Sphere})
     {
-        for (const double speed : {1.0, 5.0, 20.0, 50.0})
+        for (const double speed : {5.0, 20.0, 50.0})
         {
             for (const double rate : {30.0, 60.0, 240.0})
             {
@@ -217,7 +217,7 @@ TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
                                     .speed = speed,
                                     .timeStep = 1.0 / rate,
                                     .cloths = cloths,
-                                    .cells = 35,
+                                    .cells = 15,
                                     .seconds = 0.5};
                     const SoftVerdict verdict = fall(SoftWorld::Solver, drop);
                     EXPECT_EQ(verdict.through, 0) << drop.text();
