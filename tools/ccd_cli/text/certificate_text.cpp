@@ -106,8 +106,17 @@ std::string freeText(const Certificate& certificate,
     if (certificate.least)
     {
         const TrajectoryLeastDistance& least = *certificate.least;
-        text += fmt::format("  least distance {:.9g} at {:.9g} s, in segment {}: {}\n",
-                            least.distance,
+        if (gaveUp(least.status))
+        {
+            text += fmt::format(
+                "  the search for the least distance gave up: it is between {:.9g} "
+                "and {:.9g}\n",
+                least.distance,
+                least.found);
+        }
+        text += fmt::format("  {} distance {:.9g} at {:.9g} s, in segment {}: {}\n",
+                            gaveUp(least.status) ? "found" : "least",
+                            gaveUp(least.status) ? least.found : least.distance,
                             least.seconds,
                             least.segment,
                             sidesText(sidesOf(least), names)) +
