@@ -1,5 +1,7 @@
 #include "bullet_ccd/bullet/btCcdDeformableMultiBodyDynamicsWorld.h"
 
+#include "bullet_ccd/bullet/step/btCcdContext.h"
+
 btCcdDeformableMultiBodyDynamicsWorld::btCcdDeformableMultiBodyDynamicsWorld(
     btDispatcher* dispatcher,
     btBroadphaseInterface* pairCache,
@@ -11,6 +13,7 @@ btCcdDeformableMultiBodyDynamicsWorld::btCcdDeformableMultiBodyDynamicsWorld(
       btCcdControl(static_cast<btDiscreteDynamicsWorld&>(*this)),
       m_ccdSolver(deformableBodySolver)
 {
+    btCcdContext::of(*dispatcher).m_coversSoftBodies = true;
 }
 
 void btCcdDeformableMultiBodyDynamicsWorld::integrateTransforms(btScalar timeStep)

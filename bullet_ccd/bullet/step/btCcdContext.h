@@ -28,6 +28,7 @@ public:
     btCcdShapeCache m_shapes;
     bullet_ccd::ToiWorkspace m_work;
     double m_tolerance = kDefaultTolerance;
+    bool m_coversSoftBodies = false;  ///< the world has a step of its own for them
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 
     /// The model, or null after having said once (per kind of shape) that it is not covered. An

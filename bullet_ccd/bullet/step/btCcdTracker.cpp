@@ -142,6 +142,10 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
         known.m_covered = true;
         known.m_outline = *simple;
     }
+    else if (m_context.m_coversSoftBodies && shape.getShapeType() == SOFTBODY_SHAPE_PROXYTYPE)
+    {
+        known.m_isMissed = false;
+    }
     else if (const btCcdShapeModel* model = m_context.model(&shape))
     {
         known.m_covered = true;

@@ -1,6 +1,7 @@
 /// Soft bodies dropped onto things: stock Bullet lets them through, the solver does not.
 #include "benchmarks/reference/bullet/soft_scene.h"
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -196,6 +197,16 @@ TEST(SoftDrops, NorClothThroughClothNorItself)
         EXPECT_EQ(verdict.crossing, 0);
         EXPECT_EQ(verdict.notFinite, 0);
     }
+}
+
+TEST(SoftDrops, TheWorldDoesNotCallItsSoftBodiesUncovered)
+{
+    SoftScene scene(SoftWorld::World);
+    addFloor(scene, Floor::Box);
+    scene.cloth(at(0.01, 0.02, 0.1), 1.0, 4, 1.0);
+    scene.step(1.0 / 60.0);
+    const auto& control = dynamic_cast<btCcdControl&>(scene.world());
+    EXPECT_EQ(control.getCcdCounters().m_unsupported, 0);
 }
 
 TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
