@@ -286,6 +286,23 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
 }
 
 /// Calls `record(json, place)` for every line that is not blank, until it returns false.
+/// A line of a file as JSON, with the schema that is known.
+Json recordFrom(const std::string& line, const Place& place)
+{
+    Json json = Json::parse(line, nullptr, false);
+    if (json.is_discarded())
+    {
+        fail(place, "not a JSON record: the line is damaged or cut off; plan again");
+    }
+    const auto schema = value<std::string>(json, "schema", place);
+    if (schema != kGraspSchema)
+    {
+        fail(place,
+             "schema \"" + schema + "\" is not known: this version reads \"" + kGraspSchema + "\"");
+    }
+    return json;
+}
+
 void forEachRecord(const std::filesystem::path& path,
                    const std::function<bool(const Json&, const Place&)>& record)
 {
@@ -303,19 +320,7 @@ void forEachRecord(const std::filesystem::path& path,
             continue;
         }
         const Place place{.file = path, .line = number};
-        const Json json = Json::parse(line, nullptr, false);
-        if (json.is_discarded())
-        {
-            fail(place, "not a JSON record: the line is damaged or cut off; plan again");
-        }
-        const auto schema = value<std::string>(json, "schema", place);
-        if (schema != kGraspSchema)
-        {
-            fail(place,
-                 "schema \"" + schema + "\" is not known: this version reads \"" + kGraspSchema +
-                     "\"");
-        }
-        if (!record(json, place))
+        if (!record(recordFrom(line, place), place))
         {
             return;
         }
@@ -373,6 +378,13 @@ std::vector<Grasp> readGrasps(const std::filesystem::path& path, const HandModel
             return true;
         });
     return grasps;
+}
+
+Grasp readGrasp(const std::string& record, const HandModel& hand)
+{
+    const std::filesystem::path file = "record";
+    const Place place{.file = file, .line = 1};
+    return graspFrom(recordFrom(record, place), hand, place);
 }
 
 std::vector<Preshape> readPreshapes(const std::filesystem::path& path, const HandModel& hand)

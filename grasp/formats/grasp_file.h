@@ -72,6 +72,10 @@ struct GraspFileSource
 [[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(const std::filesystem::path& path,
                                                            const HandModel& hand);
 
+/// Reads the grasp of one record, a line of a file, which was written for `hand`.
+/// Throws as readGrasps() does, with "record" in place of the file.
+[[nodiscard]] BULLET_CCD_API Grasp readGrasp(const std::string& record, const HandModel& hand);
+
 /// Reads the preshapes that the grasps of a file started from, each once, in the order in which
 /// they appear. Positions have one entry per link of `hand`. Records of old versions, which kept
 /// only the names, give no preshape.

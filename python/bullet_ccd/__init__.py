@@ -7,16 +7,21 @@ KeyError with the name of the argument; bad files raise RuntimeError.
 """
 from . import grasp
 from ._arguments import as_mesh
-from ._core import (DEFAULT_TOLERANCE, ArticulatedToiResult, Contact, Distance, FirstContact,
-                    LeastDistance, LinkContact, Mesh, Motion, Motions, Robot, Status, Strategy, ToiResult,
-                    __version__, articulated_toi, contacts, distance, first_contact,
-                    least_distance, toi, toi_batch)
+from ._core import (DEFAULT_TOLERANCE, ArticulatedToiResult, Contact, DeformableSurface, Depth, Deviation,
+                    Distance, FirstContact, LeastDistance, LinkContact, Mesh, Motion, Motions, ReducedModel,
+                    Robot, RobotLeastDistance, Status, Strategy, ToiResult, Trajectory,
+                    TrajectoryToiResult, __version__, articulated_least_distance, articulated_toi,
+                    contacts, deformable_contacts, distance, elementary_toi, first_contact,
+                    least_distance, reduce, surface_deviation, toi, toi_batch,
+                    trajectory_least_distance, trajectory_toi)
 from .collision_manager import CollisionManager, ContactData, DistanceData
 
 __all__ = [
     "DEFAULT_TOLERANCE", "ArticulatedToiResult", "CollisionManager", "Contact", "ContactData",
-    "Distance", "DistanceData", "FirstContact", "LeastDistance", "LinkContact", "Mesh", "Motion",
-    "Motions", "Robot", "Status", "Strategy", "ToiResult", "__version__", "articulated_toi",
-    "as_mesh", "contacts", "distance", "first_contact", "grasp", "least_distance", "toi",
-    "toi_batch",
+    "DeformableSurface", "Depth", "Deviation", "Distance", "DistanceData", "FirstContact",
+    "LeastDistance", "LinkContact", "Mesh", "Motion", "Motions", "ReducedModel", "Robot",
+    "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory", "TrajectoryToiResult",
+    "__version__", "articulated_least_distance", "articulated_toi", "as_mesh", "contacts",
+    "deformable_contacts", "distance", "elementary_toi", "first_contact", "grasp", "least_distance",
+    "reduce", "surface_deviation", "toi", "toi_batch", "trajectory_least_distance", "trajectory_toi",
 ]

@@ -315,6 +315,187 @@ def articulated_toi(robot: Robot, start: Positions, end: Positions,
     from root_start to root_end (by default it rests).
     """
 
+class RobotLeastDistance:
+    """Of a robot; A is the link."""
+
+    @property
+    def status(self) -> Status:
+        """As LeastDistance.status."""
+    @property
+    def distance(self) -> float:
+        """Certified: never closer; at most the tolerance below the truth [m]."""
+    @property
+    def found(self) -> float:
+        """The distance at that time, or enough [m]; infinite if nothing moves relative to another."""
+    @property
+    def time(self) -> float:
+        """Of what was found: [s] on a trajectory, else in [0, 1]."""
+    @property
+    def segment(self) -> Optional[int]:
+        """Of a trajectory."""
+    @property
+    def link(self) -> Optional[str]:
+        """None if enough is kept."""
+    @property
+    def other_link(self) -> Optional[str]: ...
+    @property
+    def obstacle(self) -> Optional[int]: ...
+    @property
+    def point_link(self) -> _Array:
+        """In the world at that time [m]."""
+    @property
+    def point_other(self) -> _Array: ...
+    @property
+    def normal(self) -> _Array:
+        """Unit, from the link to the other: the direction in which the distance grows."""
+
+def articulated_least_distance(robot: Robot, start: Positions, end: Positions,
+                               obstacles: Sequence[Tuple[Mesh, Union[Motion, Pose]]], *,
+                               root_start: Pose = None, root_end: Pose = None,
+                               self_pairs: Sequence[Tuple[str, str]] = ..., tolerance: float = ...,
+                               enough: float = ..., time_limit: float = ...) -> RobotLeastDistance:
+    """The smallest distance of a moving robot, as articulated_toi() moves it, from the obstacles, and of
+    its paired links from each other; larger ones than enough [m] are not looked for. Pairs without
+    relative motion are left out."""
+
+class Trajectory:
+    """A path of a robot's joints over time, in pieces of at most fifth degree."""
+
+    @staticmethod
+    def through(robot: Robot, times: ArrayLike, positions: ArrayLike,
+                velocities: Optional[ArrayLike] = None, accelerations: Optional[ArrayLike] = None, *,
+                root: Pose = None) -> "Trajectory":
+        """Through all waypoints, as the controllers of ROS do: linear between positions, cubic with
+        velocities, quintic with accelerations, too.
+
+        times: n, increasing [s]; the others: n x joints, in the order of Robot.joint_names. The root
+        rests. Raises ValueError for what does not fit.
+        """
+    @staticmethod
+    def spline(robot: Robot, knots: ArrayLike, control_points: ArrayLike, *, degree: int = 3,
+               root: Pose = None) -> "Trajectory":
+        """A B-spline of degree 1 to 5; knots: n + degree + 1 [s]; control_points: n x joints."""
+    @property
+    def times(self) -> _Array:
+        """Of the ends of the pieces [s]."""
+    def at(self, time: float) -> _Array:
+        """Positions of the joints, in the order of Robot.joint_names."""
+    def __len__(self) -> int:
+        """The number of pieces."""
+
+class TrajectoryToiResult(ArticulatedToiResult):
+    """The time is that of the trajectory [s]."""
+
+    @property
+    def segment(self) -> Optional[int]:
+        """The piece in which the query ended; None if the trajectory is free."""
+
+def trajectory_toi(trajectory: Trajectory, obstacles: Sequence[Tuple[Mesh, Pose]], *,
+                   self_pairs: Sequence[Tuple[str, str]] = ..., tolerance: float = ...,
+                   minimum_separation: float = 0.0, max_iterations: int = ...,
+                   time_limit: float = ..., jobs: int = 0) -> TrajectoryToiResult:
+    """The first contact on a whole trajectory among obstacles at rest, or Status.SEPARATED: the
+    certificate that there is none. jobs is the number of threads (0: one per core); the answer does not
+    depend on it. Ctrl-C ends the query."""
+
+def trajectory_least_distance(trajectory: Trajectory, obstacles: Sequence[Tuple[Mesh, Pose]], *,
+                              self_pairs: Sequence[Tuple[str, str]] = ..., tolerance: float = ...,
+                              enough: float = ..., time_limit: float = ...,
+                              jobs: int = 0) -> RobotLeastDistance:
+    """The smallest distance on a whole trajectory."""
+
+class Depth(_Enumeration):
+    """What becomes of features that deform and whose gap has come down to the tolerance."""
+
+    TOLERANCE: "Depth"  #: it is a contact
+    DECIDE: "Depth"  #: it is followed further; what stays open is a contact
+    EXACT: "Depth"  #: a contact if and only if the features touch; no minimum separation
+
+class DeformableSurface:
+    """A mesh that deforms: its hierarchy, built once, and where its vertices are in a step. Threads may
+    share it; they take turns."""
+
+    def __init__(self, mesh: Mesh, *, self_collision: bool = True, weld_duplicates: bool = False,
+                 seams: Sequence[Tuple[int, int]] = ...) -> None:
+        """At rest. seams are pairs of vertices that are sewn together. Raises ValueError for vertices at
+        the same place, unless they are welded."""
+    def set_step(self, start: ArrayLike, end: ArrayLike) -> None:
+        """Where the vertices are at both ends of the step: n x 3 [m]; in between they move on straight
+        lines. Raises ValueError, and keeps the step before, for other numbers of vertices and what is
+        not finite."""
+    def set_motion(self, mesh: Mesh, motion: Union[Motion, Pose]) -> None:
+        """The step of the rigid mesh that the surface was made of. How far arcs are off straight lines is
+        kept as an additional separation, so divide steps with large turns."""
+
+def deformable_contacts(surfaces: Sequence[DeformableSurface], *, first_only: bool = False,
+                        tolerance: float = ..., minimum_separation: float = 0.0,
+                        depth: Depth = ..., max_iterations: int = ..., time_limit: float = ...,
+                        jobs: int = 0) -> Tuple[Status, float, Dict[str, NDArray[Any]]]:
+    """All contacts of a step between surfaces and within them, or the first ones only, sorted by time.
+
+    Returns the status, the time up to which the step is certified free of contact, and arrays with n rows
+    by name: status, is_edge_edge (else a vertex of body_a and a face of body_b), body_a, body_b (indices),
+    vertices (n x 4: the vertex and three corners, or two ends of each edge), time, gap, normal (from A
+    to B), weights (n x 4, of the vertices in the vector from A's nearest point to B's). The answer does
+    not depend on the number of threads.
+    """
+
+def elementary_toi(start: ArrayLike, end: ArrayLike, *, edge_edge: bool = False, tolerance: float = ...,
+                   minimum_separation: float = 0.0, depth: Depth = ...,
+                   max_iterations: int = ...) -> Dict[str, NDArray[Any]]:
+    """The first contacts of n pairs of features whose vertices move on straight lines.
+
+    start, end: n x 4 x 3 [m]: a vertex and the corners of a face, or the ends of two edges. Returns arrays
+    with n rows by name: status, is_contact, time, gap, normal, weights.
+    """
+
+class Deviation:
+    """How far one surface reaches from another."""
+
+    @property
+    def lower(self) -> float:
+        """The point is this far away [m]."""
+    @property
+    def upper(self) -> float:
+        """Certified: no point is farther away [m]."""
+    @property
+    def point(self) -> _Array: ...
+
+def surface_deviation(surface: Mesh, other: Mesh, *, enough: float = 0.0) -> Deviation:
+    """The greatest distance of a point of the surface from the other one (the one-sided Hausdorff
+    distance), within 1 % or the bound enough [m]."""
+
+class ReducedModel:
+    """A smaller model in place of a mesh."""
+
+    @property
+    def kind(self) -> str:
+        """sphere, capsule, box, hull or mesh"""
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def deviation(self) -> float:
+        """Certified: no point of either surface is farther from the other one [m]."""
+    @property
+    def pose(self) -> _Array:
+        """Of a sphere, capsule (along z) or box, in the frame of the mesh."""
+    @property
+    def radius(self) -> float: ...
+    @property
+    def height(self) -> float:
+        """Of a capsule: distance of the centres of its ends [m]."""
+    @property
+    def half_extents(self) -> _Array:
+        """Of a box [m]."""
+
+def reduce(mesh: Mesh, accuracy: float, *, contains: bool = False,
+           kind: Optional[str] = None) -> Optional[ReducedModel]:
+    """The cheapest model whose surface deviates by at most the accuracy [m], in both directions.
+
+    With contains, the model's solid contains the mesh, which must be watertight. With kind (sphere,
+    capsule, box, hull, mesh), None if no such model keeps the accuracy.
+    """
+
 class Hand:
     """A hand from a URDF, and an SRDF that names its fingers; what is missing is inferred."""
 
@@ -356,3 +537,17 @@ def close_at(hand: Hand, object: GraspObject, pose: Pose, shift: ArrayLike = ...
              preshape: Optional[str] = None, tolerance: float = ..., friction: float = ...,
              cone_edges: int = ..., force_closure_threshold: float = ...) -> str:
     """Use bullet_ccd.grasp.close()."""
+
+def squeeze(hand: Hand, record: str, *, mass: float = ..., friction: float = ..., firmness: float = ...,
+            efforts: Dict[str, float] = ...) -> Dict[str, Any]:
+    """Use bullet_ccd.grasp.squeeze()."""
+
+def trial(hand: Hand, object: GraspObject, record: str, protocol: str, *, mass: float = ...,
+          friction: float = ..., firmness: float = ..., efforts: Dict[str, float] = ...,
+          surface_friction: Optional[float] = None, rate: float = ..., up: ArrayLike = ...,
+          seed: int = ...) -> Dict[str, Any]:
+    """Use bullet_ccd.grasp.trial()."""
+
+def forces(hand: Hand, object: GraspObject, record: str, load: ArrayLike, *, friction: float = ...,
+           objective: str = ..., efforts: Dict[str, float] = ...) -> Dict[str, Any]:
+    """Use bullet_ccd.grasp.forces()."""

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from . import _core
 from ._core import GraspObject, Hand
 
-__all__ = ["Grasp", "GraspContact", "GraspObject", "Hand", "PlanInterrupted", "close", "plan",
-           "read_grasps", "write_grasps"]
+__all__ = ["Forces", "Grasp", "GraspContact", "GraspObject", "Hand", "PlanInterrupted", "Pull",
+           "Squeeze", "Trial", "close", "forces", "plan", "read_grasps", "squeeze", "trial",
+           "write_grasps"]
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,63 @@ class Grasp:
 
     def __hash__(self) -> int:
         return hash((self.candidate, self.epsilon))
+
+
+@dataclass(frozen=True, eq=False)
+class Squeeze:
+    """How hard each joint presses so that a grasp holds firmly. Dictionaries are by joint."""
+    reason: Optional[str]  #: why there is none; None: there is one
+    torques: Dict[str, float]  #: [N m or N]
+    targets: Dict[str, float]  #: positions that make a controller press so [rad or m]
+    stiffness: Dict[str, float]  #: of that controller [N m/rad or N/m]
+    normal_force: float  #: sum over the contacts [N]
+    assumed_efforts: List[str]  #: joints whose efforts the robot does not say, or not believably
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """One pull of the protocol `pull`."""
+    wrench: Array  #: force, and moment over the object's radius; of length 1
+    size: float  #: at which the object slipped, or the largest that was tried [N]
+    share: float  #: size over the sum of the normal forces then
+    slipped: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """What a simulated trial of a grasp came to."""
+    outcome: str  #: held, slipped, dropped, ejected, ..: see grasp/trial/README.md
+    reason: Optional[str]
+    slip: float  #: largest way of the centre of mass under load [m]
+    turn: float  #: largest turn under load [rad]
+    lost_at: Optional[float]  #: since the trial began [s]
+    peak_force: float  #: largest normal force of a contact point [N]
+    mean_force: float  #: of all normal forces together, over the time under load [N]
+    peak_energy: float  #: kinetic, of the object under load [J]
+    peak_torques: Dict[str, float]  #: by joint [N m or N]
+    pulls: Tuple[Pull, ...]
+    intersecting_triangles: int  #: the worst that the independent check found
+    penetration: float  #: [m]
+    simulated_time: float  #: [s]
+
+    @property
+    def held(self) -> bool:
+        return self.outcome == "held"
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Contact forces that balance a load."""
+    status: str  #: balanced, infeasible, unbounded or undecided
+    reason: Optional[str]
+    value: float  #: of the objective [N]
+    bound: float  #: no forces have a better value [N]
+    contact_forces: Array  #: n x 3, on the object, in its frame [N]; in the order of the contacts
+    joint_torques: Dict[str, float]  #: that the contacts need [N m or N]
+
+    @property
+    def balanced(self) -> bool:
+        return self.status == "balanced"
 
 
 class PlanInterrupted(KeyboardInterrupt):
@@ -128,6 +186,48 @@ def close(hand: Hand, object: GraspObject, pose: Array,
                           cone_edges=cone_edges, tolerance=tolerance,
                           force_closure_threshold=force_closure_threshold)
     return _grasps([line])[0]
+
+
+def squeeze(hand: Hand, grasp: Grasp, *, mass: float = 0.5, friction: float = 0.5,
+            firmness: float = 4.0, efforts: Optional[Dict[str, float]] = None) -> Squeeze:
+    """The torques, within the joints' efforts, that press a grasp's contacts together so that the
+    normal forces add up to firmness times weight / friction. efforts [N m or N] by joint count in
+    place of those of the robot."""
+    answer = _core.squeeze(hand, json.dumps(grasp.record), mass=mass, friction=friction,
+                           firmness=firmness, efforts=efforts or {})
+    return Squeeze(**answer)
+
+
+def trial(hand: Hand, object: GraspObject, grasp: Grasp, protocol: str = "six", *,
+          mass: float = 0.5, friction: float = 0.5, firmness: float = 4.0,
+          efforts: Optional[Dict[str, float]] = None, surface_friction: Optional[float] = None,
+          rate: float = 240.0, up: Union[Sequence[float], Array] = (0.0, 0.0, 1.0),
+          seed: int = 1) -> Trial:
+    """Simulates whether a grasp holds: the hand squeezes, and the protocol loads the object.
+
+    protocol is six, hover, shake, lift, pull or disturb, or the path of a YAML file. The same
+    arguments give the same answer. up is the direction that is up for the object; rate is the
+    number of steps per second; surface_friction is that of the surfaces, where it is not what the
+    squeeze counts on. Ctrl-C raises KeyboardInterrupt.
+    """
+    answer = _core.trial(hand, object, json.dumps(grasp.record), protocol, mass=mass,
+                         friction=friction, firmness=firmness, efforts=efforts or {},
+                         surface_friction=surface_friction, rate=rate, up=up, seed=seed)
+    answer["pulls"] = tuple(Pull(*pull) for pull in answer["pulls"])
+    return Trial(**answer)
+
+
+def forces(hand: Hand, object: GraspObject, grasp: Grasp,
+           load: Union[Sequence[float], Array], *, friction: float = 0.5,
+           objective: str = "total", efforts: Optional[Dict[str, float]] = None) -> Forces:
+    """The contact forces that balance a load (force [N] and moment about the object's centre of mass
+    [N m], in the object's frame), within friction and the joints' efforts.
+
+    objective is total (least sum of the normal forces), max (least largest one) or firm (largest
+    margin to slip).
+    """
+    return Forces(**_core.forces(hand, object, json.dumps(grasp.record), load, friction=friction,
+                                 objective=objective, efforts=efforts or {}))
 
 
 def read_grasps(path: Union[str, "os.PathLike[str]"]) -> List[Grasp]:

@@ -1,7 +1,8 @@
 // Grasps travel between Python and the library as the JSON records of the grasp file, so that there
 // is one description of a grasp.
+#include "python/src/grasps.h"
+
 #include "bullet_ccd/io.h"
-#include "grasp/grasp.h"
 
 #include "python/src/arrays.h"
 #include "python/src/interruptible.h"
@@ -23,21 +24,6 @@ namespace bullet_ccd::python
 namespace
 {
 using grasp::Grasp;
-using grasp::GraspObject;
-using grasp::HandModel;
-
-struct Hand
-{
-    HandModel model;
-    std::filesystem::path file;
-};
-
-struct Object
-{
-    GraspObject model;
-    std::filesystem::path file;
-    double scale = 1.0;
-};
 
 py::dict preshapesOf(const Hand& hand)
 {

@@ -2,6 +2,45 @@
 // python/bullet_ccd/_core.pyi, which tests compare with what is here.
 #include "python/src/module.h"
 
+#include <string>
+
+namespace bullet_ccd::python
+{
+namespace
+{
+namespace py = pybind11;
+
+/// What pickle and copy ask of an object. Their own ways would make objects without a C++ half, or
+/// end the interpreter (the old protocols of pickle).
+py::tuple reduceOf(const py::object& self, int /*protocol*/)
+{
+    const py::object type = py::type::of(self);
+    if (!py::hasattr(type, "__setstate__"))
+    {
+        throw py::type_error("a " + std::string(py::str(type.attr("__name__"))) +
+                             " can neither be copied nor pickled: make it again");
+    }
+    return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"),
+                          py::make_tuple(type),
+                          self.attr("__getstate__")());
+}
+
+void guardCopies(const py::module_& module)
+{
+    for (const auto& [name, member] : module.attr("__dict__").cast<py::dict>())
+    {
+        if (py::isinstance<py::type>(member))
+        {
+            const auto type = py::reinterpret_borrow<py::object>(member);
+            type.attr("__reduce_ex__") = py::cpp_function(&reduceOf, py::is_method(type));
+            type.attr("__reduce__") = py::cpp_function(
+                [](const py::object& self) { return reduceOf(self, 2); }, py::is_method(type));
+        }
+    }
+}
+}  // namespace
+}  // namespace bullet_ccd::python
+
 PYBIND11_MODULE(_core, module)
 {
     module.doc() = "The compiled half of bullet_ccd; import bullet_ccd instead.";
@@ -9,5 +48,10 @@ PYBIND11_MODULE(_core, module)
     bullet_ccd::python::addMeshes(module);
     bullet_ccd::python::addQueries(module);
     bullet_ccd::python::addRobots(module);
+    bullet_ccd::python::addTrajectories(module);
+    bullet_ccd::python::addDeformables(module);
+    bullet_ccd::python::addModels(module);
     bullet_ccd::python::addGrasps(module);
+    bullet_ccd::python::addTrials(module);
+    bullet_ccd::python::guardCopies(module);
 }

@@ -8,5 +8,9 @@ namespace bullet_ccd::python
 void addMeshes(pybind11::module_& module);
 void addQueries(pybind11::module_& module);
 void addRobots(pybind11::module_& module);
+void addTrajectories(pybind11::module_& module);
+void addDeformables(pybind11::module_& module);
+void addModels(pybind11::module_& module);
 void addGrasps(pybind11::module_& module);
+void addTrials(pybind11::module_& module);
 }  // namespace bullet_ccd::python

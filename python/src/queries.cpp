@@ -3,6 +3,7 @@
 #include "python/src/arrays.h"
 #include "python/src/interruptible.h"
 #include "python/src/module.h"
+#include "python/src/robots.h"
 
 #include <cmath>
 #include <limits>
@@ -287,7 +288,7 @@ struct FirstContact : ToiResult
 };
 
 FirstContact firstContactOf(
-    const std::vector<std::pair<std::shared_ptr<SsvTree>, py::object>>& bodies,
+    const Obstacles& bodies,
     const std::optional<std::vector<std::pair<std::int32_t, std::int32_t>>>& pairs,
     double tolerance,
     double minimumSeparation,
@@ -295,16 +296,9 @@ FirstContact firstContactOf(
     double timeLimit)
 {
     std::vector<MovingBody> moving;
-    for (std::size_t i = 0; i < bodies.size(); ++i)
+    for (const RigidBody& body : bodiesOf(bodies, "bodies"))
     {
-        if (bodies[i].first == nullptr)
-        {
-            throw py::type_error("bodies[" + std::to_string(i) +
-                                 "]: expected a Mesh, but got None");
-        }
-        const std::string name = "bodies[" + std::to_string(i) + "]";
-        moving.push_back(
-            {.tree = bodies[i].first.get(), .motion = motionOf(bodies[i].second, name.c_str())});
+        moving.push_back(movingBody(body));
     }
     const auto count = static_cast<std::int32_t>(moving.size());
     std::vector<BodyPair> tested;

@@ -1,3 +1,5 @@
+#include "python/src/robots.h"
+
 #include "bullet_ccd/bullet_ccd.h"
 #include "bullet_ccd/io.h"
 
@@ -15,54 +17,6 @@
 
 namespace bullet_ccd::python
 {
-namespace
-{
-using LinkNames = std::pair<std::string, std::string>;
-
-/// A robot with the hierarchies of its links.
-struct Robot
-{
-    explicit Robot(RobotModel loaded) : model(std::move(loaded))
-    {
-        trees.reserve(model.linkMeshes.size());
-        for (std::size_t i = 0; i < model.tree.size(); ++i)
-        {
-            const TriangleMesh& mesh = model.linkMeshes[i];
-            linkTrees.push_back(
-                mesh.triangles.empty()
-                    ? nullptr
-                    : &*trees.emplace_back(std::make_unique<SsvTree>(buildSsvTree(mesh))));
-            const Joint& joint = model.tree.links[i].joint;
-            if (joint.isMovable() && joint.mimicOf == kNone)
-            {
-                movable.push_back(static_cast<std::int32_t>(i));
-            }
-        }
-    }
-
-    RobotModel model;
-    std::vector<std::unique_ptr<SsvTree>> trees;
-    std::vector<const SsvTree*> linkTrees;
-    std::vector<std::int32_t> movable;  ///< links below joints that move by themselves
-
-    [[nodiscard]] const Joint& joint(std::int32_t link) const
-    {
-        return model.tree.links[static_cast<std::size_t>(link)].joint;
-    }
-
-    [[nodiscard]] std::int32_t link(const std::string& name) const
-    {
-        const std::int32_t found = model.tree.findLink(name);
-        if (found == kNone)
-        {
-            throw py::key_error(model.name + " has no link '" + name + "'");
-        }
-        return found;
-    }
-};
-
-/// Positions of all links from those of the joints that move by themselves: a dictionary by name,
-/// an array in the order of Robot.joint_names, or None for zeros, clamped into the limits.
 std::vector<double> positionsOf(const Robot& robot, const py::handle& value, const char* name)
 {
     std::vector<double> positions(robot.model.tree.size(), 0.0);
@@ -99,6 +53,64 @@ std::vector<double> positionsOf(const Robot& robot, const py::handle& value, con
     return positions;
 }
 
+std::vector<LinkPair> linkPairs(const Robot& robot, const std::vector<LinkNames>& names)
+{
+    std::vector<LinkPair> pairs;
+    for (const auto& [a, b] : names)
+    {
+        pairs.emplace_back(robot.link(a), robot.link(b));
+    }
+    return pairs;
+}
+
+std::vector<RigidBody> bodiesOf(const Obstacles& obstacles, const char* argument)
+{
+    std::vector<RigidBody> bodies;
+    for (std::size_t i = 0; i < obstacles.size(); ++i)
+    {
+        const std::string name = std::string(argument) + "[" + std::to_string(i) + "]";
+        if (obstacles[i].first == nullptr)
+        {
+            throw py::type_error(name + ": expected a Mesh, but got None");
+        }
+        bodies.push_back({.tree = obstacles[i].first.get(),
+                          .motion = motionOf(obstacles[i].second, name.c_str())});
+    }
+    return bodies;
+}
+
+std::vector<NamedContact> namedContacts(const Robot& robot, std::span<const LinkContact> contacts)
+{
+    std::vector<NamedContact> named;
+    for (const LinkContact& contact : contacts)
+    {
+        named.push_back({contact,
+                         robot.linkName(contact.link).value_or(""),
+                         robot.linkName(contact.otherLink)});
+    }
+    return named;
+}
+
+JointMotion jointMotionOf(const Robot& robot,
+                          const py::object& start,
+                          const py::object& end,
+                          const py::object& rootStart,
+                          const py::object& rootEnd)
+{
+    JointMotion motion{
+        .root = motionBetween(poseOf(rootStart, "root_start"),
+                              poseOf(rootEnd.is_none() ? rootStart : rootEnd, "root_end")),
+        .positions = positionsOf(robot, start, "start"),
+        .rates = positionsOf(robot, end, "end")};
+    for (std::size_t i = 0; i < motion.rates.size(); ++i)
+    {
+        motion.rates[i] -= motion.positions[i];
+    }
+    return motion;
+}
+
+namespace
+{
 py::dict linkPosesOf(const Robot& robot, const py::object& positions, const py::object& root)
 {
     const std::vector<Eigen::Isometry3d> poses = linkPoses(
@@ -158,58 +170,21 @@ std::vector<std::string> linkNames(const Robot& robot)
     return names;
 }
 
-/// A contact with names in place of indices.
-struct NamedContact : LinkContact
+ArticulatedAnswer articulatedToiOf(const Robot& robot,
+                                   const py::object& start,
+                                   const py::object& end,
+                                   const Obstacles& obstacles,
+                                   const py::object& rootStart,
+                                   const py::object& rootEnd,
+                                   const std::vector<LinkNames>& selfPairs,
+                                   double tolerance,
+                                   double minimumSeparation,
+                                   std::int64_t maxIterations,
+                                   double timeLimit)
 {
-    std::string linkName;
-    std::optional<std::string> otherLinkName;
-};
-
-struct ArticulatedAnswer
-{
-    ToiStatus status = ToiStatus::Separated;
-    double time = 1.0;
-    std::vector<NamedContact> contacts;
-};
-
-ArticulatedAnswer articulatedToiOf(
-    const Robot& robot,
-    const py::object& start,
-    const py::object& end,
-    const std::vector<std::pair<std::shared_ptr<SsvTree>, py::object>>& obstacles,
-    const py::object& rootStart,
-    const py::object& rootEnd,
-    const std::vector<LinkNames>& selfPairs,
-    double tolerance,
-    double minimumSeparation,
-    std::int64_t maxIterations,
-    double timeLimit)
-{
-    JointMotion motion{
-        .root = motionBetween(poseOf(rootStart, "root_start"),
-                              poseOf(rootEnd.is_none() ? rootStart : rootEnd, "root_end")),
-        .positions = positionsOf(robot, start, "start"),
-        .rates = positionsOf(robot, end, "end")};
-    for (std::size_t i = 0; i < motion.rates.size(); ++i)
-    {
-        motion.rates[i] -= motion.positions[i];
-    }
-    std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-    for (const auto& [a, b] : selfPairs)
-    {
-        pairs.emplace_back(robot.link(a), robot.link(b));
-    }
-    std::vector<RigidBody> bodies;
-    for (std::size_t i = 0; i < obstacles.size(); ++i)
-    {
-        const std::string name = "obstacles[" + std::to_string(i) + "]";
-        if (obstacles[i].first == nullptr)
-        {
-            throw py::type_error(name + ": expected a Mesh, but got None");
-        }
-        bodies.push_back({.tree = obstacles[i].first.get(),
-                          .motion = motionOf(obstacles[i].second, name.c_str())});
-    }
+    const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
+    const std::vector<LinkPair> pairs = linkPairs(robot, selfPairs);
+    const std::vector<RigidBody> bodies = bodiesOf(obstacles, "obstacles");
     const ToiOptions options{.tolerance = tolerance,
                              .minimumSeparation = minimumSeparation,
                              .maxIterations = maxIterations,
@@ -226,19 +201,9 @@ ArticulatedAnswer articulatedToiOf(
                                 options,
                                 work);
     }
-    ArticulatedAnswer answer{.status = result.status, .time = result.time, .contacts = {}};
-    const std::vector<Link>& links = robot.model.tree.links;
-    for (const LinkContact& contact : result.contacts)
-    {
-        NamedContact named{
-            contact, links[static_cast<std::size_t>(contact.link)].name, std::nullopt};
-        if (contact.otherLink != kNone)
-        {
-            named.otherLinkName = links[static_cast<std::size_t>(contact.otherLink)].name;
-        }
-        answer.contacts.push_back(std::move(named));
-    }
-    return answer;
+    return {.status = result.status,
+            .time = result.time,
+            .contacts = namedContacts(robot, result.contacts)};
 }
 
 void addContactResults(py::module_& module)
@@ -278,13 +243,13 @@ void addContactResults(py::module_& module)
 void addRobots(py::module_& module)
 {
     addContactResults(module);
-    py::class_<Robot>(module, "Robot")
+    py::class_<Robot, std::shared_ptr<Robot>>(module, "Robot")
         .def_static(
             "load",
             [](const std::filesystem::path& path)
             {
                 const py::gil_scoped_release release;
-                return std::make_unique<Robot>(loadRobot(path));
+                return std::make_shared<Robot>(loadRobot(path));
             },
             py::arg("path"))
         .def_property_readonly("name", [](const Robot& robot) { return robot.model.name; })

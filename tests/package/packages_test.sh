@@ -53,6 +53,12 @@ cmake -S "$source/tests/package/consumer" -B "$scratch/consumer" -G Ninja \
 cmake --build "$scratch/consumer" >/dev/null
 "$scratch/consumer/consumer"
 
+# Manual pages, one for each verb.
+if command -v help2man >/dev/null; then
+    grep -q '^bullet-ccd-toi ' "$root/usr/share/man/man1/bullet-ccd-toi.1"
+    grep -q '^\.SH OPTIONS' "$root/usr/share/man/man1/grasp-hand-show.1"
+fi
+
 # Completion: verbs, and options of a verb.
 PATH=$root/usr/bin:$PATH
 . "$root/usr/share/bash-completion/completions/grasp"

@@ -9,7 +9,7 @@ cmake -S "$source" -B "$build" -G Ninja -DBUILD_SHARED_LIBS=ON -DBULLET_CCD_TEST
     -DBULLET_CCD_BENCHMARKS=OFF "$@" >/dev/null
 packs=$(grep -c '^BULLET_CCD_PYTHON:BOOL=ON' "$build/CMakeCache.txt" || true)
 targets=(libraries programs)
-[ "$packs" -eq 0 ] || targets+=(python)
+[ "$packs" -eq 0 ] || targets+=(python manuals)
 cmake --build "$build" --target "${targets[@]}"
 # A private function is hidden, a public one is not, and the name of the library has its version.
 core=$build/bullet_ccd/libbullet_ccd_core.so

@@ -22,7 +22,7 @@ def test_examples_run(tmp_path, monkeypatch, capsys):
     ball.write_text("".join("v %r %r %r\n" % tuple(v) for v in mesh.vertices.tolist()) +
                     "".join("f %d %d %d\n" % tuple(t + 1) for t in mesh.triangles))
     examples = re.findall(r"```python\n(.*?)```", README.read_text(), flags=re.S)
-    assert len(examples) == 3
+    assert len(examples) == 6
     names = {"HAND": HAND, "BALL": ball}
     printed = []
     for example in examples:

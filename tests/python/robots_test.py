@@ -9,23 +9,11 @@ import pytest
 
 import bullet_ccd as ccd
 from bullet_ccd import grasp
-from shapes import at, box, turned
+from shapes import arm, at, box, turned  # noqa: F401
 
 SHARE = Path(os.environ["BULLET_CCD_SHARE"])
 HAND = SHARE / "robots/anthropomorphic_hand/anthropomorphic_hand.urdf"
 GRIPPER = SHARE / "robots/parallel_gripper/parallel_gripper.urdf"
-
-ARM = """<robot name="arm"><link name="base"/><link name="bar"><collision><origin xyz="0.5 0 0"/>
-<geometry><box size="1 0.1 0.1"/></geometry></collision></link><joint name="turn" type="revolute">
-<parent link="base"/><child link="bar"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1"
-velocity="1"/></joint></robot>"""
-
-
-@pytest.fixture
-def arm(tmp_path):
-    path = tmp_path / "arm.urdf"
-    path.write_text(ARM)
-    return ccd.Robot.load(path)
 
 
 def test_an_arm_meets_a_wall_at_the_angle_of_the_closed_form(arm):

@@ -1,5 +1,6 @@
-"""Meshes and poses that the tests share."""
+"""Meshes, poses and an arm that the tests share."""
 import numpy as np
+import pytest
 
 import bullet_ccd as ccd
 
@@ -30,3 +31,17 @@ def turned(axis, angle, place=(0, 0, 0)):
     pose[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
     pose[:3, 3] = place
     return pose
+
+
+# A bar of 1 m that turns about z.
+ARM = """<robot name="arm"><link name="base"/><link name="bar"><collision><origin xyz="0.5 0 0"/>
+<geometry><box size="1 0.1 0.1"/></geometry></collision></link><joint name="turn" type="revolute">
+<parent link="base"/><child link="bar"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1"
+velocity="1"/></joint></robot>"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    return ccd.Robot.load(path)

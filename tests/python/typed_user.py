@@ -29,3 +29,25 @@ def best(urdf: str) -> List[grasp.Grasp]:
     print([contact.link.upper() for contact in hit.contacts])
     return grasp.plan(grasp.Hand.load(urdf), grasp.GraspObject(ccd.Mesh.load("mug.obj")),
                       progress=lambda count: print(count))
+
+
+def certified(robot: ccd.Robot, wall: ccd.Mesh) -> Optional[float]:
+    path = ccd.Trajectory.through(robot, [0, 1], np.zeros((2, len(robot.joint_names))))
+    verdict: ccd.TrajectoryToiResult = ccd.trajectory_toi(path, [(wall, None)], jobs=2)
+    if verdict.segment is not None:
+        return verdict.time
+    return ccd.trajectory_least_distance(path, [(wall, None)]).distance + float(path.at(0.5)[0])
+
+
+def holds(hand: grasp.Hand, thing: grasp.GraspObject, best: grasp.Grasp) -> bool:
+    trial: grasp.Trial = grasp.trial(hand, thing, best, "lift", mass=0.2)
+    loads = grasp.forces(hand, thing, best, (0, 0, -1, 0, 0, 0))
+    return trial.held and loads.balanced and grasp.squeeze(hand, best).reason is None
+
+
+def coarser(mesh: ccd.Mesh) -> int:
+    model = ccd.reduce(mesh, 1e-3)
+    surface = ccd.DeformableSurface(mesh)
+    status, time, contacts = ccd.deformable_contacts([surface], depth=ccd.Depth.DECIDE)
+    print(status.name, time + 1.0, contacts["gap"].max(), ccd.surface_deviation(mesh, mesh).upper)
+    return 0 if model is None else len(model.mesh.triangles)

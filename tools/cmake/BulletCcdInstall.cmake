@@ -124,4 +124,22 @@ if(BULLET_CCD_TOOLS)
         install(FILES "${PROJECT_SOURCE_DIR}/tools/bullet_ccd_completion" RENAME ${_program}
                 DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT tools)
     endforeach()
+    # Manual pages, made by tools/package: the target exists everywhere, and does nothing without help2man.
+    find_program(HELP2MAN_PROGRAM help2man)
+    mark_as_advanced(HELP2MAN_PROGRAM)
+    set(_manuals "${PROJECT_BINARY_DIR}/manuals")
+    add_custom_target(manuals)
+    if(HELP2MAN_PROGRAM)
+        add_custom_command(OUTPUT "${_manuals}/stamp"
+                           COMMAND ${CMAKE_COMMAND} -E rm -rf "${_manuals}"
+                           COMMAND "${PROJECT_SOURCE_DIR}/tools/manual" $<TARGET_FILE:bullet_ccd_cli> "${_manuals}"
+                           COMMAND "${PROJECT_SOURCE_DIR}/tools/manual" $<TARGET_FILE:grasp_program> "${_manuals}"
+                           COMMAND ${CMAKE_COMMAND} -E touch "${_manuals}/stamp"
+                           DEPENDS bullet_ccd_cli grasp_program "${PROJECT_SOURCE_DIR}/tools/manual"
+                           COMMENT "Writing manual pages" VERBATIM)
+        add_custom_target(manual_pages DEPENDS "${_manuals}/stamp")
+        add_dependencies(manuals manual_pages)
+    endif()
+    install(DIRECTORY "${_manuals}/" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT tools OPTIONAL
+            FILES_MATCHING PATTERN "*.1")
 endif()

@@ -1,0 +1,22 @@
+/// Hands and objects, for all files that ask about grasps.
+#pragma once
+
+#include "grasp/grasp.h"
+
+#include <filesystem>
+
+namespace bullet_ccd::python
+{
+struct Hand
+{
+    grasp::HandModel model;
+    std::filesystem::path file;
+};
+
+struct Object
+{
+    grasp::GraspObject model;
+    std::filesystem::path file;
+    double scale = 1.0;
+};
+}  // namespace bullet_ccd::python

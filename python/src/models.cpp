@@ -1,0 +1,106 @@
+#include "bullet_ccd/bullet_ccd.h"
+#include "bullet_ccd/reduce/reduce_mesh.h"
+
+#include "python/src/arrays.h"
+#include "python/src/module.h"
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <pybind11/stl.h>
+#include <stdexcept>
+#include <string>
+
+namespace bullet_ccd::python
+{
+namespace
+{
+/// A reduced model whose mesh is ready for queries.
+struct Model
+{
+    ReducedModel shape;
+    std::shared_ptr<SsvTree> mesh;
+};
+
+std::optional<ModelKind> kindOf(const std::optional<std::string>& name)
+{
+    if (!name)
+    {
+        return std::nullopt;
+    }
+    for (const ModelKind kind :
+         {ModelKind::Sphere, ModelKind::Capsule, ModelKind::Box, ModelKind::Hull, ModelKind::Mesh})
+    {
+        if (*name == modelKindName(kind))
+        {
+            return kind;
+        }
+    }
+    throw py::value_error("kind: '" + *name +
+                          "' is no kind of model: give sphere, capsule, box, hull or mesh");
+}
+
+std::optional<Model> reduce(const SsvTree& mesh,
+                            double accuracy,
+                            bool contains,
+                            const std::optional<std::string>& kind)
+{
+    const std::optional<ModelKind> only = kindOf(kind);
+    const py::gil_scoped_release release;
+    std::optional<ReducedModel> shape =
+        reduceMesh(mesh.mesh(), {.accuracy = accuracy, .contains = contains, .kind = only});
+    if (!shape)
+    {
+        return std::nullopt;
+    }
+    auto tree = std::make_shared<SsvTree>(buildSsvTree(shape->mesh));
+    return Model{.shape = std::move(*shape), .mesh = std::move(tree)};
+}
+}  // namespace
+
+void addModels(py::module_& module)
+{
+    py::class_<Deviation>(module, "Deviation")
+        .def_readonly("lower", &Deviation::lower)
+        .def_readonly("upper", &Deviation::upper)
+        .def_property_readonly("point",
+                               [](const Deviation& deviation) { return arrayOf(deviation.point); });
+    py::class_<Model>(module, "ReducedModel")
+        .def_property_readonly("kind",
+                               [](const Model& model) { return modelKindName(model.shape.kind); })
+        .def_readonly("mesh", &Model::mesh)
+        .def_property_readonly("deviation",
+                               [](const Model& model) { return model.shape.deviation(); })
+        .def_property_readonly("pose", [](const Model& model) { return arrayOf(model.shape.pose); })
+        .def_property_readonly("radius", [](const Model& model) { return model.shape.radius; })
+        .def_property_readonly("height", [](const Model& model) { return model.shape.height; })
+        .def_property_readonly("half_extents",
+                               [](const Model& model) { return arrayOf(model.shape.halfExtents); })
+        .def("__repr__",
+             [](const Model& model)
+             {
+                 return py::str("<bullet_ccd.ReducedModel {} with {} triangles, deviation {}>")
+                     .format(modelKindName(model.shape.kind),
+                             model.mesh->mesh().triangles.size(),
+                             model.shape.deviation());
+             });
+    module.def("reduce",
+               &reduce,
+               py::arg("mesh").none(false),
+               py::arg("accuracy"),
+               py::kw_only(),
+               py::arg("contains") = false,
+               py::arg("kind") = py::none());
+    module.def(
+        "surface_deviation",
+        [](const SsvTree& surface, const SsvTree& other, double enough)
+        {
+            const py::gil_scoped_release release;
+            return surfaceDeviation(surface.mesh(), other, enough);
+        },
+        py::arg("surface").none(false),
+        py::arg("other").none(false),
+        py::kw_only(),
+        py::arg("enough") = 0.0);
+}
+}  // namespace bullet_ccd::python
