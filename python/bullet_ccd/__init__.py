@@ -5,7 +5,7 @@ for the identity. Motions run over a step of time from 0 to 1, and velocities ar
 release Python's lock, so threads run in parallel. Wrong arguments raise TypeError, ValueError or
 KeyError with the name of the argument; bad files raise RuntimeError.
 """
-from . import grasp
+from . import grasp, moveit
 from ._arguments import as_mesh
 from ._core import (DEFAULT_TOLERANCE, ArticulatedToiResult, Contact, DeformableSurface, Depth, Deviation,
                     Distance, FirstContact, LeastDistance, LinkContact, Mesh, Motion, Motions, ReducedModel,
@@ -23,5 +23,5 @@ __all__ = [
     "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory", "TrajectoryToiResult",
     "__version__", "articulated_least_distance", "articulated_toi", "as_mesh", "contacts",
     "deformable_contacts", "distance", "elementary_toi", "first_contact", "grasp", "least_distance",
-    "reduce", "surface_deviation", "toi", "toi_batch", "trajectory_least_distance", "trajectory_toi",
+    "moveit", "reduce", "surface_deviation", "toi", "toi_batch", "trajectory_least_distance", "trajectory_toi",
 ]

@@ -294,6 +294,12 @@ class Robot:
     @property
     def link_names(self) -> List[str]: ...
     @property
+    def link_parents(self) -> Dict[str, Optional[str]]:
+        """The link above, by link; None for the root."""
+    @property
+    def link_joints(self) -> Dict[str, str]:
+        """The joint to the link above, by link; the root has none."""
+    @property
     def joint_names(self) -> List[str]:
         """Joints that move by themselves; the order of arrays of positions."""
     @property

@@ -160,6 +160,30 @@ std::vector<std::string> jointNames(const Robot& robot)
     return names;
 }
 
+/// Names of the links above, and of the joints that join them.
+py::dict linkParents(const Robot& robot)
+{
+    py::dict parents;
+    for (const Link& link : robot.model.tree.links)
+    {
+        parents[py::str(link.name)] = py::cast(robot.linkName(link.parent));
+    }
+    return parents;
+}
+
+py::dict linkJoints(const Robot& robot)
+{
+    py::dict joints;
+    for (const Link& link : robot.model.tree.links)
+    {
+        if (link.parent != kNone)
+        {
+            joints[py::str(link.name)] = link.joint.name;
+        }
+    }
+    return joints;
+}
+
 std::vector<std::string> linkNames(const Robot& robot)
 {
     std::vector<std::string> names;
@@ -255,6 +279,8 @@ void addRobots(py::module_& module)
         .def_property_readonly("name", [](const Robot& robot) { return robot.model.name; })
         .def_property_readonly("notes", [](const Robot& robot) { return robot.model.notes; })
         .def_property_readonly("link_names", &linkNames)
+        .def_property_readonly("link_parents", &linkParents)
+        .def_property_readonly("link_joints", &linkJoints)
         .def_property_readonly("joint_names", &jointNames)
         .def_property_readonly("joint_limits", &limitsOf)
         .def("link_poses",
