@@ -7,21 +7,23 @@ KeyError with the name of the argument; bad files raise RuntimeError.
 """
 from . import grasp, moveit
 from ._arguments import as_mesh
-from ._core import (DEFAULT_TOLERANCE, ArticulatedToiResult, Contact, DeformableSurface, Depth, Deviation,
-                    Distance, FirstContact, LeastDistance, LinkContact, Mesh, Motion, Motions, ReducedModel,
-                    Robot, RobotLeastDistance, Status, Strategy, ToiResult, Trajectory,
-                    TrajectoryToiResult, __version__, articulated_least_distance, articulated_toi,
-                    contacts, deformable_contacts, distance, elementary_toi, first_contact,
-                    least_distance, reduce, surface_deviation, toi, toi_batch,
-                    trajectory_least_distance, trajectory_toi)
+from ._core import (DEFAULT_TOLERANCE, AccuracyCost, ArticulatedToiResult, Contact,
+                    DeformableSurface, Depth, Deviation, Distance, FirstContact, LeastDistance,
+                    LinkContact, Mesh, Motion, Motions, ReducedModel, Robot, RobotLeastDistance,
+                    Status, Strategy, ToiResult, Trajectory, TrajectoryToiResult, __version__,
+                    advise, articulated_least_distance, articulated_toi, contacts,
+                    deformable_contacts, distance, elementary_toi, first_contact, least_distance,
+                    reduce, surface_deviation, toi, toi_batch, trajectory_least_distance,
+                    trajectory_toi)
 from .collision_manager import CollisionManager, ContactData, DistanceData
 
 __all__ = [
-    "DEFAULT_TOLERANCE", "ArticulatedToiResult", "CollisionManager", "Contact", "ContactData",
-    "DeformableSurface", "Depth", "Deviation", "Distance", "DistanceData", "FirstContact",
-    "LeastDistance", "LinkContact", "Mesh", "Motion", "Motions", "ReducedModel", "Robot",
-    "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory", "TrajectoryToiResult",
-    "__version__", "articulated_least_distance", "articulated_toi", "as_mesh", "contacts",
-    "deformable_contacts", "distance", "elementary_toi", "first_contact", "grasp", "least_distance",
-    "moveit", "reduce", "surface_deviation", "toi", "toi_batch", "trajectory_least_distance", "trajectory_toi",
+    "DEFAULT_TOLERANCE", "AccuracyCost", "ArticulatedToiResult", "CollisionManager", "Contact",
+    "ContactData", "DeformableSurface", "Depth", "Deviation", "Distance", "DistanceData",
+    "FirstContact", "LeastDistance", "LinkContact", "Mesh", "Motion", "Motions", "ReducedModel",
+    "Robot", "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory",
+    "TrajectoryToiResult", "__version__", "advise", "articulated_least_distance",
+    "articulated_toi", "as_mesh", "contacts", "deformable_contacts", "distance", "elementary_toi",
+    "first_contact", "grasp", "least_distance", "moveit", "reduce", "surface_deviation", "toi",
+    "toi_batch", "trajectory_least_distance", "trajectory_toi",
 ]

@@ -1,7 +1,9 @@
 #include "bullet_ccd/bullet_ccd.h"
+#include "bullet_ccd/reduce/accuracy_costs.h"
 #include "bullet_ccd/reduce/reduce_mesh.h"
 
 #include "python/src/arrays.h"
+#include "python/src/interruptible.h"
 #include "python/src/module.h"
 
 #include <limits>
@@ -56,6 +58,54 @@ std::optional<Model> reduce(const SsvTree& mesh,
     auto tree = std::make_shared<SsvTree>(buildSsvTree(shape->mesh));
     return Model{.shape = std::move(*shape), .mesh = std::move(tree)};
 }
+/// The rows that were complete when Ctrl-C came are lost: measuring them takes a minute at most.
+std::vector<AccuracyCost> advise(const SsvTree& meshA, const SsvTree& meshB, double timeLimit)
+{
+    const StopCondition limit = stopAfter(timeLimit);
+    std::vector<AccuracyCost> rows;
+    const auto work = [&](const std::atomic<bool>& stop)
+    {
+        rows = measureAccuracies(meshA,
+                                 meshB,
+                                 [&](std::size_t /*done*/, std::size_t /*all*/)
+                                 { return !stop && !limit.isDue(); });
+    };
+    if (!interruptible(work))
+    {
+        throw py::error_already_set();
+    }
+    return rows;
+}
+
+void addAccuracies(py::module_& module)
+{
+    py::class_<AccuracyCost>(module, "AccuracyCost")
+        .def_readonly("accuracy", &AccuracyCost::accuracy)
+        .def_readonly("model_accuracy", &AccuracyCost::modelAccuracy)
+        .def_readonly("minimum_separation", &AccuracyCost::minimumSeparation)
+        .def_readonly("tolerance", &AccuracyCost::tolerance)
+        .def_readonly("triangles_a", &AccuracyCost::trianglesA)
+        .def_readonly("triangles_b", &AccuracyCost::trianglesB)
+        .def_readonly("bytes", &AccuracyCost::bytes)
+        .def_readonly("reduce_seconds", &AccuracyCost::reduceSeconds)
+        .def_readonly("build_seconds", &AccuracyCost::buildSeconds)
+        .def_readonly("microseconds", &AccuracyCost::microseconds)
+        .def_readonly("largest_gap", &AccuracyCost::largestGap)
+        .def_readonly("contacts", &AccuracyCost::contacts)
+        .def_readonly("broken", &AccuracyCost::broken)
+        .def("__repr__",
+             [](const AccuracyCost& row)
+             {
+                 return py::str("<bullet_ccd.AccuracyCost {}: {} and {} triangles, {} us>")
+                     .format(row.accuracy, row.trianglesA, row.trianglesB, row.microseconds);
+             });
+    module.def("advise",
+               &advise,
+               py::arg("mesh_a").none(false),
+               py::arg("mesh_b").none(false),
+               py::kw_only(),
+               py::arg("time_limit") = 50.0);
+}
 }  // namespace
 
 void addModels(py::module_& module)
@@ -84,6 +134,7 @@ void addModels(py::module_& module)
                              model.mesh->mesh().triangles.size(),
                              model.shape.deviation());
              });
+    addAccuracies(module);
     module.def("reduce",
                &reduce,
                py::arg("mesh").none(false),

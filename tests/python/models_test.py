@@ -58,6 +58,17 @@ def test_what_does_not_keep_the_accuracy_is_none():
     assert ccd.reduce(box(0.2), 1e-3, kind="sphere") is None
 
 
+def test_advice_keeps_its_promise():
+    rows = ccd.advise(ball(0.05, 16), box(0.04))
+    assert rows[0].accuracy == 0 and rows[0].triangles_b == 12
+    assert [row.accuracy for row in rows[1:]] == sorted(row.accuracy for row in rows[1:])
+    assert len(rows) > 4 and rows[-1].triangles_a < rows[0].triangles_a
+    for row in rows:
+        assert row.broken == 0 and row.contacts > 10 and row.microseconds > 0
+        assert row.largest_gap <= (row.accuracy or row.tolerance)
+    assert len(ccd.advise(ball(0.05, 16), box(0.04), time_limit=0.0)) == 1
+
+
 def test_what_is_wrong_is_said():
     with pytest.raises(ValueError, match="kind: 'ball'"):
         ccd.reduce(box(), 1e-3, kind="ball")

@@ -1,6 +1,6 @@
+#include "bullet_ccd/reduce/accuracy_costs.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/ccd_cli/files/mesh_pair.h"
-#include "tools/ccd_cli/run/advice.h"
 #include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
 #include "tools/support/progress_line.h"

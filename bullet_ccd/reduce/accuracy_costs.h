@@ -1,13 +1,14 @@
 /// What an accuracy costs for two bodies, measured on them.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <cstddef>
 #include <functional>
 #include <vector>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd
 {
 /// One accuracy: what keeps it, and what that costs.
 ///
@@ -35,8 +36,8 @@ struct AccuracyCost
 /// first the bodies themselves at a tolerance of 1e-6 of it. The same motions are asked for each:
 /// A starts beside B in a random orientation and moves through it while it turns.
 /// @param progress  called with the number of rows done and their total; false ends the run early
-[[nodiscard]] std::vector<AccuracyCost> measureAccuracies(
+[[nodiscard]] BULLET_CCD_API std::vector<AccuracyCost> measureAccuracies(
     const SsvTree& bodyA,
     const SsvTree& bodyB,
     const std::function<bool(std::size_t, std::size_t)>& progress);
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd

@@ -1,17 +1,16 @@
-#include "tools/ccd_cli/run/advice.h"
+#include "bullet_ccd/reduce/accuracy_costs.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/reduce/reduce_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
-#include "tools/ccd_cli/run/query_run.h"
-#include "tools/support/stopwatch.h"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <limits>
 #include <random>
 
-namespace bullet_ccd::tools
+namespace bullet_ccd
 {
 namespace
 {
@@ -19,35 +18,57 @@ using Eigen::Vector3d;
 
 constexpr std::array kAccuracies{1e-6, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 5e-3};
 constexpr int kQueries = 60;
+constexpr int kRepeats = 3;
 
-double extentOf(const TriangleMesh& mesh)
+/// The motion of A; B rests.
+using Motions = std::vector<RigidMotion>;
+
+class Stopwatch
+{
+public:
+    [[nodiscard]] double seconds() const
+    {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+};
+
+double median(std::vector<double> values)
+{
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double sizeOf(const TriangleMesh& mesh)
 {
     return bounds(mesh).sizes().maxCoeff();
 }
 
-std::vector<RigidQuery> randomMotions(const SsvTree& bodyA, const SsvTree& bodyB)
+Motions randomMotions(const SsvTree& bodyA, const SsvTree& bodyB)
 {
     std::mt19937_64 random(1);
     std::normal_distribution<double> normal;
     const auto direction = [&]() -> Vector3d
     { return Vector3d(normal(random), normal(random), normal(random)).normalized(); };
-    std::vector<RigidQuery> queries(kQueries);
+    Motions motions(kQueries);
     const double reach = bodyA.radius() + bodyB.radius();
-    for (RigidQuery& query : queries)
+    for (RigidMotion& motion : motions)
     {
         const Eigen::Quaterniond turn(
             normal(random), normal(random), normal(random), normal(random));
         const Vector3d from = 1.1 * reach * direction();
         // Past the middle of B by up to half of its radius.
         const Vector3d towards = 0.5 * bodyB.radius() * direction();
-        RigidMotion& motion = query.motionA;
         motion.X_W0.linear() = turn.normalized().toRotationMatrix();
         motion.X_W0.translation() = bodyB.origin() + from - motion.X_W0.linear() * bodyA.origin();
         motion.w_W = direction();
         motion.v_W =
             2.0 * (towards - from) - motion.w_W.cross(motion.X_W0.linear() * bodyA.origin());
     }
-    return queries;
+    return motions;
 }
 
 double bytesOf(const SsvTree& tree)
@@ -71,34 +92,39 @@ void ask(const SsvTree& modelA,
          const SsvTree& modelB,
          const SsvTree& bodyA,
          const SsvTree& bodyB,
-         std::span<const RigidQuery> queries,
+         const Motions& motions,
          AccuracyCost& row)
 {
-    RunOptions options;
-    options.repeat = 3;
-    options.toi.tolerance = row.tolerance;
-    options.toi.minimumSeparation = row.minimumSeparation;
-    const std::vector<TimedAnswer> answers =
-        runQueries(modelA, modelB, queries, options, [](std::size_t) { return true; });
+    const ToiOptions options{.tolerance = row.tolerance,
+                             .minimumSeparation = row.minimumSeparation};
+    ToiWorkspace work;
     std::vector<double> times;
-    for (std::size_t i = 0; i < queries.size(); ++i)
+    for (const RigidMotion& motion : motions)
     {
-        times.push_back(answers[i].microseconds);
-        if (answers[i].result.status != ToiStatus::Hit)
+        ToiResult result;
+        std::vector<double> repeats;
+        for (int k = 0; k < kRepeats; ++k)
+        {
+            const Stopwatch watch;
+            result =
+                rigidToi({.tree = &modelA, .motion = motion}, {.tree = &modelB}, options, work);
+            repeats.push_back(1e6 * watch.seconds());
+        }
+        times.push_back(median(repeats));
+        if (result.status != ToiStatus::Hit)
         {
             continue;
         }
-        const double time = answers[i].result.time;
-        const Eigen::Isometry3d X_BA =
-            queries[i].motionB.at(time).X_W.inverse() * queries[i].motionA.at(time).X_W;
         const double gap =
-            treeDistance(bodyA, bodyB, X_BA, std::numeric_limits<double>::infinity()).distance;
+            treeDistance(
+                bodyA, bodyB, motion.at(result.time).X_W, std::numeric_limits<double>::infinity())
+                .distance;
         const double allowed = row.accuracy > 0.0 ? row.accuracy : row.tolerance;
         ++row.contacts;
         row.largestGap = std::max(row.largestGap, gap);
         row.broken += gap > 0.0 && gap <= allowed ? 0 : 1;
     }
-    row.microseconds = quantile(times, 0.5);
+    row.microseconds = median(times);
     row.trianglesA = modelA.mesh().triangles.size();
     row.trianglesB = modelB.mesh().triangles.size();
     row.bytes = bytesOf(modelA) + bytesOf(modelB);
@@ -110,14 +136,14 @@ std::vector<AccuracyCost> measureAccuracies(
     const SsvTree& bodyB,
     const std::function<bool(std::size_t, std::size_t)>& progress)
 {
-    const std::vector<RigidQuery> queries = randomMotions(bodyA, bodyB);
+    const Motions motions = randomMotions(bodyA, bodyB);
     const double smallest =
         5.0 * std::max(smallestAccuracy(bodyA.mesh()), smallestAccuracy(bodyB.mesh()));
-    const double largest = 0.25 * std::min(extentOf(bodyA.mesh()), extentOf(bodyB.mesh()));
+    const double largest = 0.25 * std::min(sizeOf(bodyA.mesh()), sizeOf(bodyB.mesh()));
 
     std::vector<AccuracyCost> rows;
-    AccuracyCost full{.tolerance = 1e-6 * extentOf(bodyB.mesh())};
-    ask(bodyA, bodyB, bodyA, bodyB, queries, full);
+    AccuracyCost full{.tolerance = 1e-6 * sizeOf(bodyB.mesh())};
+    ask(bodyA, bodyB, bodyA, bodyB, motions, full);
     rows.push_back(full);
     for (const double accuracy : kAccuracies)
     {
@@ -142,9 +168,9 @@ std::vector<AccuracyCost> measureAccuracies(
         const SsvTree modelA = buildSsvTree(std::move(smallA));
         const SsvTree modelB = buildSsvTree(std::move(smallB));
         row.buildSeconds = building.seconds();
-        ask(modelA, modelB, bodyA, bodyB, queries, row);
+        ask(modelA, modelB, bodyA, bodyB, motions, row);
         rows.push_back(row);
     }
     return rows;
 }
-}  // namespace bullet_ccd::tools
+}  // namespace bullet_ccd
