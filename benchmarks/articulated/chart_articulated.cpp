@@ -1,6 +1,5 @@
 // Points of the articulated chart as JSON; benchmarks/run chart runs this program and draws them.
 #include "benchmarks/articulated/human_peers.h"
-#include "benchmarks/articulated/human_run.h"
 #include "benchmarks/support/chart.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
@@ -80,25 +79,6 @@ ChartMethod sampling(const SharedWorld& world)
         "FCL sampling of all links", world->truths, sampleCounts({11, 101, kNaiveSamples}), answer);
 }
 
-/// First overlap from `low` on, where nothing overlaps, up to `high`, where something does.
-double bisect(const World& world, const HumanQuery& query, double low, double high)
-{
-    // The first of steps that double, so that a short overlap right behind `low` is not passed by.
-    for (double step = 1e-9; low + step < high; step *= 2.0)
-    {
-        if (world.peer.overlaps(query, low + step))
-        {
-            high = low + step;
-        }
-    }
-    while (high - low > 1e-12)
-    {
-        const double middle = 0.5 * (low + high);
-        (world.peer.overlaps(query, middle) ? high : low) = middle;
-    }
-    return high;
-}
-
 /// Smallest distance of all pairs at 101 times: a bound from above of the clearance [m].
 double clearanceOf(const World& world, const HumanQuery& query)
 {
@@ -129,7 +109,8 @@ ChartTruth truthOf(const World& world, const HumanQuery& query, ToiWorkspace& wo
     if (sampled <= 1.0)
     {
         const double low = isContact(ours.status) ? std::min(ours.time, sampled) : 0.0;
-        return {.hit = true, .time = bisect(world, query, low, sampled)};
+        const auto overlaps = [&](double t) { return world.peer.overlaps(query, t); };
+        return {.hit = true, .time = firstOverlap(low, sampled, overlaps).value_or(sampled)};
     }
     if (isContact(ours.status))
     {

@@ -50,6 +50,19 @@ ToiResult maskedToi(const RigidBody& link,
 }
 }  // namespace
 
+std::vector<Stage> humanStages()
+{
+    const ArticulatedToiOptions whole{.toi = {.tolerance = kHumanTolerance}};
+    std::vector<Stage> all{{"articulatedToi", whole},
+                           {"without halving", whole},
+                           {"without space", whole},
+                           {"without time", whole}};
+    all[1].options.subdivide = false;
+    all[2].options.cullBySpace = false;
+    all[3].options.cullByTime = false;
+    return all;
+}
+
 double rigidTime(const HumanScene& scene,
                  const HumanQuery& query,
                  double tolerance,

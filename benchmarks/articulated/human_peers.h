@@ -9,6 +9,17 @@
 
 namespace bullet_ccd::benchmarks
 {
+inline constexpr double kHumanTolerance = 1e-5;  ///< of all methods [m]
+/// The query, whole or with a stage of it switched off.
+struct Stage
+{
+    const char* name;
+    ArticulatedToiOptions options;
+};
+
+/// The whole query first.
+[[nodiscard]] std::vector<Stage> humanStages();
+
 inline constexpr double kNever = 2.0;  ///< time of no contact
 
 /// Earliest contact of all pairs by rigidToi(), one by one, without culling; kNever for

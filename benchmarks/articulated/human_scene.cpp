@@ -1,6 +1,5 @@
 #include "benchmarks/articulated/human_scene.h"
 
-#include "benchmarks/articulated/human_places.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -20,22 +19,49 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 namespace fs = std::filesystem;
 
+constexpr std::array<const char*, 6> kChessmen{"king", "queen", "bishop", "knight", "rook", "pawn"};
+
+/// On the board, in the recording's frame.
+struct Place
+{
+    std::size_t man;  ///< index into kChessmen
+    double x;         ///< [m]
+    double z;         ///< [m]
+};
+
+using Places = std::array<Place, 16>;
+
+// clang-format off
+/// Found by trying positions 5 cm apart: first those at which a link enters a man between two
+/// frames and is through it soon, then those that are passed closely without being touched.
+constexpr Places kWalkPlaces{{
+    {2, 1.25, -0.10}, {5, 0.85, 0.30}, {0, -0.10, 0.50}, {1, 0.40, 0.55},
+    {2, 0.30, -0.30}, {5, -0.35, -0.20}, {5, 0.80, -0.30}, {5, 1.50, 0.30},
+    {4, -0.45, 0.15}, {5, 1.65, -0.05}, {5, -0.05, -0.40}, {5, 1.10, -0.45},
+    {5, 1.20, 0.45}, {3, 1.55, -0.40}, {4, 0.60, -0.60}, {3, -0.45, -0.55}}};
+
+constexpr Places kRunPlaces{{
+    {3, 2.70, -0.10}, {3, 1.50, -0.30}, {4, 0.60, -0.25}, {2, 0.25, 0.30},
+    {2, 0.75, 0.30}, {1, 3.05, 0.30}, {0, 1.40, 0.35}, {4, 0.20, -0.30},
+    {5, 2.15, -0.10}, {5, 3.10, -0.10}, {5, 2.45, 0.30}, {5, -0.20, -0.30},
+    {5, 2.35, -0.35}, {5, 1.95, 0.35}, {5, -0.35, 0.15}, {5, 1.05, -0.35}}};
+
+constexpr Places kKickPlaces{{
+    {2, 0.85, -1.05}, {0, 0.50, 0.40}, {1, 1.35, 0.10}, {2, 1.00, -0.25},
+    {4, 1.45, -0.70}, {3, 0.90, 0.20}, {4, 0.55, -0.65}, {5, -0.25, 0.20},
+    {5, 0.10, -0.10}, {5, 1.35, -0.35}, {3, 1.25, -1.15}, {5, 0.25, -0.45},
+    {5, -0.25, -0.15}, {5, 0.05, 0.35}, {5, -0.10, -0.45}, {5, -0.20, 0.55}}};
+// clang-format on
+
 /// Links of the recording, parents first.
-constexpr std::array<std::array<const char*, 2>, 15> kLinks{{{"root", ""},
-                                                             {"chest", "root"},
-                                                             {"neck", "chest"},
-                                                             {"left_shoulder", "chest"},
-                                                             {"left_elbow", "left_shoulder"},
-                                                             {"left_wrist", "left_elbow"},
-                                                             {"right_shoulder", "chest"},
-                                                             {"right_elbow", "right_shoulder"},
-                                                             {"right_wrist", "right_elbow"},
-                                                             {"left_hip", "root"},
-                                                             {"left_knee", "left_hip"},
-                                                             {"left_ankle", "left_knee"},
-                                                             {"right_hip", "root"},
-                                                             {"right_knee", "right_hip"},
-                                                             {"right_ankle", "right_knee"}}};
+// clang-format off
+constexpr std::array<std::array<const char*, 2>, 15> kLinks{{
+    {"root", ""}, {"chest", "root"}, {"neck", "chest"},
+    {"left_shoulder", "chest"}, {"left_elbow", "left_shoulder"}, {"left_wrist", "left_elbow"},
+    {"right_shoulder", "chest"}, {"right_elbow", "right_shoulder"}, {"right_wrist", "right_elbow"},
+    {"left_hip", "root"}, {"left_knee", "left_hip"}, {"left_ankle", "left_knee"},
+    {"right_hip", "root"}, {"right_knee", "right_hip"}, {"right_ankle", "right_knee"}}};
+// clang-format on
 
 std::size_t indexOf(const std::string& name)
 {
@@ -150,12 +176,11 @@ double lowestPoint(const HumanScene& scene, const Recording& frames)
     return lowest;
 }
 
-void addObstacle(HumanScene& scene, std::size_t piece, const char* name, const Vector3d& at)
+void addObstacle(HumanScene& scene, std::size_t piece, const Vector3d& at)
 {
     Isometry3d X = Isometry3d::Identity();
     X.translation() = at;
     scene.obstacles.push_back({.tree = &scene.pieces[piece], .motion = restAt(X)});
-    scene.obstacleNames.emplace_back(name);
     scene.obstacleTriangles += scene.pieces[piece].mesh().triangles.size();
 }
 
@@ -187,10 +212,10 @@ void addChessmen(HumanScene& scene,
     const double floor = lowestPoint(scene, frames) - 1e-3;
     for (const Place& place : places)
     {
-        addObstacle(scene, place.man, kChessmen[place.man], {place.x, floor, place.z});
+        addObstacle(scene, place.man, {place.x, floor, place.z});
     }
     const Vector3d middle = frames[frames.size() / 2][0].translation();
-    addObstacle(scene, kChessmen.size(), "board", {middle.x(), floor - kHalfThickness, middle.z()});
+    addObstacle(scene, kChessmen.size(), {middle.x(), floor - kHalfThickness, middle.z()});
 }
 
 /// Exempts, at feature level, what intersects at the start.

@@ -38,7 +38,6 @@ struct HumanScene
     std::vector<const SsvTree*> linkTrees;
     std::vector<SsvTree> pieces;
     std::vector<RigidBody> obstacles;
-    std::vector<std::string> obstacleNames;
     std::vector<HumanQuery> queries;
     std::size_t humanTriangles = 0;
     std::size_t obstacleTriangles = 0;
@@ -47,7 +46,7 @@ struct HumanScene
 };
 
 /// The recording of that name ("walk", "run", "kick"). Chessmen, the king 0.9 m tall, stand on a
-/// board just below the lowest foot (human_places.h). Throws std::runtime_error for another name
+/// board just below the lowest foot (human_scene.cpp). Throws std::runtime_error for another name
 /// and for files that are missing.
 [[nodiscard]] HumanScene makeHumanScene(const std::filesystem::path& data, const std::string& name);
 }  // namespace bullet_ccd::benchmarks

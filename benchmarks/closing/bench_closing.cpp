@@ -2,7 +2,7 @@
 #include "benchmarks/closing/closing_run.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/support/counters.h"
-#include "benchmarks/support/data_folder.h"
+#include "benchmarks/support/files.h"
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
@@ -10,6 +10,7 @@
 #include "grasp/hand/hand_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,22 @@ namespace bullet_ccd::benchmarks
 {
 namespace
 {
+using grasp::ClosingResult;
+
+/// Of the steps on our hierarchies.
+constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
+
+/// Hands whose collision geometry is the detailed mesh, polygon soups with cracks and all: URDF
+/// files below hands/ of the data folder, without their ending.
+constexpr std::array kDetailedHands{"allegro/allegro_right_mesh",
+                                    "barrett/barrett_mesh",
+                                    "leap/leap_right_mesh",
+                                    "panda_gripper/panda_gripper_mesh",
+                                    "schunk_sah/schunk_sah_right_mesh",
+                                    "schunk_sdh/schunk_sdh_mesh",
+                                    "schunk_svh/schunk_svh_right_mesh",
+                                    "shadow/shadow_right_mesh"};
+
 struct Arguments
 {
     std::filesystem::path data = defaultDataFolder();
@@ -28,6 +45,82 @@ struct Arguments
     std::uint64_t seed = 1;
     bool onlyOurs = false;
 };
+
+/// A method over all candidates.
+struct MethodResult
+{
+    std::string name;
+    std::vector<ClosingOutcome> outcomes;  ///< one a candidate
+    double meanMicroseconds = 0.0;
+    /// Candidates of which a joint ends more than kSamePosture from the reference.
+    int otherPosture = 0;
+};
+
+/// Of one hand and object; candidates whose approach meets nothing are left out of all.
+struct ClosingComparison
+{
+    int candidates = 0;
+    std::vector<MethodResult> methods;  ///< ours first, then the baselines
+    int oursOther = 0;                  ///< ours against the fine sweep
+    double worstOther = 0.0;            ///< by so much [rad or m]
+};
+
+/// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
+/// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.
+///
+/// Every method makes its own approach; all close from where ours ended, so that the postures can
+/// be compared.
+/// @param withPeers  otherwise ours alone, and no reference
+ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers)
+{
+    const std::vector<ClosingStart> starts = closingStarts(scene);
+    ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
+    const auto add = [&](std::string name, const RunClosing& run)
+    {
+        MethodResult method{.name = std::move(name), .outcomes = {}};
+        std::vector<double> micros;
+        for (const ClosingStart& start : starts)
+        {
+            method.outcomes.push_back(run(start));
+            micros.push_back(method.outcomes.back().microseconds);
+        }
+        method.meanMicroseconds = meanOf(micros);
+        comparison.methods.push_back(std::move(method));
+    };
+    add("ours", runContinuous(scene, kClosingTolerance));
+    if (!withPeers)
+    {
+        return comparison;
+    }
+    const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
+    add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
+    const std::unique_ptr<LinkProximity> trees = treeProximity(scene.hand, scene.object);
+    for (const double factor : kFactors)
+    {
+        const DiscreteOptions options{.closingStep = 0.01 * factor};
+        add(fmt::format("own trees, step x {:g}", factor),
+            runDiscrete(*trees, scene.hand, options));
+    }
+    const DiscreteOptions fine{
+        .closingStep = 0.001, .contactGap = kClosingTolerance, .maxSteps = 100'000};
+    for (std::size_t i = 0; i < starts.size(); ++i)
+    {
+        const ClosingResult reference =
+            discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
+        for (MethodResult& method : comparison.methods)
+        {
+            const double by = postureDifference(
+                scene.hand, method.outcomes[i].closing.positions, reference.positions);
+            method.otherPosture += by > kSamePosture ? 1 : 0;
+            if (&method == comparison.methods.data())
+            {
+                comparison.worstOther = std::max(comparison.worstOther, by);
+            }
+        }
+    }
+    comparison.oursOther = comparison.methods.front().otherPosture;
+    return comparison;
+}
 
 /// One pair of hand and object.
 struct Row

@@ -22,9 +22,6 @@ using grasp::ClosingResult;
 using grasp::GraspObject;
 using grasp::HandModel;
 
-constexpr double kTolerance = 2e-5;  // [m]
-constexpr std::array kFactors{1.0, 2.5, 5.0, 10.0, 20.0};
-
 class Ours
 {
 public:
@@ -71,7 +68,7 @@ private:
 
 std::vector<ClosingStart> closingStarts(const ClosingCase& scene)
 {
-    Ours ours(scene, kTolerance);
+    Ours ours(scene, kClosingTolerance);
     std::vector<ClosingStart> starts;
     for (int number = 0; number < scene.candidates; ++number)
     {
@@ -135,53 +132,4 @@ std::unique_ptr<LinkProximity> fclProximity(const HandModel& hand, const GraspOb
     return std::make_unique<LinkProximity>(overlap, distance);
 }
 
-ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers)
-{
-    const std::vector<ClosingStart> starts = closingStarts(scene);
-    ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
-    const auto add = [&](std::string name, const RunClosing& run)
-    {
-        MethodResult method{.name = std::move(name), .outcomes = {}};
-        std::vector<double> micros;
-        for (const ClosingStart& start : starts)
-        {
-            method.outcomes.push_back(run(start));
-            micros.push_back(method.outcomes.back().microseconds);
-        }
-        method.meanMicroseconds = meanOf(micros);
-        comparison.methods.push_back(std::move(method));
-    };
-    add("ours", runContinuous(scene, kTolerance));
-    if (!withPeers)
-    {
-        return comparison;
-    }
-    const std::unique_ptr<LinkProximity> fcl = fclProximity(scene.hand, scene.object);
-    add("FCL, default step", runDiscrete(*fcl, scene.hand, {}));
-    const std::unique_ptr<LinkProximity> trees = treeProximity(scene.hand, scene.object);
-    for (const double factor : kFactors)
-    {
-        const DiscreteOptions options{.closingStep = 0.01 * factor};
-        add(fmt::format("own trees, step x {:g}", factor),
-            runDiscrete(*trees, scene.hand, options));
-    }
-    const DiscreteOptions fine{.closingStep = 0.001, .contactGap = kTolerance, .maxSteps = 100'000};
-    for (std::size_t i = 0; i < starts.size(); ++i)
-    {
-        const ClosingResult reference =
-            discreteClosing(*trees, scene.hand, starts[i].X_WH, starts[i].open, fine);
-        for (MethodResult& method : comparison.methods)
-        {
-            const double by = postureDifference(
-                scene.hand, method.outcomes[i].closing.positions, reference.positions);
-            method.otherPosture += by > kSamePosture ? 1 : 0;
-            if (&method == comparison.methods.data())
-            {
-                comparison.worstOther = std::max(comparison.worstOther, by);
-            }
-        }
-    }
-    comparison.oursOther = comparison.methods.front().otherPosture;
-    return comparison;
-}
 }  // namespace bullet_ccd::benchmarks

@@ -30,31 +30,12 @@ struct ClosingStart
     Eigen::Isometry3d X_WH;  ///< where ours met the object
 };
 
-/// A method over all candidates.
-struct MethodResult
-{
-    std::string name;
-    std::vector<ClosingOutcome> outcomes;  ///< one a candidate
-    double meanMicroseconds = 0.0;
-    /// Candidates of which a joint ends more than kSamePosture from the reference.
-    int otherPosture = 0;
-};
-
 struct ClosingCase
 {
     const grasp::HandModel& hand;
     const grasp::GraspObject& object;
     int candidates = 20;
     std::uint64_t seed = 1;
-};
-
-/// Of one hand and object; candidates whose approach meets nothing are left out of all.
-struct ClosingComparison
-{
-    int candidates = 0;
-    std::vector<MethodResult> methods;  ///< ours first, then the baselines
-    int oursOther = 0;                  ///< ours against the fine sweep
-    double worstOther = 0.0;            ///< by so much [rad or m]
 };
 
 /// The candidates whose approach meets something.
@@ -71,14 +52,8 @@ using RunClosing = std::function<ClosingOutcome(const ClosingStart&)>;
 [[nodiscard]] std::unique_ptr<LinkProximity> fclProximity(const grasp::HandModel& hand,
                                                           const grasp::GraspObject& object);
 
+/// Of the approach and the closings at which postures are compared [m].
+inline constexpr double kClosingTolerance = 2e-5;
 /// Postures that are farther apart are not the same.
 inline constexpr double kSamePosture = 0.02;
-
-/// Ours (continuous), the discrete baseline on FCL and on the project's own hierarchies at the
-/// default step and at larger ones, and, for the posture, a sweep of 0.001 rad.
-///
-/// Every method makes its own approach; all close from where ours ended, so that the postures can
-/// be compared.
-/// @param withPeers  otherwise ours alone, and no reference
-[[nodiscard]] ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers);
 }  // namespace bullet_ccd::benchmarks

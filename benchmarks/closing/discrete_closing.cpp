@@ -249,6 +249,16 @@ ClosingResult discreteClosing(LinkProximity& proximity,
     return result;
 }
 
+grasp::CloseHand discreteEngine(LinkProximity& proximity, const DiscreteOptions& options)
+{
+    return [&proximity, options](const HandModel& hand,
+                                 const GraspObject& /*object*/,
+                                 const Eigen::Isometry3d& X_WH,
+                                 const std::vector<double>& positions,
+                                 const grasp::ClosingOptions& /*options*/)
+    { return discreteClosing(proximity, hand, X_WH, positions, options); };
+}
+
 double postureDifference(const HandModel& hand,
                          std::span<const double> a,
                          std::span<const double> b)

@@ -94,6 +94,11 @@ struct DiscreteOptions
                                                    const std::vector<double>& positions,
                                                    const DiscreteOptions& options);
 
+/// discreteClosing() as an engine. Keeps a reference to the proximity, which is of the hand and the
+/// object that the engine is asked for.
+[[nodiscard]] grasp::CloseHand discreteEngine(LinkProximity& proximity,
+                                              const DiscreteOptions& options);
+
 /// The largest difference of a joint between two postures [rad]. The difference of a sliding joint
 /// [m] counts ten times.
 /// @pre a and b have one entry per link

@@ -25,33 +25,6 @@ using tools::LoadedObject;
 
 constexpr double kFineStep = 0.001;  // [s], at 1 rad/s
 
-/// The closing that ours is compared with.
-grasp::CloseHand referenceClosing(ClosingReference reference,
-                                  const LoadedHand& hand,
-                                  const LoadedObject& object)
-{
-    if (reference == ClosingReference::Simulated)
-    {
-        return grasp::simulatedClosing()();
-    }
-    const std::shared_ptr<LinkProximity> trees = treeProximity(hand.hand, object.object);
-    return [trees](const grasp::HandModel& model,
-                   const grasp::GraspObject& /*target*/,
-                   const Eigen::Isometry3d& X_WH,
-                   const std::vector<double>& positions,
-                   const grasp::ClosingOptions& options)
-    {
-        return discreteClosing(*trees,
-                               model,
-                               X_WH,
-                               positions,
-                               {.closingStep = kFineStep,
-                                .contactGap = options.tolerance,
-                                .contactLayer = 2.0 * options.tolerance,
-                                .maxSteps = 1'000'000});
-    };
-}
-
 /// Counts over the closings of a pair.
 struct ClosingCounts
 {
@@ -134,7 +107,14 @@ json judgeClosings(const LoadedHand& hand,
                                    .sameLinks = !sweep,
                                    .reach = options.closing.contactThreshold};
     const grasp::CloseHand close = grasp::kinematicClosing();
-    const grasp::CloseHand closeReference = referenceClosing(reference, hand, object);
+    const std::unique_ptr<LinkProximity> trees = treeProximity(hand.hand, object.object);
+    const double tolerance = options.closing.tolerance;
+    const grasp::CloseHand closeReference = sweep ? discreteEngine(*trees,
+                                                                   {.closingStep = kFineStep,
+                                                                    .contactGap = tolerance,
+                                                                    .contactLayer = 2.0 * tolerance,
+                                                                    .maxSteps = 1'000'000})
+                                                  : grasp::simulatedClosing()();
     const std::array bodies{RigidBody{.tree = &object.object.tree, .motion = {}}};
     const Environment environment(bodies);
     const grasp::ApproachShapes shapes = grasp::approachShapes(hand.hand, object.object);

@@ -1,6 +1,5 @@
-#include "benchmarks/grasp/summaries.h"
-
 #include "benchmarks/grasp/closing_verdict.h"
+#include "benchmarks/grasp/judged_rows.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
 

@@ -110,20 +110,22 @@ double fclDistance(const FclModel& a,
     return std::max(0.0, distance);
 }
 
-std::optional<double> firstOverlap(const FclBody& a, const FclBody& b, double from, double end)
+std::optional<double> firstOverlap(double from,
+                                   double end,
+                                   const std::function<bool(double)>& overlaps)
 {
     double low = from;
     double step = 1e-10;
     while (true)
     {
         const double next = std::min(end, from + step);
-        if (fclOverlap(a, b, next))
+        if (overlaps(next))
         {
             double high = next;
             while (high - low > 1e-12)
             {
                 const double middle = 0.5 * (low + high);
-                (fclOverlap(a, b, middle) ? high : low) = middle;
+                (overlaps(middle) ? high : low) = middle;
             }
             return high;
         }

@@ -8,6 +8,7 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -79,8 +80,14 @@ inline constexpr int kNaiveSamples = 1001;
 
 /// First overlap in (from, end], to 1e-12: steps that double, then bisection, so that one that
 /// lasts shorter than its distance from `from` may be stepped over. None if nothing overlaps.
-[[nodiscard]] std::optional<double> firstOverlap(const FclBody& a,
-                                                 const FclBody& b,
-                                                 double from,
-                                                 double end);
+[[nodiscard]] std::optional<double> firstOverlap(double from,
+                                                 double end,
+                                                 const std::function<bool(double)>& overlaps);
+[[nodiscard]] inline std::optional<double> firstOverlap(const FclBody& a,
+                                                        const FclBody& b,
+                                                        double from,
+                                                        double end)
+{
+    return firstOverlap(from, end, [&](double t) { return fclOverlap(a, b, t); });
+}
 }  // namespace bullet_ccd::benchmarks

@@ -2,14 +2,13 @@
 import json
 import sys
 
-from plot import catalogue, chart, grasps, page, simulation
+from plot import catalogue, chart, page, simulation
 
 # Title, and what draws a family.
 PAGES = {"chart": ("Time against accuracy", dict.fromkeys(
              ("rigid", "articulated", "closing", "step"), chart.section_of)),
          "stability": ("Stability where methods fail", {
-             "catalogue": catalogue.section_of, "grasps": grasps.section_of,
-             "simulation": simulation.section_of})}
+             "catalogue": catalogue.section_of, "simulation": simulation.section_of})}
 
 
 def read(file):

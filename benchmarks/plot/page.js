@@ -48,16 +48,7 @@ function toggleDetail(row) {
     row.after(detail);
 }
 
-/** How many of the rows that are shown a method gets right. */
-function addUp(sum) {
-    const verdicts = all("tbody tr:not(.off) .answer", sum.closest("table"))
-        .filter(({ dataset }) => dataset.method === sum.dataset.method)
-        .map(({ dataset }) => dataset.verdict).filter(verdict => verdict !== "not applicable");
-    const right = verdicts.filter(verdict => verdict === "pass").length;
-    sum.textContent = verdicts.length > 0 ? `${right}/${verdicts.length}` : "–";
-}
-
-/** Filters of a section: chips hide what has their data, words and answers hide rows of tables. */
+/** Filters of a section: chips hide what has their data, words hide rows of tables. */
 class Section {
     constructor(section) {
         this.section = section;
@@ -69,7 +60,7 @@ class Section {
             const chips = this.chips.filter(chip => chip.dataset.kind === dataset.all);
             this.press(chips, !chips.every(isPressed));
         });
-        on("input", "select, .find", section, () => this.update());
+        on("input", ".find", section, () => this.update());
         on("click", ".matrix tbody tr", section, toggleDetail);
         const points = ".points tbody tr, .panels g[id]";
         on("mouseenter", points, section,
@@ -90,18 +81,15 @@ class Section {
         }
         const fits = ({ dataset }) => Object.entries(chosen).every(
             ([kind, values]) => !(kind in dataset) || values.has(dataset[kind]));
-        const [words, method, verdict] = [".find", ".of-method", ".of-verdict"].map(
-            selector => this.section.querySelector(selector)?.value ?? "");
-        const isAnswered = row => !(method || verdict) || all(".answer", row).some(
-            ({ dataset }) => (!method || dataset.method === method) &&
-                (!verdict || dataset.verdict === verdict));
+        const words = this.section.querySelector(".find")?.value.toLowerCase() ?? "";
         all(".detail", this.section).forEach(row => row.remove());
         for (const row of this.rows) {
-            const isFound = row.textContent.toLowerCase().includes(words.toLowerCase());
-            row.classList.toggle("off", !(fits(row) && isFound && isAnswered(row)));
+            // What a cell of the matrix says is in its data, as its text is a letter.
+            const said = [row.textContent, ...[...row.cells].map(({ dataset }) => dataset.words)];
+            const isFound = said.join("\n").toLowerCase().includes(words);
+            row.classList.toggle("off", !(fits(row) && isFound));
         }
         all(".panels > *", this.section).forEach(panel => this.updatePanel(panel, fits));
-        all(".sum", this.section).forEach(addUp);
         for (const count of all(".count", this.section)) {
             const shown = this.rows.filter(row => !isOff(row)).length;
             count.textContent = `${shown} of ${this.rows.length} ${count.dataset.what}`;

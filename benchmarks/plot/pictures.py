@@ -1,4 +1,4 @@
-"""What all pictures share: matplotlib's settings, colours, panels of lines, cells with letters, and
+"""What all pictures share: matplotlib's settings, colours, cells with letters, and
 files: a PNG, and an SVG that may stand in a page, where what has a name has a tip."""
 import io
 import math
@@ -14,9 +14,7 @@ except ImportError:
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import PercentFormatter
 
-from plot.words import power
 
 INK, SOFT, GRID, FRAME, PAPER = "#1d232b", "#5d6773", "#e6e9ed", "#a8b0ba", "#ffffff"
 
@@ -78,50 +76,10 @@ def sample(label, **looks):
     return Line2D([], [], label=label, **looks)
 
 
-def panels(count, share=False):
-    """A figure and the axes of so many panels."""
-    columns = 3 if count in (5, 6) else min(count, 4)
-    rows = -(-count // columns)
-    figure = Figure(figsize=(3.9 * columns, 2.6 * rows), layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
-    axes = list(figure.subplots(rows, columns, sharey=share, squeeze=False).flat)
-    for unused in axes[count:]:
-        unused.remove()
-    return figure, axes[:count]
-
-
 def decades(values):
     """Exponents of the powers of ten from below to above all values."""
     low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
     return range(low, max(high, low + 1) + 1)
-
-
-def draw_lines(axes, title, ticks, lines, lowest=None, is_share=False, span=()):
-    """Lines (points (x, y), looks) over ticks {x: words}, y a share or logarithmic over the decades
-    of the span or of the lines. Where y is None there is a cross at the top, a height a colour; all
-    below the lowest value is drawn there."""
-    axes.set_title(title)
-    colours = list(dict.fromkeys(looks["color"] for _, looks in lines))
-    values = list(span) or [y for points, _ in lines for _, y in points if y is not None]
-    if lowest is None or min(values, default=lowest) >= lowest:
-        lowest = 0.0
-    for points, looks in lines:
-        axes.plot(*zip(*[(x, max(y, lowest)) for x, y in points if y is not None]), **looks)
-        gone = [x for x, y in points if y is None]
-        height = 0.95 - 0.07 * colours.index(looks["color"])
-        axes.plot(gone, [height] * len(gone), "x", color=looks["color"], markersize=5,
-                  transform=axes.get_xaxis_transform())
-    axes.set(xscale="log", xlim=(0.8 * min(ticks), 1.25 * max(ticks)))
-    axes.set_xticks(list(ticks), ticks.values())
-    if is_share:
-        axes.set(ylim=(-0.04, 1.04), yticks=[0.0, 0.5, 1.0])
-        axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-    else:
-        powers = decades([max(y, lowest) for y in values if max(y, lowest) > 0.0] or [1.0])
-        shown = [10.0 ** exponent for exponent in powers[::math.ceil(len(powers) / 6)]]
-        axes.set(yscale="log", ylim=(10.0 ** (powers[0] - 0.15), 10.0 ** (powers[-1] + 0.15)))
-        axes.set_yticks(shown, [("≤ " if y <= 1.01 * lowest else "") + power(y) for y in shown])
-    axes.minorticks_off()
 
 
 def draw_cells(axes, cells, looks):

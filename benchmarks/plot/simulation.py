@@ -1,19 +1,16 @@
-"""Hands that hold, squeeze, pinch and hit in simulated worlds: outcomes, quantities over the time
-step, and ours beside stock Bullet, setting by setting."""
+"""Hands that hold, squeeze, pinch and hit in simulated worlds: outcomes, and ours beside stock
+Bullet, setting by setting."""
 from plot import page
 from plot.page import tag
-from plot.pictures import (HUES, INK, SOFT, Figure, cell_samples, draw_cells, draw_lines, foot,
-                           panels, sample, save)
+from plot.pictures import INK, SOFT, Figure, cell_samples, draw_cells, foot, save
 from plot.words import number, quantile, unique
 
 STOCK, OURS = "stock", "ours, world"
-COLOURS = {STOCK: HUES["bullet"][0], OURS: HUES["ours"][0]}
 # From best to worst: letter, colour of the cell, colour of the letter; told apart without colours.
 LOOKS = {"held": ("H", "#9ec9f5", INK), "slipped": ("S", "#f3e08a", INK),
          "dropped": ("D", "#f2a65e", INK), "through": ("T", "#e5636f", INK),
          "exploded": ("X", "#b07cc6", INK), "timed out": ("O", "#9aa1a9", INK),
          "crashed": ("C", "#9aa1a9", INK)}
-SHADES = {10: 0.35, 50: 0.65, 200: 1.0}  # by the number of iterations
 
 
 def is_in_hand(world, run):
@@ -24,17 +21,12 @@ def is_finite(_, run):
     return run["verdict"] not in ("crashed", "timed out")
 
 
-# Quantity: name of the picture, title, lowest value that is drawn, where it means something, what a
-# cross says, up to where two values count as the same.
-CHARTS = {
-    "drift": ("drift", "Drift of the object in the hand [m]", 1e-9, is_in_hand,
-              "no longer in the hand", 1e-5),
-    "depth": ("depth", "Deepest penetration at the ends of steps [m]", 1e-7, is_finite,
-              "no answer", 1e-5),
-    "maxKinetic": ("energy", "Kinetic energy where rest is expected [J]", 1e-15, is_in_hand,
-                   "no longer in the hand", 1e-9),
-    "realTime": ("time", "Processor time of a simulated second [s]", None, is_finite,
-                 "no answer", 0.0)}
+# Quantity: title, where it means something, up to where two values count as the same.
+QUANTITIES = {
+    "drift": ("Drift of the object in the hand [m]", is_in_hand, 1e-5),
+    "depth": ("Deepest penetration at the ends of steps [m]", is_finite, 1e-5),
+    "maxKinetic": ("Kinetic energy where rest is expected [J]", is_in_hand, 1e-9),
+    "realTime": ("Processor time of a simulated second [s]", is_finite, 0.0)}
 
 
 def runs_of(measured, world, method=None):
@@ -87,34 +79,6 @@ def draw_outcomes(measured):
     return figure, tips
 
 
-def draw_chart(measured, key):
-    """A panel per world: stock and ours over the time step, shades for iterations; None if there is
-    nothing to be seen."""
-    _, _, lowest, is_valid, lost, _ = CHARTS[key]
-    def value_of(world, run):
-        return run[key] if key in run and is_valid(world, run) else None
-    worlds = [w for w in worlds_of(measured)
-              if any(value_of(w, r) is not None for r in runs_of(measured, w["name"]))]
-    if not worlds:
-        return None
-    shown = [n for n in measured["iterations"] if n in SHADES] or measured["iterations"]
-    looks = {(m, n): {"color": COLOURS[m], "alpha": SHADES.get(n, 0.7), "marker": "o",
-                      "markersize": 3.5} for m in COLOURS for n in shown}
-    lines = {w["name"]: [([(r["rate"], value_of(w, r)) for r in runs_of(measured, w["name"], method)
-                           if r["iterations"] == n], look) for (method, n), look in looks.items()]
-             for w in worlds}
-    span = [y for own in lines.values() for points, _ in own for _, y in points if y is not None]
-    figure, axes = panels(len(worlds), share=True)
-    for world, one in zip(worlds, axes):
-        title, _, surface = world["title"].rpartition(", ")
-        draw_lines(one, f"{surface}\n{title}", {rate: str(rate) for rate in measured["rates"]},
-                   lines[world["name"]], lowest, span=span)
-        one.set_xlabel("steps per second")
-    foot(figure, [sample(f"{m}, {n} iterations", **look) for (m, n), look in looks.items()] +
-         [sample(lost, linestyle="", marker="x", color=SOFT)], 4)
-    return figure
-
-
 def beside_stock(measured, suffix):
     """(world of stock, run of stock, run of ours): ours where the world has a suffix."""
     ours = {(r["world"], r["rate"], r["iterations"]): r for r in measured["runs"]
@@ -152,7 +116,7 @@ def comparison_table(measured):
         rows += [comparison_row(
             f"{title}{words}", held,
             lambda w, r, key=key, valid=valid: r.get(key) if valid(w, r) else None, 1.5, floor)
-            for key, (_, title, _, valid, _, floor) in CHARTS.items()]
+            for key, (title, valid, floor) in QUANTITIES.items()]
     return page.join([
         tag("p", "Setting by setting. Quantities are compared where both hold what they hold; ours "
                  "counts as better or worse if they differ by more than half."),
@@ -160,37 +124,23 @@ def comparison_table(measured):
                     "the worst"], rows, around="wide")])
 
 
-def worlds_table(measured):
-    """What became of all runs of a world and method, and how far they were off."""
-    rows = []
-    for world in worlds_of(measured):
-        for method in unique(r["method"] for r in runs_of(measured, world["name"])):
-            runs = runs_of(measured, world["name"], method)
-            held = [r for r in runs if is_in_hand(world, r)]
-            depths = [r["depth"] for r in runs if "depth" in r]
-            gains = [r["energyGain"] for r in runs if world["passive"] and "energyGain" in r]
-            drifts, kinetic = ([r[key] for r in held] for key in ("drift", "maxKinetic"))
-            times = [r["realTime"] for r in runs if "realTime" in r]
-            rows.append([world["title"], method] +
-                        [sum(r["verdict"] == v for r in runs) or "" for v in LOOKS] +
-                        [number(n) for n in (
-                            quantile(drifts, 0.5), max(drifts, default=None),
-                            quantile(depths, 0.5), max(depths, default=None))] +
-                        [f"{depths.count(0.0)} of {len(depths)}", number(quantile(kinetic, 0.5)),
-                         number(max(gains, default=None)), number(quantile(times, 0.5)),
-                         sum(r.get("impacts", 0) for r in runs) or ""])
-    return page.table(["world", "method", *LOOKS, "drift, median [m]", "worst", "depth, median [m]",
-                       "worst", "never deep", "kinetic, median [J]", "energy gained, worst",
-                       "s / s, median", "impacts"], rows)
+def outcomes_table(measured):
+    """What became of all runs, by shapes and method."""
+    shapes = {w["name"]: w["title"].rpartition(", ")[2] for w in measured["worlds"]}
+    groups = {}
+    for run in measured["runs"]:
+        groups.setdefault((shapes[run["world"]], run["method"]), []).append(run)
+    rows = [[*names, len(runs)] + [sum(r["verdict"] == v for r in runs) or "" for v in LOOKS] +
+            [number(max((r["depth"] for r in runs if "depth" in r), default=None)),
+             sum(r.get("impacts", 0) for r in runs) or ""] for names, runs in groups.items()]
+    return page.table(["shapes", "method", "runs", *LOOKS, "deepest penetration [m]", "impacts"],
+                      rows)
 
 
 def section_of(measured, folder, _=()):
-    """HTML of the section; writes its pictures into the folder, too."""
-    def picture(name, figure, tips=None):
-        return tag("div", page.Html(save(figure, folder, f"simulation_{name}", tips)),
-                   class_="figure")
-    charts = [(title, name, draw_chart(measured, key))
-              for key, (name, title, *_) in CHARTS.items()]
+    """HTML of the section; writes its picture into the folder, too."""
+    figure, tips = draw_outcomes(measured)
+    outcomes = page.Html(save(figure, folder, "simulation_outcomes", tips))
     return page.section(
         measured,
         tag("p", f"{len(worlds_of(measured))} worlds of Bullet in {measured['precision']} "
@@ -203,8 +153,5 @@ def section_of(measured, folder, _=()):
                  "ours. Penetration is found by an exact check of all triangles; Bullet lets its "
                  "convex shapes sink in while it stops them, with ours as well once they touch. "
                  "Nothing drives the links that hit the wall, so energy can only fall."),
-        tag("h3", "Outcomes"), picture("outcomes", *draw_outcomes(measured)),
-        comparison_table(measured),
-        *[part for title, name, figure in charts if figure
-          for part in (tag("h3", title), picture(name, figure))],
-        tag("h3", "All worlds"), worlds_table(measured))
+        tag("h3", "Outcomes"), tag("div", outcomes, class_="figure"),
+        outcomes_table(measured), tag("h3", "Ours beside stock"), comparison_table(measured))

@@ -29,10 +29,6 @@ def number(value, digits=2):
     return f"{float(f'{value:.{digits}g}'):g}".replace("e+0", "e")
 
 
-def percent(part, whole):
-    return "–" if not whole else f"{100 * part / whole:.0f} %"
-
-
 def quantile(values, share):
     """The value that this share of all is not above; None for none."""
     if not values:

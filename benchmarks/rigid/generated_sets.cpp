@@ -1,7 +1,6 @@
-#include "benchmarks/rigid/generated_sets.h"
-
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "benchmarks/rigid/rigid_sets.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/pose.h"
 #include "bullet_ccd/toi/rigid_toi.h"

@@ -54,8 +54,9 @@ struct Case
     }
 };
 
-void complain(CheckResult& result, const Case& c, const std::string& what)
+void complain(CheckResult& result, int& count, const Case& c, const std::string& what)
 {
+    ++count;
     result.complaints.push_back(fmt::format("{} query {}: {}", c.set.name, c.query().id, what));
 }
 
@@ -69,23 +70,22 @@ void checkAgainstReference(const Case& c, bool contact, CheckResult& result)
     ++result.hits;
     if (!contact)
     {
-        ++result.missed;
-        complain(result, c, fmt::format("missed the contact at {:.12g}", known.time));
+        complain(
+            result, result.missed, c, fmt::format("missed the contact at {:.12g}", known.time));
         return;
     }
     const double error = known.time - c.answer.time;
     result.errors.push_back(error);
     if (error < -c.slack())
     {
-        ++result.late;
-        complain(result, c, fmt::format("late by {:.3g} of the motion", -error));
+        complain(result, result.late, c, fmt::format("late by {:.3g} of the motion", -error));
     }
     // The reference's own step within 1e-4: only comparable at that tolerance or a smaller one.
     if (c.tolerance <= 1e-4 && known.timeAtTolerance >= 0.0 &&
         c.answer.time < known.timeAtTolerance - c.slack())
     {
-        ++result.early;
         complain(result,
+                 result.early,
                  c,
                  fmt::format("{:.3g} of the motion before the reference was within 1e-4 (error "
                              "{:.3g}, gap {:.4g})",
@@ -103,16 +103,20 @@ void checkAgainstSampling(const Case& c, bool contact, CheckResult& result)
         result.hits += sampled.hit ? 1 : 0;
         if (sampled.hit)
         {
-            ++result.missed;
-            complain(result, c, fmt::format("missed: surfaces intersect at {:.6g}", sampled.time));
+            complain(result,
+                     result.missed,
+                     c,
+                     fmt::format("missed: surfaces intersect at {:.6g}", sampled.time));
         }
         return;
     }
     if (sampled.hit && c.answer.time > sampled.time)
     {
         ++result.hits;
-        ++result.late;
-        complain(result, c, fmt::format("late: surfaces intersect at {:.6g}", sampled.time));
+        complain(result,
+                 result.late,
+                 c,
+                 fmt::format("late: surfaces intersect at {:.6g}", sampled.time));
         return;
     }
     const std::optional<double> first =
@@ -130,20 +134,21 @@ void checkContactGap(const Case& c, CheckResult& result)
     const double gap = c.distance(c.answer.time);
     if (gap <= 0.0)
     {
-        ++result.late;
-        complain(result, c, fmt::format("intersects at the reported time {}", c.answer.time));
+        complain(result,
+                 result.late,
+                 c,
+                 fmt::format("intersects at the reported time {}", c.answer.time));
     }
     else if (gap > c.tolerance + kDistanceRounding)
     {
-        ++result.falseHits;
-        complain(result, c, fmt::format("hit at a distance of {:.6g}", gap));
+        complain(result, result.falseHits, c, fmt::format("hit at a distance of {:.6g}", gap));
     }
     else if (std::abs(gap - c.answer.gap) > kDistanceRounding ||
              std::abs((c.answer.pointB - c.answer.pointA).norm() - c.answer.gap) >
                  kDistanceRounding)
     {
-        ++result.badGaps;
         complain(result,
+                 result.badGaps,
                  c,
                  fmt::format("distance {:.9g}, reported gap {:.9g}, witnesses {:.9g} apart",
                              gap,
@@ -160,9 +165,9 @@ void checkClearance(const Case& c, CheckResult& result)
         const double distance = c.distance(t);
         if (c.answer.gap > distance + kDistanceRounding)
         {
-            ++result.badGaps;
             complain(
                 result,
+                result.badGaps,
                 c,
                 fmt::format("clearance {:.6g} promised, {:.6g} at {}", c.answer.gap, distance, t));
             return;
@@ -183,8 +188,7 @@ CheckResult checkAnswers(const RigidSet& set,
         const bool contact = isContact(c.answer.status);
         if (c.answer.status == ToiStatus::IterationLimit)
         {
-            ++result.gaveUp;
-            complain(result, c, "gave up");
+            complain(result, result.gaveUp, c, "gave up");
             continue;
         }
         if (c.reference() != nullptr)

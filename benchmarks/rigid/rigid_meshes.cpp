@@ -91,63 +91,28 @@ TriangleMesh makeFinger()
     return makeRevolved(profile, 16);
 }
 
-TriangleMesh makePlate(int cells, double side, double thickness)
+TriangleMesh makeGridBox(const std::array<int, 3>& cells, const Vector3d& halfExtents)
 {
     TriangleMesh mesh;
-    const int row = cells + 1;
-    const auto at = [&](int face, int i, int j) { return face * row * row + i * row + j; };
-    for (int face = 0; face < 2; ++face)
-    {
-        for (int i = 0; i <= cells; ++i)
-        {
-            for (int j = 0; j <= cells; ++j)
-            {
-                mesh.vertices.push_back({side * (static_cast<double>(i) / cells - 0.5),
-                                         side * (static_cast<double>(j) / cells - 0.5),
-                                         (face - 0.5) * thickness});
-            }
-        }
-    }
-    for (int i = 0; i < cells; ++i)
-    {
-        for (int j = 0; j < cells; ++j)
-        {
-            addQuad(mesh, at(1, i, j), at(1, i + 1, j), at(1, i + 1, j + 1), at(1, i, j + 1));
-            addQuad(mesh, at(0, i, j), at(0, i, j + 1), at(0, i + 1, j + 1), at(0, i + 1, j));
-        }
-    }
-    const int n = cells;
-    for (int i = 0; i < n; ++i)
-    {
-        addQuad(mesh, at(0, i, 0), at(0, i + 1, 0), at(1, i + 1, 0), at(1, i, 0));
-        addQuad(mesh, at(0, i + 1, n), at(0, i, n), at(1, i, n), at(1, i + 1, n));
-        addQuad(mesh, at(0, 0, i + 1), at(0, 0, i), at(1, 0, i), at(1, 0, i + 1));
-        addQuad(mesh, at(0, n, i), at(0, n, i + 1), at(1, n, i + 1), at(1, n, i));
-    }
-    return mesh;
-}
-
-TriangleMesh makeGridBox(int cells, const Vector3d& halfExtents)
-{
-    TriangleMesh mesh;
-    const auto along = [cells](int i) { return 2.0 * i / cells - 1.0; };
     for (int axis = 0; axis < 3; ++axis)
     {
         const int u = (axis + 1) % 3;
         const int v = (axis + 2) % 3;
+        const auto along = [&](int side, int i)
+        { return (2.0 * i / cells[static_cast<std::size_t>(side)] - 1.0) * halfExtents[side]; };
         for (const double side : {-1.0, 1.0})
         {
-            for (int i = 0; i < cells; ++i)
+            for (int i = 0; i < cells[static_cast<std::size_t>(u)]; ++i)
             {
-                for (int j = 0; j < cells; ++j)
+                for (int j = 0; j < cells[static_cast<std::size_t>(v)]; ++j)
                 {
                     const auto first = static_cast<std::int32_t>(mesh.vertices.size());
                     for (const auto& [di, dj] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
                     {
                         Vector3d corner;
                         corner[axis] = side * halfExtents[axis];
-                        corner[u] = along(i + di) * halfExtents[u];
-                        corner[v] = along(j + dj) * halfExtents[v];
+                        corner[u] = along(u, i + di);
+                        corner[v] = along(v, j + dj);
                         mesh.vertices.push_back(corner);
                     }
                     const int turn = side > 0.0 ? 1 : 3;

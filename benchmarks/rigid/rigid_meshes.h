@@ -18,11 +18,9 @@ namespace bullet_ccd::benchmarks
 /// Capsule along z whose lower cap is centred at the origin, the joint; 928 triangles.
 [[nodiscard]] TriangleMesh makeFinger();
 
-/// Closed thin box in the x-y plane, `cells` x `cells` cells a side.
-[[nodiscard]] TriangleMesh makePlate(int cells, double side, double thickness);
-
-/// Closed box centred at the origin with `cells` x `cells` cells on each side.
-[[nodiscard]] TriangleMesh makeGridBox(int cells, const Eigen::Vector3d& halfExtents);
+/// Closed box centred at the origin with so many cells along each axis.
+[[nodiscard]] TriangleMesh makeGridBox(const std::array<int, 3>& cells,
+                                       const Eigen::Vector3d& halfExtents);
 
 /// Closed cylinder about z, centred at the origin, with rings of triangles on its caps and along
 /// its height.

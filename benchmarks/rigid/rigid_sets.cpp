@@ -1,6 +1,5 @@
 #include "benchmarks/rigid/rigid_sets.h"
 
-#include "benchmarks/rigid/generated_sets.h"
 #include "benchmarks/rigid/rigid_meshes.h"
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/math/check.h"
@@ -43,6 +42,12 @@ std::optional<int> sizeIn(const std::array<const char*, 6>& family, const std::s
 /// Half-extents, with proportions that keep its faces' corners off each other's grids.
 const Eigen::Vector3d kFlatBox(60.0, 45.0, 33.0);
 
+/// A thin box with so many cells along its length and its width.
+TriangleMesh makePlate(int cells)
+{
+    return makeGridBox({cells, cells, 1}, {60.0, 60.0, 0.1});
+}
+
 TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
 {
     if (const std::optional<int> size = sizeIn(kKnotSizes, name))
@@ -57,17 +62,26 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
         {"bunny",
          [&] { return loadMeshFile(dataFolder / "motions/c2a_torusknot/bunny_noholes.ply").mesh; }},
         {"finger", makeFinger},
-        {"plate", [] { return makePlate(15, 120.0, 0.2); }},
+        {"plate", [] { return makePlate(15); }},
         {"box",
          [] {
              return makeBox({1.0, 0.6, 0.3});
          }},
-        {"flat_plate_1k", [] { return makePlate(15, 120.0, 0.2); }},
-        {"flat_plate_10k", [] { return makePlate(49, 120.0, 0.2); }},
-        {"flat_plate_100k", [] { return makePlate(157, 120.0, 0.2); }},
-        {"flat_box_1k", [] { return makeGridBox(9, kFlatBox); }},
-        {"flat_box_10k", [] { return makeGridBox(29, kFlatBox); }},
-        {"flat_box_100k", [] { return makeGridBox(91, kFlatBox); }},
+        {"flat_plate_1k", [] { return makePlate(15); }},
+        {"flat_plate_10k", [] { return makePlate(49); }},
+        {"flat_plate_100k", [] { return makePlate(157); }},
+        {"flat_box_1k",
+         [] {
+             return makeGridBox({9, 9, 9}, kFlatBox);
+         }},
+        {"flat_box_10k",
+         [] {
+             return makeGridBox({29, 29, 29}, kFlatBox);
+         }},
+        {"flat_box_100k",
+         [] {
+             return makeGridBox({91, 91, 91}, kFlatBox);
+         }},
         {"flat_cylinder_1k", [] { return makeRingedCylinder(40.0, 100.0, 24, 4, 14); }},
         {"flat_cylinder_10k", [] { return makeRingedCylinder(40.0, 100.0, 72, 14, 42); }},
         {"flat_cylinder_100k", [] { return makeRingedCylinder(40.0, 100.0, 228, 40, 140); }},
@@ -200,41 +214,5 @@ RigidSet makeRigidSet(const std::string& name, MeshLibrary& meshes, std::uint64_
         return generateSet(name, meshes, seedShift);
     }
     throw std::invalid_argument("set '" + name + "' is unknown: --list names all");
-}
-
-void writePoses(const RigidSet& set, const fs::path& file)
-{
-    std::ofstream out(file);
-    out << "id";
-    for (const char* pose : {"a0", "a1", "b0", "b1"})
-    {
-        for (const char* part : {"qw", "qx", "qy", "qz", "tx", "ty", "tz"})
-        {
-            out << ',' << pose << '_' << part;
-        }
-    }
-    out << '\n';
-    for (const RigidQuery& query : set.queries)
-    {
-        out << query.id;
-        for (const RigidMotion* motion : {&query.motionA, &query.motionB})
-        {
-            for (const double t : {0.0, 1.0})
-            {
-                const Eigen::Isometry3d X = motion->at(t).X_W;
-                const Eigen::Quaterniond q(X.linear());
-                const Eigen::Vector3d p = X.translation();
-                for (const double value : {q.w(), q.x(), q.y(), q.z(), p.x(), p.y(), p.z()})
-                {
-                    out << fmt::format(",{:.17g}", value);
-                }
-            }
-        }
-        out << '\n';
-    }
-    if (!out)
-    {
-        throw std::runtime_error(file.string() + ": cannot be written: make its folder first");
-    }
 }
 }  // namespace bullet_ccd::benchmarks

@@ -70,7 +70,8 @@ private:
 [[nodiscard]] RigidSet makeRigidSet(const std::string& name,
                                     MeshLibrary& meshes,
                                     std::uint64_t seedShift = 0);
-
-/// Writes start and end poses in the form that the recorded sets have. Throws std::runtime_error.
-void writePoses(const RigidSet& set, const std::filesystem::path& file);
+/// The same for a generated set.
+[[nodiscard]] RigidSet generateSet(const std::string& name,
+                                   MeshLibrary& meshes,
+                                   std::uint64_t seedShift);
 }  // namespace bullet_ccd::benchmarks

@@ -1,10 +1,17 @@
-/// Bullet worlds under the exact check of benchmarks/reference/audit, as subjects of a soak.
+/// Bullet worlds as subjects of a soak; the exact check of benchmarks/reference/audit looks at
+/// rigid ones.
 #pragma once
 
+#include "benchmarks/reference/audit/world_audit.h"
 #include "benchmarks/soak/soak.h"
+#include "bullet_ccd/examples/example_support.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace bullet_ccd::benchmarks
 {
@@ -48,4 +55,46 @@ struct RandomSoak
 /// and by action. Wrong if a body that was not squeezed gets past the middle of a wall, if a pose
 /// or a velocity is not finite, or if a step does not end.
 [[nodiscard]] SoakSubject randomSoak(const RandomSoak& soak);
+
+struct SoftSoak
+{
+    double seconds = 0.5;    ///< simulated time of a drop [s]
+    bool withStock = false;  ///< every drop in stock Bullet, too
+};
+
+/// Random drops of cloth, ropes and volumes in Bullet's deformable worlds, looked at in every step
+/// by a judge that shares nothing with the library. Wrong if a node went through anything, an edge
+/// crosses a face at the end, or a node is not finite.
+[[nodiscard]] SoakSubject softSoak(const SoftSoak& soak);
+
+// What the soaks under the exact check share.
+
+/// A shape, and what is to be known of it.
+struct HouseholdObject
+{
+    std::string name;
+    std::shared_ptr<const reference::AuditMesh> audit;
+    std::shared_ptr<const SsvTree> tree;
+    double mass = 0.0;   ///< [kg]
+    double reach = 0.0;  ///< from the centre of mass, the origin [m]
+};
+
+/// Number 0 and on: all families in turn, first in their usual sizes, then in sizes by the seed.
+[[nodiscard]] HouseholdObject makeHouseholdObject(std::size_t number,
+                                                  std::uint64_t seed,
+                                                  double density);
+
+[[nodiscard]] std::map<std::string, std::int64_t> countsOf(const btCcdControl& control,
+                                                           const reference::AuditResult& seen);
+
+/// Prints a line on a world, the busiest of its pairs, and the counts.
+void printWorld(const std::string& what,
+                const reference::WorldAudit::Busiest& busiest,
+                const std::vector<std::string>& names,
+                const std::map<std::string, std::int64_t>& counts);
+
+/// Nothing may intersect, and nothing else be wrong.
+[[nodiscard]] reference::Judgement judgementOf(const reference::AuditResult& seen,
+                                               const std::vector<std::string>& names,
+                                               const std::string& otherwise);
 }  // namespace bullet_ccd::benchmarks

@@ -13,6 +13,11 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+namespace bullet_ccd::reference
+{
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SoakTally, queries, hits, overlapping, free, verdicts)
+}
+
 namespace bullet_ccd::benchmarks
 {
 namespace
@@ -29,34 +34,7 @@ struct SoakState
     std::map<std::string, std::int64_t> counts = {};
 };
 
-json toJson(const SoakState& state)
-{
-    json tallies = json::array();
-    for (const SoakTally& tally : state.tallies)
-    {
-        tallies.push_back(
-            {tally.queries, tally.hits, tally.overlapping, tally.free, tally.verdicts});
-    }
-    return {{"next", state.next},
-            {"tallies", tallies},
-            {"failures", state.failures},
-            {"counts", state.counts}};
-}
-
-SoakState fromJson(const json& kept)
-{
-    SoakState state;
-    kept.at("next").get_to(state.next);
-    kept.at("failures").get_to(state.failures);
-    kept.at("counts").get_to(state.counts);
-    for (const json& row : kept.at("tallies"))
-    {
-        state.tallies.push_back(
-            {.queries = row.at(0), .hits = row.at(1), .overlapping = row.at(2), .free = row.at(3)});
-        row.at(4).get_to(state.tallies.back().verdicts);
-    }
-    return state;
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SoakState, next, tallies, failures, counts)
 
 class Soak
 {
@@ -73,7 +51,7 @@ public:
         const auto kept = options.resume ? loadCheckpoint(options.checkpoint, m_run) : std::nullopt;
         if (kept)
         {
-            m_state = fromJson(*kept);
+            kept->get_to(m_state);
         }
         if (m_state.next > m_end)
         {
@@ -92,7 +70,7 @@ public:
         while (m_state.next < m_end)
         {
             askRound();
-            saveCheckpoint(m_options.checkpoint, m_run, toJson(m_state));
+            saveCheckpoint(m_options.checkpoint, m_run, m_state);
             progress.show(m_state.next - start,
                           fmt::format(", {} failures", m_state.failures.size()));
         }

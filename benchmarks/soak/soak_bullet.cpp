@@ -1,5 +1,4 @@
-/// Long runs of Bullet worlds with continuous collision detection, every pose looked at by an exact
-/// check.
+/// Long runs of Bullet worlds with continuous collision detection under checks of their own.
 #include "benchmarks/soak/bullet_soaks.h"
 
 #include <algorithm>
@@ -43,12 +42,13 @@ int main(int argc, char** argv)
         random.seconds = quick ? std::min(random.seconds, 1.0) : random.seconds;
         return randomSoak(random);
     };
+    SoftSoak soft;
     return runProgram(
         argc,
         argv,
         {.name = "soak_bullet",
-         .about = "Long runs of Bullet worlds with continuous collision detection, every pose "
-                  "looked at by an exact check.",
+         .about = "Long runs of Bullet worlds with continuous collision detection under checks of "
+                  "their own.",
          .options = {},
          .verbs = {
              soakProgram(
@@ -77,5 +77,16 @@ int main(int argc, char** argv)
                  makeHand,
                  optionsOf(hand,
                            {{"--hand", &hand.hand, "URDF of the hand"},
-                            {"--closings", &hand.closings, "closings on each object"}}))}});
+                            {"--closings", &hand.closings, "closings on each object"}})),
+             soakProgram(
+                 "soft",
+                 "Random drops of cloth, ropes and volumes onto thin, round and hollow things and "
+                 "onto each other; no node goes through anything, and no edge crosses a face.",
+                 {.count = 100, .quickCount = 10, .checkpoint = "soak_bullet_soft.checkpoint"},
+                 [&](bool) { return softSoak(soft); },
+                 {{"--seconds", &soft.seconds, "simulated time of a drop [s]"},
+                  {"--stock",
+                   &soft.withStock,
+                   "run every drop in stock Bullet, too, and add up the processor times (take "
+                   "--jobs 1; the table then depends on the machine)"}})}});
 }

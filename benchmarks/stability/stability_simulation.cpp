@@ -1,8 +1,8 @@
 /// Hands that hold, squeeze, pinch and hit for a long time or with little mass: drift, energy and
 /// penetration in stock Bullet and in ours, over time steps and iterations of the solver.
 #include "benchmarks/stability/stability_run.h"
+#include "benchmarks/support/files.h"
 #include "benchmarks/support/program.h"
-#include "benchmarks/support/report.h"
 #include "benchmarks/support/sandbox.h"
 #include "benchmarks/support/table.h"
 
@@ -45,11 +45,8 @@ double secondsOf(const StabilityWorld& world, int rate, int iterations, const Ar
 
 nlohmann::json runOne(const StabilityWorld& world, const StabilitySetting& setting)
 {
-    const auto [end, text, seconds] =
-        runSandboxed(1,
-                     {.seconds = kRunLimit},
-                     [&](std::size_t)
-                     { return toJson(world, setting, runStability(world, setting)).dump(); })[0];
+    const auto [end, text, seconds] = runSandboxed(
+        kRunLimit, [&] { return toJson(world, setting, runStability(world, setting)).dump(); });
     if (end == SandboxEnd::Answered)
     {
         return nlohmann::json::parse(text);

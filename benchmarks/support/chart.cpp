@@ -1,7 +1,6 @@
 #include "benchmarks/support/chart.h"
 
-#include "benchmarks/support/data_folder.h"
-#include "benchmarks/support/report.h"
+#include "benchmarks/support/files.h"
 #include "benchmarks/support/sandbox.h"
 #include "benchmarks/support/table.h"
 
@@ -142,11 +141,11 @@ std::vector<ChartAnswer> runWithLimit(std::size_t count,
                                       const std::function<ChartAnswer(std::size_t)>& ask)
 {
     std::vector<ChartAnswer> answers;
-    for (const auto& [end, answer, time] :
-         sandboxedAnswers<ChartAnswer>(count, {.seconds = seconds}, ask))
+    for (std::size_t i = 0; i < count; ++i)
     {
-        answers.push_back(end == SandboxEnd::Answered
-                              ? answer
+        const auto one = sandboxedAnswer<ChartAnswer>(seconds, [&] { return ask(i); });
+        answers.push_back(one.end == SandboxEnd::Answered
+                              ? one.answer
                               : ChartAnswer{.micros = 1e6 * seconds, .timedOut = true});
     }
     return answers;

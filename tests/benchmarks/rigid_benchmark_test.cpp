@@ -39,7 +39,7 @@ TEST(RigidMeshes, AreClosedAndHaveTheirNumberOfTriangles)
         {makeKnotTube(64, 8), 1024},
         {makeBumpySphere(3, 80.0, 0.15), 1280},
         {makeFinger(), 928},
-        {makePlate(15, 120.0, 0.2), 1020},
+        {makeGridBox({15, 15, 1}, {60.0, 60.0, 0.1}), 1020},
     };
     for (const auto& [mesh, triangles] : meshes)
     {

@@ -1,34 +1,31 @@
-/// The rows of the stability catalogue: what each is about and where it is tested.
+/// The rows of the stability catalogue: what each is about and where it is tested. They stand in
+/// README.md and are read from there.
 ///
 /// The letter of an id is its group. Rows with cases (cases.h) run through all methods; the others
 /// are properties, tested where they are named, or need bodies that deform.
 #pragma once
 
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace bullet_ccd::reference
 {
 struct CatalogueRow
 {
-    std::string_view id;
-    std::string_view title;  ///< the set-up and what is hard about it
-    /// "" for a row with a case; "path of a test file: Suite.Name" for a property; kDeformable.
-    std::string_view tested = {};
+    std::string id;
+    std::string group;  ///< its title
+    std::string title;  ///< the set-up and what is hard about it
+    std::string where;  ///< kIsCase, kDeformable, or "`Suite.Name`", a test, for a property
 };
 
+inline constexpr std::string_view kIsCase = "case, all methods";
 inline constexpr std::string_view kDeformable = "comes with deformable bodies";
 
-/// All rows, ordered by id.
-[[nodiscard]] std::span<const CatalogueRow> catalogueRows();
+/// All rows, ordered by id. Throws std::runtime_error if README.md is not where it was when this
+/// was compiled.
+[[nodiscard]] const std::vector<CatalogueRow>& catalogueRows();
 
 /// Throws std::invalid_argument for an id that is not in the catalogue.
 [[nodiscard]] const CatalogueRow& catalogueRow(std::string_view id);
-
-/// All rows as a Markdown table.
-[[nodiscard]] std::string catalogueTable();
-
-/// Title of the group that the id belongs to.
-[[nodiscard]] std::string_view groupTitle(std::string_view id);
 }  // namespace bullet_ccd::reference

@@ -156,6 +156,10 @@ std::vector<ElementaryQuery> readElementaryFile(const fs::path& path,
 
 std::vector<fs::path> elementaryFiles(const fs::path& path)
 {
+    if (!fs::exists(path))
+    {
+        throw std::runtime_error(path.string() + ": no such file: check the path");
+    }
     if (!fs::is_directory(path))
     {
         return {path};

@@ -1,13 +1,35 @@
 #include "tools/grasp_cli/answers/trial_runs.h"
 
+#include <CLI/Error.hpp>
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <sstream>
 #include <thread>
 
 namespace bullet_ccd::tools
 {
+std::vector<grasp::TrialProtocol> protocolsNamed(const std::vector<std::string>& lists,
+                                                 const std::string& option)
+{
+    std::vector<grasp::TrialProtocol> protocols;
+    for (const std::string& list : lists)
+    {
+        std::istringstream names(list + ",");
+        for (std::string name; std::getline(names, name, ',');)
+        {
+            if (name.empty())
+            {
+                throw CLI::ValidationError(
+                    option, "'" + list + "': a name is missing beside a comma: give one");
+            }
+            protocols.push_back(grasp::namedProtocol(name));
+        }
+    }
+    return protocols;
+}
+
 TrialRows runTrials(const grasp::HandModel& hand,
                     const grasp::GraspObject& object,
                     std::span<const grasp::Grasp* const> grasps,

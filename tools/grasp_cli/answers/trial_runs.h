@@ -5,10 +5,17 @@
 #include "tools/support/stop_request.h"
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::tools
 {
+/// The protocols of lists such as "lift,six" and of single names.
+/// Throws CLI::ValidationError that names the option for a list in which a name is missing, and as
+/// grasp::namedProtocol() does.
+[[nodiscard]] std::vector<grasp::TrialProtocol> protocolsNamed(
+    const std::vector<std::string>& lists, const std::string& option);
+
 /// One entry per grasp and protocol.
 using TrialRows = std::vector<std::vector<grasp::TrialResult>>;
 

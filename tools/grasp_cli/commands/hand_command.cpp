@@ -161,7 +161,6 @@ void printGraspFrame(const HandModel& hand, const grasp::Preshape& preshape, boo
 /// One picture a preshape, named after it.
 void drawPreshapes(const HandModel& hand, const fs::path& folder)
 {
-    fs::create_directories(folder);
     fmt::print("\n");
     for (const grasp::Preshape& preshape : hand.preshapes)
     {
@@ -174,9 +173,27 @@ void drawPreshapes(const HandModel& hand, const fs::path& folder)
     }
 }
 
+/// Throws std::runtime_error if there can be none.
+void makeFolder(const fs::path& folder)
+{
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder))
+    {
+        throw std::runtime_error(
+            fmt::format("{}: no folder can be made there ({}): name another one with --output",
+                        folder.string(),
+                        error ? error.message() : "it is a file"));
+    }
+}
+
 int show(const HandArguments& arguments)
 {
     const LoadedHand loaded = loadNamedHand(arguments.hand, arguments.srdf);
+    if (!arguments.output.empty())
+    {
+        makeFolder(arguments.output);
+    }
     const HandModel& hand = loaded.hand;
     std::size_t triangles = 0;
     for (const SsvTree& tree : hand.trees)

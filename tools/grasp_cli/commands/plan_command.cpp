@@ -79,11 +79,7 @@ std::pair<std::size_t, std::size_t> tryGrasps(const PlanArguments& arguments,
                                               PlanRun& run,
                                               grasp::GraspRun& description)
 {
-    std::vector<grasp::TrialProtocol> protocols;
-    for (const std::string& name : arguments.trials)
-    {
-        protocols.push_back(grasp::namedProtocol(name));
-    }
+    const std::vector<grasp::TrialProtocol> protocols = protocolsNamed(arguments.trials, "--trial");
     const std::size_t count =
         std::min(forceClosures(run.grasps), static_cast<std::size_t>(arguments.tried));
     std::vector<const Grasp*> chosen;
@@ -300,10 +296,7 @@ int plan(const PlanArguments& arguments)
         .obstaclesHash = grasp::contentHash(bodies),
         .options = arguments.options,
         .squeeze = squeezeOptionsOf(squeeze, arguments.options.friction, hand.robot)};
-    for (const std::string& name : arguments.trials)
-    {
-        (void)grasp::namedProtocol(name);  // an error comes before the plan
-    }
+    (void)protocolsNamed(arguments.trials, "--trial");  // an error comes before the plan
     OutputFolder output(arguments.output);
     PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
     if (!arguments.quiet)
@@ -386,7 +379,6 @@ void addPlanCommand(CLI::App& app, int& exitCode)
             "names or YAML files of protocols, with commas between (see grasp trial "
             "--help).")
         ->type_name("NAME")
-        ->delimiter(',')
         ->group("Trials");
     command->add_option("--tried", arguments->tried, "How many of the best grasps to try.")
         ->type_name("K")

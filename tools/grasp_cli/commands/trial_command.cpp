@@ -143,13 +143,12 @@ std::vector<std::string> trialRow(std::size_t rank,
 
 std::vector<TrialProtocol> protocolsOf(const TrialArguments& arguments)
 {
-    std::vector<TrialProtocol> protocols;
-    for (const std::string& name : arguments.protocols)
+    std::vector<TrialProtocol> protocols = protocolsNamed(arguments.protocols, "--protocol");
+    for (TrialProtocol& protocol : protocols)
     {
-        protocols.push_back(grasp::namedProtocol(name));
-        if (arguments.pulls > 0 && name == "pull")
+        if (arguments.pulls > 0 && protocol.name == "pull")
         {
-            protocols.back().phases = grasp::randomPulls(arguments.pulls, arguments.seed);
+            protocol.phases = grasp::randomPulls(arguments.pulls, arguments.seed);
         }
     }
     return protocols;
@@ -267,7 +266,6 @@ void addTrialCommand(CLI::App& app, int& exitCode)
                      "YAML file. It "
                      "may be repeated, or a list with commas.")
         ->type_name("NAME")
-        ->delimiter(',')
         ->capture_default_str()
         ->group("Load");
     command->add_option("--mass", arguments->squeeze.mass, "The mass of the object [kg].")

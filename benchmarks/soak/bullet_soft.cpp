@@ -1,8 +1,6 @@
-/// Random drops of soft bodies in Bullet's deformable world; every step is looked at by a judge
-/// that shares nothing with the library.
 #include "benchmarks/reference/bullet/soft_scene.h"
 #include "benchmarks/reference/scenes/random.h"
-#include "benchmarks/soak/soak.h"
+#include "benchmarks/soak/bullet_soaks.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -12,25 +10,26 @@
 #include <fmt/format.h>
 #include <string>
 
+namespace bullet_ccd::benchmarks
+{
 namespace
 {
-using namespace bullet_ccd;
-using namespace bullet_ccd::benchmarks;
-using namespace bullet_ccd::reference;
+using namespace reference;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-enum Floor
+/// In the order of the seeds.
+enum class Floor : std::uint8_t
 {
     Box,
     Ball,
     Mesh,
     Torus,
     Plane,
-    Count,
 };
+const std::vector<std::string> kFloors{"box", "ball", "mesh", "torus", "plane"};
 
-TriangleMesh square(double half)
+TriangleMesh floorSquare(double half)
 {
     return {.vertices = {{-half, 0, -half}, {half, 0, -half}, {-half, 0, half}, {half, 0, half}},
             .triangles = {{0, 2, 1}, {1, 2, 3}}};
@@ -39,7 +38,7 @@ TriangleMesh square(double half)
 void addFloor(SoftScene& scene, Floor floor, Random& random)
 {
     Isometry3d X = Isometry3d::Identity();
-    if (floor != Plane)
+    if (floor != Floor::Plane)
     {
         X.linear() =
             Eigen::AngleAxisd(random.uniform(-0.3, 0.3), random.direction()).toRotationMatrix();
@@ -47,28 +46,28 @@ void addFloor(SoftScene& scene, Floor floor, Random& random)
     const double size = random.uniform(0.2, 0.4);
     switch (floor)
     {
-        case Box:
+        case Floor::Box:
         {
             const double thin = random.logUniform(0.002, 0.05);
             scene.obstacle(
-                std::make_unique<btBoxShape>(btVector3(1, btScalar(thin), 1)), square(1.0), X);
+                std::make_unique<btBoxShape>(btVector3(1, btScalar(thin), 1)), floorSquare(1.0), X);
             break;
         }
-        case Ball:
+        case Floor::Ball:
             scene.obstacle(std::make_unique<btSphereShape>(btScalar(size)), makeSphere(size, 2), X);
             break;
-        case Mesh:
-            scene.obstacle(btCcdMeshShape::fromMesh(square(1.0)), square(1.0), X);
+        case Floor::Mesh:
+            scene.obstacle(btCcdMeshShape::fromMesh(floorSquare(1.0)), floorSquare(1.0), X);
             break;
-        case Torus:
+        case Floor::Torus:
         {
             const TriangleMesh torus = makeTorus(size, 0.3 * size, 16, 8);
             scene.obstacle(btCcdMeshShape::fromMesh(torus), torus, X);
             break;
         }
-        default:
+        case Floor::Plane:
             scene.obstacle(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)),
-                           square(50.0));
+                           floorSquare(50.0));
     }
 }
 
@@ -76,7 +75,7 @@ void addFloor(SoftScene& scene, Floor floor, Random& random)
 double makeDrop(SoftScene& scene, std::uint64_t seed)
 {
     Random random(seed * 7919);
-    addFloor(scene, Floor(seed % Count), random);
+    addFloor(scene, Floor(seed % kFloors.size()), random);
     double height = 0.5;
     const int bodies = random.integer(1, 3);
     for (int i = 0; i < bodies; ++i)
@@ -122,12 +121,12 @@ double makeDrop(SoftScene& scene, std::uint64_t seed)
     return 1.0 / rates[random.integer(0, 3)];
 }
 
-SoakAnswer drop(std::uint64_t seed, double seconds, bool withStock)
+SoakAnswer drop(const SoftSoak& soak, std::uint64_t seed)
 {
     const auto run = [&](SoftScene& scene)
     {
         const double timeStep = makeDrop(scene, seed);
-        const int steps = int(seconds / timeStep + 0.5);
+        const int steps = int(soak.seconds / timeStep + 0.5);
         for (int i = 0; i < steps; ++i)
         {
             scene.step(timeStep);
@@ -138,7 +137,7 @@ SoakAnswer drop(std::uint64_t seed, double seconds, bool withStock)
     const int steps = run(scene);
     const SoftVerdict verdict = scene.judge();
     const btCcdSoftCounters& counters = scene.solver()->getCcdSoftCounters();
-    SoakAnswer answer{.family = std::size_t(seed % Count),
+    SoakAnswer answer{.family = std::size_t(seed % kFloors.size()),
                       .status = counters.m_contacts > 0 ? ToiStatus::Hit : ToiStatus::Separated};
     if (!verdict.isClean())
     {
@@ -157,7 +156,7 @@ SoakAnswer drop(std::uint64_t seed, double seconds, bool withStock)
                      {"touching at the start", counters.m_overlaps},
                      {"squeezed", counters.m_squeezed},
                      {"steps not checked", counters.m_unchecked}};
-    if (withStock)
+    if (soak.withStock)
     {
         SoftScene stock(SoftWorld::Stock);
         run(stock);
@@ -171,30 +170,12 @@ SoakAnswer drop(std::uint64_t seed, double seconds, bool withStock)
 }
 }  // namespace
 
-int main(int argc, char** argv)
+SoakSubject softSoak(const SoftSoak& soak)
 {
-    double seconds = 0.5;
-    bool withStock = false;
-    return runProgram(
-        argc,
-        argv,
-        soakProgram(
-            "soak_soft",
-            "Random drops of cloth, ropes and volumes onto thin, round and hollow things and onto "
-            "each other; no node goes through anything, and no edge crosses a face.",
-            {.count = 100, .quickCount = 10, .checkpoint = "soak_soft.checkpoint"},
-            [&](bool)
-            {
-                return SoakSubject{
-                    .program = fmt::format("soak_soft --seconds {}", seconds),
-                    .families = {"box", "ball", "mesh", "torus", "plane"},
-                    .round = Count,
-                    .shares = {.leastHits = 50, .leastFree = 0, .enough = 5},
-                    .ask = [=](std::uint64_t which) { return drop(which, seconds, withStock); }};
-            },
-            {{"--seconds", &seconds, "simulated time of a drop [s]"},
-             {"--stock",
-              &withStock,
-              "run every drop in stock Bullet, too, and add up the processor times (take --jobs 1; "
-              "the table then depends on the machine)"}}));
+    return {.program = fmt::format("benchmarks/run soak bullet soft --seconds {}", soak.seconds),
+            .families = kFloors,
+            .round = kFloors.size(),
+            .shares = {.leastHits = 50, .leastFree = 0, .enough = 5},
+            .ask = [soak](std::uint64_t seed) { return drop(soak, seed); }};
 }
+}  // namespace bullet_ccd::benchmarks

@@ -1,11 +1,18 @@
-#include "benchmarks/support/report.h"
+#include "benchmarks/support/files.h"
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
+std::filesystem::path defaultDataFolder()
+{
+    const char* folder = std::getenv("BULLET_CCD_TEST_DATA");
+    return folder != nullptr ? folder : BULLET_CCD_BENCHMARK_DATA;
+}
+
 void writeReport(const std::string& path, nlohmann::json report)
 {
     report["compiler"] = BULLET_CCD_COMPILER;

@@ -1,24 +1,34 @@
-#include "benchmarks/soak/bullet_hand_scene.h"
-
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/soak/bullet_soaks.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/distance/tree_distance.h"
+#include "grasp/hand/hand_model.h"
+#include "grasp/sim/hand_multi_body.h"
+#include "grasp/sim/hand_pairs.h"
+#include "tools/support/progress_line.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
 namespace
 {
-constexpr double kClosingTime = 0.5;  // [s]
-constexpr double kHoldingTime = 0.1;  // [s]
-constexpr double kOpeningTime = 0.4;  // [s]
-constexpr double kTorque = 0.3;       // of each joint at most [N m], or [N]
-constexpr double kLead = 0.05;        // of the target before the joint, at most [rad] or [m]
-constexpr double kClearance = 2e-3;   // of the object from the open hand [m]
+using namespace reference;
+using grasp::HandModel;
+
+constexpr double kDensityInHand = 500.0;  // of the objects that are held [kg/m^3]
+constexpr double kClosingTime = 0.5;      // [s]
+constexpr double kHoldingTime = 0.1;      // [s]
+constexpr double kOpeningTime = 0.4;      // [s]
+constexpr double kTorque = 0.3;           // of each joint at most [N m], or [N]
+constexpr double kLead = 0.05;            // of the target before the joint, at most [rad] or [m]
+constexpr double kClearance = 2e-3;       // of the object from the open hand [m]
 constexpr std::size_t kOrientations = 6;
 constexpr double kNearestPlace = -0.03;  // along the approach, from the grasp frame [m]
 constexpr double kFarthestPlace = 0.4;   // from the grasp frame [m]
@@ -30,7 +40,48 @@ const grasp::Preshape& preshapeOf(const HandModel& hand)
     const auto found = std::ranges::find(hand.preshapes, "power", &grasp::Preshape::name);
     return found == hand.preshapes.end() ? hand.preshapes.front() : *found;
 }
-}  // namespace
+/// One hand and one object, no gravity.
+class HandScene
+{
+public:
+    /// Refers to both.
+    HandScene(const HandModel& hand, const HouseholdObject& object, const HandSoak& soak);
+    ~HandScene();
+    HandScene(const HandScene&) = delete;
+    HandScene& operator=(const HandScene&) = delete;
+
+    /// Puts the object before the hand, closes, holds, opens. True if the hand held something.
+    bool close(Random& random);
+
+    [[nodiscard]] const AuditResult& seen() const { return m_seen; }
+    [[nodiscard]] const btCcdControl& control() { return m_world.ccd(); }
+    [[nodiscard]] const std::vector<std::string>& names() const { return m_names; }
+    [[nodiscard]] WorldAudit::Busiest busiest() const { return m_audit.busiestPair(); }
+
+private:
+    const HandModel& m_hand;
+    double m_timeStep;
+    grasp::HandPairs m_pairs;
+    grasp::HandMultiBody m_body;
+    std::vector<std::shared_ptr<const AuditMesh>> m_linkMeshes;  // one a link, null without
+    examples::World m_world{examples::Engine::Ccd};
+    WorldAudit m_audit;
+    std::vector<std::string> m_names;              // by number in the audit
+    std::vector<btMultiBodyJointMotor*> m_motors;  // one a link, null if fixed
+    std::vector<std::unique_ptr<btMultiBodyConstraint>> m_constraints;
+    std::vector<double> m_open;
+    std::vector<double> m_closed;
+    const HouseholdObject& m_kind;
+    btRigidBody* m_object = nullptr;
+    AuditResult m_seen;
+
+    void addLinks();
+    void addMotors();
+    void place(Random& random);
+    [[nodiscard]] bool isClear(const Eigen::Isometry3d& X_WO) const;
+    void move(double seconds, double from, double to);
+    [[nodiscard]] bool touches();
+};
 
 HandScene::HandScene(const HandModel& hand, const HouseholdObject& object, const HandSoak& soak)
     : m_hand(hand),
@@ -240,5 +291,44 @@ bool HandScene::touches()
         }
     }
     return false;
+}
+SoakAnswer runHand(const HandModel& hand, const HandSoak& soak, std::uint64_t seed)
+{
+    const HouseholdObject object = makeHouseholdObject(seed - 1, seed, kDensityInHand);
+    HandScene scene(hand, object, soak);
+    Random random(7918 + seed);
+    int held = 0;
+    tools::ProgressLine progress(static_cast<std::size_t>(soak.closings), "closings");
+    for (int closing = 0; closing < soak.closings; ++closing)
+    {
+        held += scene.close(random) ? 1 : 0;
+        progress.show(static_cast<std::size_t>(closing) + 1, fmt::format(" on object {}", seed));
+    }
+    SoakAnswer answer{.status = 2 * held >= soak.closings ? ToiStatus::Hit : ToiStatus::Separated,
+                      .judgement = judgementOf(scene.seen(), scene.names(), ""),
+                      .counts = countsOf(scene.control(), scene.seen())};
+    answer.counts["closings"] = soak.closings;
+    answer.counts["held"] = held;
+    printWorld(
+        fmt::format(
+            "seed {}: {} held {} times in {} closings", seed, object.name, held, soak.closings),
+        scene.busiest(),
+        scene.names(),
+        answer.counts);
+    return answer;
+}
+}  // namespace
+
+SoakSubject handSoak(const HandSoak& soak)
+{
+    const auto hand = std::make_shared<const HandModel>(grasp::loadHand(soak.hand));
+    return {
+        .program = fmt::format("benchmarks/run soak bullet hand --hand {} --closings {} --dt {}",
+                               soak.hand.string(),
+                               soak.closings,
+                               soak.timeStep),
+        .families = {"hand"},
+        .shares = {.leastHits = 50, .leastFree = 0, .enough = 1},
+        .ask = [hand, soak](std::uint64_t seed) { return runHand(*hand, soak, seed); }};
 }
 }  // namespace bullet_ccd::benchmarks

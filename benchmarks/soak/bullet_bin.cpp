@@ -1,0 +1,257 @@
+#include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/soak/bullet_soaks.h"
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "robots/shapes/household_objects.h"
+#include "tools/support/progress_line.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+using namespace reference;
+using examples::World;
+
+constexpr double kWall = 0.02;      // thickness [m]
+constexpr double kDensity = 800.0;  // [kg/m^3]
+constexpr double kBetween = 0.005;  // bounding balls at the start [m]
+
+// Inner half lengths of the bin for twenty objects [m]; its area grows with their number.
+const Eigen::Vector2d kHalfInnerForTwenty(0.25, 0.2);
+
+struct Ball
+{
+    Eigen::Vector3d center;
+    double radius;
+};
+
+/// The lowest of some random places in the column above the floor where the ball is clear of all
+/// others.
+Eigen::Vector3d findPlace(const std::vector<Ball>& taken,
+                          double radius,
+                          const Eigen::Vector2d& halfInner,
+                          Random& random)
+{
+    const double freeX = std::max(0.0, halfInner.x() - radius - kBetween);
+    const double freeY = std::max(0.0, halfInner.y() - radius - kBetween);
+    for (double z = radius + kBetween;; z += 0.01)
+    {
+        for (int attempt = 0; attempt < 20; ++attempt)
+        {
+            const double x = random.uniform(-freeX, freeX);
+            const double y = random.uniform(-freeY, freeY);
+            const Eigen::Vector3d place(x, y, z);
+            if (std::ranges::all_of(
+                    taken,
+                    [&](const Ball& ball)
+                    { return (ball.center - place).norm() > ball.radius + radius + kBetween; }))
+            {
+                return place;
+            }
+        }
+    }
+}
+struct BinOptions
+{
+    int objects = 20;
+    std::uint64_t seed = 1;                ///< of the places and of the sizes of the objects
+    Eigen::Vector2d halfInner{0.25, 0.2};  ///< of the bin; its floor is at z = 0 [m]
+};
+
+class HouseholdBin
+{
+public:
+    /// Adds the objects, in a column clear of each other, and a bin whose walls are as high as the
+    /// column: all families in turn, at most kSizes sizes of each, 500 to 5000 triangles an object.
+    /// Making them takes half a second a kind.
+    HouseholdBin(World& world, WorldAudit& audit, const BinOptions& options);
+
+    static constexpr int kSizes = 2;
+
+    /// Of the bodies, in the order of their numbers in the audit.
+    [[nodiscard]] const std::vector<std::string>& names() const { return m_names; }
+    /// True if every vertex is above the floor and between the walls.
+    [[nodiscard]] bool isInside(std::size_t object) const;
+    [[nodiscard]] int countInside() const;
+    /// Of the centres of mass [m/s].
+    [[nodiscard]] double meanSpeed() const;
+    [[nodiscard]] std::size_t size() const { return m_objects.size(); }
+    [[nodiscard]] const btRigidBody& object(std::size_t i) const { return *m_objects[i].body; }
+
+private:
+    struct Object
+    {
+        btRigidBody* body = nullptr;
+        const AuditMesh* mesh = nullptr;
+    };
+
+    Eigen::Vector2d m_halfInner;
+    double m_top = 0.0;  // of the column of objects at the start
+    std::vector<HouseholdObject> m_kinds;
+    std::vector<Object> m_objects;
+    std::vector<std::string> m_names;
+
+    void addWalls(World& world, WorldAudit& audit);
+    void makeKinds(const BinOptions& options);
+};
+
+HouseholdBin::HouseholdBin(World& world, WorldAudit& audit, const BinOptions& options)
+    : m_halfInner(options.halfInner)
+{
+    makeKinds(options);
+    Random random(options.seed);
+    std::vector<Ball> taken;
+    for (int i = 0; i < options.objects; ++i)
+    {
+        const HouseholdObject& kind = m_kinds[std::size_t(i) % m_kinds.size()];
+        taken.push_back({findPlace(taken, kind.reach, m_halfInner, random), kind.reach});
+        Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+        X.linear() = random.rotation();
+        X.translation() = taken.back().center;
+        btRigidBody* body =
+            world.add(std::make_unique<btCcdMeshShape>(kind.tree), kind.mass, btCcdToBullet(X));
+        body->setRollingFriction(btScalar(0.002));
+        body->setSpinningFriction(btScalar(0.002));
+        audit.add(body, kind.audit);
+        m_objects.push_back({body, kind.audit.get()});
+        m_names.push_back(kind.name + " " + std::to_string(i));
+        m_top = std::max(m_top, taken.back().center.z() + kind.reach);
+    }
+    addWalls(world, audit);
+}
+
+void HouseholdBin::addWalls(World& world, WorldAudit& audit)
+{
+    const Eigen::Vector2d& half = m_halfInner;
+    const double x = half.x() + kWall;
+    const double y = half.y() + kWall;
+    const double z = 0.5 * m_top;
+    const auto add =
+        [&](const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& at)
+    {
+        btRigidBody* body = world.add(
+            examples::meshShape(makeBox(size)), 0.0, examples::poseAt(at.x(), at.y(), at.z()));
+        audit.add(body, std::make_shared<const AuditMesh>(makeBox(size)));
+        m_names.push_back(name);
+    };
+    add("floor", {x + kWall, y + kWall, kWall}, {0.0, 0.0, -kWall});
+    add("left wall", {kWall, y + kWall, z}, {-x, 0.0, z});
+    add("right wall", {kWall, y + kWall, z}, {x, 0.0, z});
+    add("front wall", {half.x(), kWall, z}, {0.0, -y, z});
+    add("back wall", {half.x(), kWall, z}, {0.0, y, z});
+}
+
+void HouseholdBin::makeKinds(const BinOptions& options)
+{
+    const std::size_t count = std::min(std::size_t(options.objects),
+                                       std::size_t(kSizes) * shapes::objectFamilies().size());
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        m_kinds.push_back(makeHouseholdObject(i, options.seed * 1000 + i, kDensity));
+    }
+}
+
+bool HouseholdBin::isInside(std::size_t object) const
+{
+    const Eigen::Isometry3d X = btCcdToEigen(m_objects[object].body->getWorldTransform());
+    return std::ranges::all_of(m_objects[object].mesh->mesh().vertices,
+                               [&](const Eigen::Vector3d& vertex)
+                               {
+                                   const Eigen::Vector3d p = X * vertex;
+                                   return std::abs(p.x()) < m_halfInner.x() &&
+                                          std::abs(p.y()) < m_halfInner.y() && p.z() > 0.0;
+                               });
+}
+
+int HouseholdBin::countInside() const
+{
+    int inside = 0;
+    for (std::size_t i = 0; i < m_objects.size(); ++i)
+    {
+        inside += isInside(i) ? 1 : 0;
+    }
+    return inside;
+}
+
+double HouseholdBin::meanSpeed() const
+{
+    double sum = 0.0;
+    for (const Object& object : m_objects)
+    {
+        sum += double(object.body->getLinearVelocity().length());
+    }
+    return sum / double(m_objects.size());
+}
+/// What is wrong with where the objects are at the end; or "".
+std::string restOf(const HouseholdBin& bin, double restSpeed)
+{
+    for (std::size_t i = 0; i < bin.size(); ++i)
+    {
+        if (!bin.isInside(i))
+        {
+            const btVector3& at = bin.object(i).getWorldTransform().getOrigin();
+            return fmt::format("{} is not in the bin: ({:.3f}, {:.3f}, {:.3f})",
+                               bin.names()[i],
+                               double(at.x()),
+                               double(at.y()),
+                               double(at.z()));
+        }
+    }
+    return bin.meanSpeed() < restSpeed
+               ? ""
+               : fmt::format("not at rest: mean speed {:.4f} m/s", bin.meanSpeed());
+}
+
+SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
+{
+    examples::World world(examples::Engine::Ccd);
+    world->setGravity(btVector3(0, 0, btScalar(-9.81)));
+    WorldAudit audit(*world, {.longestMove = soak.longestMove, .mostSamples = soak.mostSamples});
+    world.ccd().setCcdImpactListener(&audit);
+    const double scale = std::sqrt(std::max(1.0, soak.objects / 20.0));
+    const HouseholdBin bin(
+        world,
+        audit,
+        {.objects = soak.objects, .seed = seed, .halfInner = scale * kHalfInnerForTwenty});
+    const int steps = static_cast<int>(std::ceil(soak.seconds / soak.timeStep - 1e-9));
+    AuditResult seen = audit.start();
+    tools::ProgressLine progress(static_cast<std::size_t>(steps), "steps");
+    for (int step = 1; step <= steps; ++step)
+    {
+        seen.add(audit.step(soak.timeStep));
+        progress.show(static_cast<std::size_t>(step),
+                      fmt::format(", {:.2f} s of motion, mean speed {:.3f} m/s, {} intersections",
+                                  step * soak.timeStep,
+                                  bin.meanSpeed(),
+                                  seen.intersecting));
+    }
+    SoakAnswer answer{.judgement = judgementOf(seen, bin.names(), restOf(bin, soak.restSpeed)),
+                      .counts = countsOf(world.ccd(), seen)};
+    printWorld(fmt::format("seed {}: {} of {} objects in the bin, mean speed {:.4f} m/s",
+                           seed,
+                           bin.countInside(),
+                           soak.objects,
+                           bin.meanSpeed()),
+               audit.busiestPair(),
+               bin.names(),
+               answer.counts);
+    return answer;
+}
+}  // namespace
+
+SoakSubject binSoak(const BinSoak& soak)
+{
+    return {
+        .program = fmt::format("benchmarks/run soak bullet bin --objects {} --seconds {} --dt {}",
+                               soak.objects,
+                               soak.seconds,
+                               soak.timeStep),
+        .families = {"bin"},
+        .shares = {.leastHits = 0},
+        .ask = [soak](std::uint64_t seed) { return runBin(soak, seed); }};
+}
+}  // namespace bullet_ccd::benchmarks
