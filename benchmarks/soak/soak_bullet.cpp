@@ -3,22 +3,9 @@
 
 #include <algorithm>
 
-namespace
-{
-using namespace bullet_ccd::benchmarks;
-
-/// What both kinds of worlds have, and more.
-template <typename Kind>
-std::vector<ProgramOption> optionsOf(Kind& soak, std::vector<ProgramOption> more)
-{
-    more.push_back({"--dt", &soak.timeStep, "time step [s]"});
-    more.push_back({"--samples", &soak.mostSamples, "poses to look at in a step, at most"});
-    return more;
-}
-}  // namespace
-
 int main(int argc, char** argv)
 {
+    using namespace bullet_ccd::benchmarks;
     BinSoak bin;
     const auto makeBin = [&](bool quick)
     {
@@ -29,12 +16,6 @@ int main(int argc, char** argv)
             bin.seconds = std::min(bin.seconds, 4.0);
         }
         return binSoak(bin);
-    };
-    HandSoak hand{.hand = BULLET_CCD_SHIPPED_HAND};
-    const auto makeHand = [&](bool quick)
-    {
-        hand.closings = quick ? std::min(hand.closings, 3) : hand.closings;
-        return handSoak(hand);
     };
     RandomSoak random;
     const auto makeRandom = [&](bool quick)
@@ -56,11 +37,11 @@ int main(int argc, char** argv)
                  "Household objects fall into a bin; at the end all rest in it and none intersect.",
                  {.checkpoint = "soak_bullet_bin.checkpoint"},
                  makeBin,
-                 optionsOf(
-                     bin,
-                     {{"--objects", &bin.objects, "number of objects in each bin"},
-                      {"--seconds", &bin.seconds, "simulated time [s]"},
-                      {"--rest-speed", &bin.restSpeed, "largest mean speed at the end [m/s]"}})),
+                 {{"--objects", &bin.objects, "number of objects in each bin"},
+                  {"--seconds", &bin.seconds, "simulated time [s]"},
+                  {"--rest-speed", &bin.restSpeed, "largest mean speed at the end [m/s]"},
+                  {"--dt", &bin.timeStep, "time step [s]"},
+                  {"--samples", &bin.mostSamples, "poses to look at in a step, at most"}}),
              soakProgram(
                  "random",
                  "Random things happen to random objects in a closed room; nothing gets "
@@ -69,15 +50,6 @@ int main(int argc, char** argv)
                  makeRandom,
                  {{"--bodies", &random.bodies, "number of objects in most rooms, at most"},
                   {"--seconds", &random.seconds, "simulated time [s]"}}),
-             soakProgram(
-                 "hand",
-                 "A hand closes on objects, one per seed, and opens again; nothing ever "
-                 "intersects.",
-                 {.count = 30, .quickCount = 3, .checkpoint = "soak_bullet_hand.checkpoint"},
-                 makeHand,
-                 optionsOf(hand,
-                           {{"--hand", &hand.hand, "URDF of the hand"},
-                            {"--closings", &hand.closings, "closings on each object"}})),
              soakProgram(
                  "soft",
                  "Random drops of cloth, ropes and volumes onto thin, round and hollow things and "

@@ -92,6 +92,9 @@ TEST_F(ElementaryProgram, SaysWhatIsWrongWithAFile)
         EXPECT_EQ(outcome.exitCode, 3) << c.word;
         EXPECT_THAT(outcome.err, HasSubstr(c.word));
     }
+    const Outcome absent = elementary("no.csv");
+    EXPECT_EQ(absent.exitCode, 3);
+    EXPECT_THAT(absent.err, HasSubstr("no.csv: no such file"));
     const std::filesystem::path loose = m_temp.write("loose.csv", kFalling);
     const Outcome unknown = elementary("'" + loose.string() + "'");
     EXPECT_EQ(unknown.exitCode, 3);

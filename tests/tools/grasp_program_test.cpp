@@ -276,7 +276,19 @@ TEST_F(GraspProgram, AFolderThatCannotBeWrittenExitsWith3)
     const Outcome planned = plan(m_folder / "file" / "out", "-q");
     EXPECT_EQ(planned.exitCode, 3);
     EXPECT_THAT(planned.err, HasSubstr("cannot be written"));
+    const Outcome shown =
+        run("hand show parallel_gripper -o '" + (m_folder / "file" / "out").string() + "'");
+    EXPECT_EQ(shown.exitCode, 3);
+    EXPECT_THAT(shown.err, HasSubstr("name another one with --output"));
+    EXPECT_EQ(shown.out, "");
     EXPECT_EQ(contentOf(m_folder / "file"), "in the way");
+}
+
+TEST_F(GraspProgram, AListOfTrialsLacksNoName)
+{
+    const Outcome planned = plan(m_folder / "out", "-q --trial lift,,six");
+    EXPECT_EQ(planned.exitCode, 3);
+    EXPECT_THAT(planned.err, HasSubstr("--trial lift,,six: a name is missing"));
 }
 
 TEST_F(GraspProgram, CheckNoticesWhatWasTamperedWith)

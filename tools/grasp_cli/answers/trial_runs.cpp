@@ -1,11 +1,11 @@
 #include "tools/grasp_cli/answers/trial_runs.h"
 
-#include <CLI/Error.hpp>
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
 #include <sstream>
+#include <stdexcept>
 #include <thread>
 
 namespace bullet_ccd::tools
@@ -21,8 +21,8 @@ std::vector<grasp::TrialProtocol> protocolsNamed(const std::vector<std::string>&
         {
             if (name.empty())
             {
-                throw CLI::ValidationError(
-                    option, "'" + list + "': a name is missing beside a comma: give one");
+                throw std::invalid_argument(option + " " + list +
+                                            ": a name is missing beside a comma: give one");
             }
             protocols.push_back(grasp::namedProtocol(name));
         }
