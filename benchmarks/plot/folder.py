@@ -44,4 +44,4 @@ def draw(verb, folder, scenes=()):
     (folder / "index.html").write_text(page.make_page(title, sections))
     print(f"\nwrote {folder / 'index.html'} and the pictures of {', '.join(measured)}")
     return [f"{i} ({method}: {verdict})" for i, method, verdict in
-            catalogue.failures_of_ours(measured.get("catalogue", {"cases": []}))]
+            catalogue.failures_of_ours(measured.get("catalogue", {"cases": [], "methods": []}))]
