@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
@@ -275,7 +276,9 @@ public:
     static std::optional<std::uint64_t> keyOf(const btCollisionShape& shape)
     {
         const int type = shape.getShapeType();
-        if (type != CONVEX_HULL_SHAPE_PROXYTYPE && type != TRIANGLE_MESH_SHAPE_PROXYTYPE)
+        const bool isHull = type == CONVEX_HULL_SHAPE_PROXYTYPE &&
+                            static_cast<const btConvexHullShape&>(shape).getNumPoints() > kFewPoints;
+        if (!isHull && type != TRIANGLE_MESH_SHAPE_PROXYTYPE)
         {
             return std::nullopt;
         }
@@ -316,6 +319,9 @@ public:
 
 private:
     static constexpr std::size_t kMostTriangles = 200'000;
+    /// A hull of so few is made in less than a millisecond, and takes as much memory as a hundred
+    /// triangles of a larger one.
+    static constexpr int kFewPoints = 32;
 
     struct Kept
     {

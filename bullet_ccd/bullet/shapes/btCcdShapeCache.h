@@ -124,8 +124,8 @@ private:
 /// into a world (check()), so that a shape may be freed and another one made at its address. Points
 /// and heights that are changed in place while the object stays must be forgotten by hand.
 ///
-/// What convex hulls and triangle meshes were converted to lately (200,000 triangles) is shared by
-/// all caches of the program, and outlives them.
+/// What convex hulls of more than 32 points and triangle meshes were converted to lately (200,000
+/// triangles) is shared by all caches of the program, and outlives them.
 class btCcdShapeCache
 {
 public:

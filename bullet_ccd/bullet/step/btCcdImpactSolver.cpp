@@ -16,13 +16,12 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 
 namespace
 {
 constexpr int kIterations = 4;           // times those of the world
 constexpr int kThoroughIterations = 10;  // for contacts that come again
-/// So many objects of an island take part, and what is joined to them.
+/// So many objects of a heap take part, and what is joined to them.
 constexpr std::size_t kMostObjects = 32;
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
@@ -49,78 +48,37 @@ void forColliders(const btMultiBody& body, const Visit& visit)
     }
 }
 
-const btCollisionObject* anyColliderOf(const btMultiBody* body)
+/// True if Bullet moves it: such objects are in islands.
+bool isMoved(const btCollisionObject& object)
 {
-    const btCollisionObject* any = nullptr;
-    if (body != nullptr)
-    {
-        forColliders(*body, [&](const btMultiBodyLinkCollider& collider) { any = &collider; });
-    }
-    return any;
+    return object.getIslandTag() >= 0;
 }
 
-/// Which objects act on each other, by index in the world.
-class Connections
+/// The partners of an object in the broadphase.
+class Overlapping : public btBroadphaseAabbCallback
 {
 public:
-    void add(const btCollisionObject& a, const btCollisionObject& b, bool joined)
+    explicit Overlapping(const btBroadphaseProxy& proxy) : m_proxy(proxy) {}
+    bool process(const btBroadphaseProxy* proxy) override
     {
-        if (a.getIslandTag() >= 0 && b.getIslandTag() >= 0)
+        if (proxy != &m_proxy)
         {
-            m_all.push_back({a.getWorldArrayIndex(), b.getWorldArrayIndex(), joined});
-            m_all.push_back({b.getWorldArrayIndex(), a.getWorldArrayIndex(), joined});
+            m_found.push_back(const_cast<btBroadphaseProxy*>(proxy));
         }
+        return true;
     }
-    void add(const btMultiBody& body)
+    void add(const btBroadphaseProxy& proxy)
     {
-        const btCollisionObject* any = anyColliderOf(&body);
-        forColliders(body,
-                     [&](const btMultiBodyLinkCollider& collider) { add(*any, collider, true); });
-    }
-    /// One for those that are reached first, breadth first, until there are `most`; and for all
-    /// that is joined to them.
-    std::vector<char> around(std::vector<int> reached, std::size_t most, int objects)
-    {
-        std::vector<std::size_t> ends(std::size_t(objects) + 1, 0);
-        for (const Connection& connection : m_all)
+        if (std::find(m_found.begin(), m_found.end(), &proxy) == m_found.end())
         {
-            ++ends[std::size_t(connection.m_from) + 1];
+            m_found.push_back(const_cast<btBroadphaseProxy*>(&proxy));
         }
-        std::partial_sum(ends.begin(), ends.end(), ends.begin());
-        std::vector<Connection> sorted(m_all.size());
-        for (const Connection& connection : m_all)
-        {
-            sorted[ends[std::size_t(connection.m_from)]++] = connection;
-        }
-        std::vector<char> isReached(std::size_t(objects), 0);
-        for (const int first : reached)
-        {
-            isReached[std::size_t(first)] = 1;
-        }
-        for (std::size_t i = 0; i < reached.size(); ++i)
-        {
-            const auto from = std::size_t(reached[i]);
-            for (std::size_t k = from > 0 ? ends[from - 1] : 0; k < ends[from]; ++k)
-            {
-                const auto to = std::size_t(sorted[k].m_to);
-                if (isReached[to] == 0 && (sorted[k].m_isJoined || reached.size() < most))
-                {
-                    isReached[to] = 1;
-                    reached.push_back(int(to));
-                }
-            }
-        }
-        return isReached;
     }
 
+    std::vector<btBroadphaseProxy*> m_found;
+
 private:
-    struct Connection
-    {
-        int m_from;
-        int m_to;
-        bool m_isJoined;
-    };
-    std::vector<Connection> m_all;
+    const btBroadphaseProxy& m_proxy;
 };
 
 /// Takes from rigid bodies what acts on them over time, and gives it back.
@@ -387,211 +345,272 @@ btCcdImpactSolver::btCcdImpactSolver(btDiscreteDynamicsWorld& world)
 
 void btCcdImpactSolver::beginStep()
 {
-    m_merged.clear();
+    m_isListed = false;
 }
 
-int btCcdImpactSolver::island(int tag) const
+inline btCollisionObject& btCcdImpactSolver::at(int index) const
 {
-    for (auto found = m_merged.find(tag); found != m_merged.end(); found = m_merged.find(tag))
-    {
-        tag = found->second;
-    }
-    return tag;
+    return *m_world.getCollisionObjectArray()[index];
 }
 
 bool btCcdImpactSolver::isIn(const btCollisionObject& object) const
 {
-    return object.getIslandTag() >= 0 &&
-           (m_isNear.empty() || m_isNear[std::size_t(object.getWorldArrayIndex())] != 0) &&
-           std::find(m_islands.begin(), m_islands.end(), island(object.getIslandTag())) !=
-               m_islands.end();
+    const auto index = std::size_t(object.getWorldArrayIndex());
+    return index < m_isReached.size() && m_isReached[index] != 0;
 }
 
-void btCcdImpactSolver::join(const btCollisionObject& a, const btCollisionObject& b)
+/// What acts on what, once in a step. Contacts may be gone by the time that they are asked for.
+void btCcdImpactSolver::list()
 {
-    const int islandA = island(a.getIslandTag());
-    const int islandB = island(b.getIslandTag());
-    if (islandA >= 0 && islandB >= 0 && islandA != islandB)
+    if (m_isListed)
     {
-        m_merged[std::max(islandA, islandB)] = std::min(islandA, islandB);
+        return;
+    }
+    m_isListed = true;
+    const auto count = std::size_t(m_world.getNumCollisionObjects());
+    m_touching.resize(count);
+    for (std::vector<int>& touching : m_touching)
+    {
+        touching.clear();
+    }
+    m_isReached.assign(count, 0);
+    m_reached.clear();
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        if (manifold.getNumContacts() > 0)
+        {
+            noteContact(*manifold.getBody0(), *manifold.getBody1());
+        }
+    }
+    m_joints.clear();
+    for (int i = 0; i < m_world.getNumConstraints(); ++i)
+    {
+        btTypedConstraint* joint = m_world.getConstraint(i);
+        for (const btRigidBody* body : {&joint->getRigidBodyA(), &joint->getRigidBodyB()})
+        {
+            if (joint->isEnabled() && isMoved(*body))
+            {
+                m_joints[body->getWorldArrayIndex()].push_back(joint);
+            }
+        }
     }
 }
 
-void btCcdImpactSolver::joinMultiBody(const btMultiBody& body)
+void btCcdImpactSolver::noteContact(const btCollisionObject& a, const btCollisionObject& b)
 {
-    const btCollisionObject* first = nullptr;
-    forColliders(body,
-                 [&](btMultiBodyLinkCollider& collider)
-                 {
-                     if (collider.getIslandTag() >= 0)
-                     {
-                         first = first == nullptr ? &collider : first;
-                         join(*first, collider);
-                     }
-                 });
+    for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)})
+    {
+        const auto index = std::size_t(from->getWorldArrayIndex());
+        if (!isMoved(*from) || index >= m_touching.size())
+        {
+            continue;
+        }
+        std::vector<int>& touching = m_touching[index];
+        const int other = to->getWorldArrayIndex();
+        if (std::find(touching.begin(), touching.end(), other) == touching.end())
+        {
+            touching.push_back(other);
+        }
+    }
 }
 
 /// Discrete contacts of everything that the objects of the impacts are near to.
 void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
 {
-    std::vector<const btCollisionObject*> touching;
+    btBroadphaseInterface& broadphase = *m_world.getBroadphase();
+    btOverlappingPairCache& pairs = *m_world.getPairCache();
+    auto& dispatcher = static_cast<btCollisionDispatcher&>(*m_world.getDispatcher());
+    std::vector<btCollisionObject*> touching;
     for (const btCcdImpact& impact : impacts)
     {
         for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
         {
-            touching.push_back(object);
-            m_world.updateSingleAabb(object);
-        }
-    }
-    btBroadphaseInterface& broadphase = *m_world.getBroadphase();
-    auto& dispatcher = static_cast<btCollisionDispatcher&>(*m_world.getDispatcher());
-    broadphase.calculateOverlappingPairs(&dispatcher);
-
-    const auto isTouching = [&](const btBroadphaseProxy* proxy)
-    {
-        return std::find(touching.begin(),
-                         touching.end(),
-                         static_cast<const btCollisionObject*>(proxy->m_clientObject)) !=
-               touching.end();
-    };
-    btBroadphasePairArray& pairs = m_world.getPairCache()->getOverlappingPairArray();
-    for (int i = 0; i < pairs.size(); ++i)
-    {
-        if (isTouching(pairs[i].m_pProxy0) || isTouching(pairs[i].m_pProxy1))
-        {
-            dispatcher.getNearCallback()(pairs[i], dispatcher, m_world.getDispatchInfo());
-        }
-    }
-}
-
-/// The island of the impacts: objects, multibodies and manifolds.
-void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
-{
-    m_isNear.clear();
-    findIslands(impacts);
-    findObjects();
-    findManifolds();
-    if (m_objects.size() > kMostObjects)
-    {
-        keepNearest(impacts);
-        findObjects();
-    }
-    for (btCollisionObject* object : m_objects)
-    {
-        object->activate();
-    }
-}
-
-void btCcdImpactSolver::findIslands(const std::vector<btCcdImpact>& impacts)
-{
-    for (const btCcdImpact& impact : impacts)
-    {
-        join(*impact.m_objectA, *impact.m_objectB);
-        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
-        {
-            if (const btMultiBody* body = multiBodyOf(object))
+            if (std::find(touching.begin(), touching.end(), object) == touching.end())
             {
-                joinMultiBody(*body);
+                touching.push_back(object);
+                m_world.updateSingleAabb(object);
             }
         }
     }
-    m_islands.clear();
-    for (const btCcdImpact& impact : impacts)
+    for (std::size_t i = 0; i < touching.size(); ++i)
     {
-        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
-        {
-            if (object->getIslandTag() >= 0)
-            {
-                m_islands.push_back(island(object->getIslandTag()));
-            }
-        }
-    }
-}
-
-void btCcdImpactSolver::findObjects()
-{
-    m_objects.clear();
-    m_multiBodies.clear();
-    btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i)
-    {
-        if (!isIn(*objects[i]))
+        btBroadphaseProxy* proxy = touching[i]->getBroadphaseHandle();
+        // What is fixed touches too much; what moves finds it.
+        if (!isMoved(*touching[i]))
         {
             continue;
         }
-        m_objects.push_back(objects[i]);
-        btMultiBody* body = multiBodyOf(objects[i]);
+        Overlapping partners(*proxy);
+        broadphase.aabbTest(proxy->m_aabbMin, proxy->m_aabbMax, partners);
+        // What it has touched before and does not overlap any more parts now.
+        for (const int former : m_touching[std::size_t(touching[i]->getWorldArrayIndex())])
+        {
+            btBroadphaseProxy* other = at(former).getBroadphaseHandle();
+            if (pairs.findPair(proxy, other) != nullptr)
+            {
+                partners.add(*other);
+            }
+        }
+        for (btBroadphaseProxy* other : partners.m_found)
+        {
+            const auto* object = static_cast<const btCollisionObject*>(other->m_clientObject);
+            const auto end = touching.begin() + std::ptrdiff_t(i);
+            if (isMoved(*object) && std::find(touching.begin(), end, object) != end)
+            {
+                continue;  // done the other way round
+            }
+            btBroadphasePair* pair = pairs.findPair(proxy, other);
+            if (pair == nullptr)
+            {
+                pair = pairs.addOverlappingPair(proxy, other);
+            }
+            if (pair == nullptr)
+            {
+                continue;
+            }
+            dispatcher.getNearCallback()(*pair, dispatcher, m_world.getDispatchInfo());
+            if (pair->m_algorithm != nullptr)
+            {
+                noteContact(*touching[i], *object);
+            }
+        }
+    }
+}
+
+/// What takes part in the impacts: objects, multibodies and manifolds.
+void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
+{
+    list();
+    for (const int index : m_reached)
+    {
+        m_isReached[std::size_t(index)] = 0;
+    }
+    m_reached.clear();
+    m_contacts.clear();
+    for (const btCcdImpact& impact : impacts)
+    {
+        reach(*impact.m_objectA);
+        reach(*impact.m_objectB);
+    }
+    for (std::size_t i = 0; i < m_reached.size(); ++i)
+    {
+        const btCollisionObject& object = at(m_reached[i]);
+        reachJoined(object);
+        reachTouching(object);
+    }
+    std::sort(m_reached.begin(), m_reached.end());
+    m_objects.clear();
+    m_multiBodies.clear();
+    for (const int index : m_reached)
+    {
+        btCollisionObject& object = at(index);
+        object.activate();
+        m_objects.push_back(&object);
+        btMultiBody* body = multiBodyOf(&object);
         if (body != nullptr &&
             std::find(m_multiBodies.begin(), m_multiBodies.end(), body) == m_multiBodies.end())
         {
             m_multiBodies.push_back(body);
         }
     }
-}
-
-void btCcdImpactSolver::findManifolds()
-{
     m_manifolds.clear();
-    btDispatcher& dispatcher = *m_world.getDispatcher();
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    for (const Contact& contact : m_contacts)
     {
-        btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
-        const btCollisionObject& a = *manifold->getBody0();
-        const btCollisionObject& b = *manifold->getBody1();
-        if (manifold->getNumContacts() > 0 && (isIn(a) || isIn(b)) &&
-            dispatcher.needsResponse(&a, &b))
+        if (isIn(at(contact.m_to)) || !isMoved(at(contact.m_to)))
         {
-            m_manifolds.push_back(manifold);
+            m_manifolds.push_back(contact.m_manifold);
         }
     }
 }
 
-/// Leaves in the island what can be reached by few contacts. Joints are never cut.
-void btCcdImpactSolver::keepNearest(const std::vector<btCcdImpact>& impacts)
+void btCcdImpactSolver::reach(const btCollisionObject& object)
 {
-    Connections connections;
-    for (const btPersistentManifold* manifold : m_manifolds)
+    if (isMoved(object) && !isIn(object) &&
+        std::size_t(object.getWorldArrayIndex()) < m_isReached.size())
     {
-        connections.add(*manifold->getBody0(), *manifold->getBody1(), false);
+        m_isReached[std::size_t(object.getWorldArrayIndex())] = 1;
+        m_reached.push_back(object.getWorldArrayIndex());
     }
-    for (int i = 0; i < m_world.getNumConstraints(); ++i)
+}
+
+/// Joints are never cut.
+void btCcdImpactSolver::reachJoined(const btCollisionObject& object)
+{
+    if (const auto joints = m_joints.find(object.getWorldArrayIndex()); joints != m_joints.end())
     {
-        const btTypedConstraint& joint = *m_world.getConstraint(i);
-        connections.add(joint.getRigidBodyA(), joint.getRigidBodyB(), true);
+        for (const btTypedConstraint* joint : joints->second)
+        {
+            reach(joint->getRigidBodyA());
+            reach(joint->getRigidBodyB());
+        }
     }
-    for (const btMultiBody* body : m_multiBodies)
+    const btMultiBody* body = multiBodyOf(&object);
+    if (body == nullptr)
     {
-        connections.add(*body);
+        return;
     }
+    forColliders(*body, [this](const btMultiBodyLinkCollider& collider) { reach(collider); });
     const int joints =
         m_multiBodyWorld != nullptr ? m_multiBodyWorld->getNumMultiBodyConstraints() : 0;
     for (int i = 0; i < joints; ++i)
     {
         btMultiBodyConstraint& joint = *m_multiBodyWorld->getMultiBodyConstraint(i);
-        const btCollisionObject* a = anyColliderOf(joint.getMultiBodyA());
-        const btCollisionObject* b = anyColliderOf(joint.getMultiBodyB());
-        if (a != nullptr && b != nullptr)
+        if (joint.getMultiBodyA() != body && joint.getMultiBodyB() != body)
         {
-            connections.add(*a, *b, true);
+            continue;
         }
-    }
-    std::vector<int> nearest;
-    for (const btCcdImpact& impact : impacts)
-    {
-        for (const btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        for (const btMultiBody* end : {joint.getMultiBodyA(), joint.getMultiBodyB()})
         {
-            if (object->getIslandTag() >= 0)
+            if (end != nullptr)
             {
-                nearest.push_back(object->getWorldArrayIndex());
+                forColliders(*end,
+                             [this](const btMultiBodyLinkCollider& collider) { reach(collider); });
             }
         }
     }
-    m_isNear = connections.around(nearest, kMostObjects, m_world.getCollisionObjectArray().size());
-    const auto isBeyond = [this](const btCollisionObject& object)
-    { return object.getIslandTag() >= 0 && !isIn(object); };
-    std::erase_if(m_manifolds,
-                  [&](const btPersistentManifold* manifold)
-                  { return isBeyond(*manifold->getBody0()) || isBeyond(*manifold->getBody1()); });
+}
+
+/// Every contact is found from the end that is reached first.
+void btCcdImpactSolver::reachTouching(const btCollisionObject& object)
+{
+    btDispatcher& dispatcher = *m_world.getDispatcher();
+    btManifoldArray manifolds;
+    const int index = object.getWorldArrayIndex();
+    for (const int other : m_touching[std::size_t(index)])
+    {
+        btCollisionObject& partner = at(other);
+        const auto isSame = [&](const Contact& contact)
+        { return contact.m_from == other && contact.m_to == index; };
+        if (isIn(partner) && std::any_of(m_contacts.begin(), m_contacts.end(), isSame))
+        {
+            continue;
+        }
+        const btBroadphasePair* pair = m_world.getPairCache()->findPair(
+            const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle()),
+            partner.getBroadphaseHandle());
+        if (pair == nullptr || pair->m_algorithm == nullptr ||
+            !dispatcher.needsResponse(&object, &partner))
+        {
+            continue;
+        }
+        manifolds.resize(0);
+        pair->m_algorithm->getAllContactManifolds(manifolds);
+        bool touches = false;
+        for (int i = 0; i < manifolds.size(); ++i)
+        {
+            if (manifolds[i]->getNumContacts() > 0)
+            {
+                touches = true;
+                m_contacts.push_back({index, other, manifolds[i]});
+            }
+        }
+        if (touches && m_reached.size() < kMostObjects)
+        {
+            reach(partner);
+        }
+    }
 }
 
 /// True if Bullet knows a contact of the two where the time of impact found them to meet.
@@ -726,14 +745,19 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
     WithoutMotors withoutMotors;
     std::vector<std::unique_ptr<RigidRows>> joints;
     std::vector<btTypedConstraint*> constraints;
-    for (int i = 0; i < m_world.getNumConstraints(); ++i)
+    static const std::vector<btTypedConstraint*> kNoJoints;
+    for (const int index : m_reached)
     {
-        btTypedConstraint* constraint = m_world.getConstraint(i);
-        if (constraint->isEnabled() &&
-            (isIn(constraint->getRigidBodyA()) || isIn(constraint->getRigidBodyB())))
+        const auto known = m_joints.find(index);
+        for (btTypedConstraint* joint : known != m_joints.end() ? known->second : kNoJoints)
         {
-            joints.push_back(std::make_unique<RigidRows>(*constraint));
-            constraints.push_back(joints.back().get());
+            const btRigidBody& bodyA = joint->getRigidBodyA();
+            const btRigidBody& first = isMoved(bodyA) ? bodyA : joint->getRigidBodyB();
+            if (joint->isEnabled() && first.getWorldArrayIndex() == index)
+            {
+                joints.push_back(std::make_unique<RigidRows>(*joint));
+                constraints.push_back(joints.back().get());
+            }
         }
     }
     const WithoutForces withoutForces(m_objects);
@@ -799,6 +823,7 @@ const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
 {
     BT_PROFILE("btCcdImpactSolver::solve");
     std::vector<SavedImpulses> saved;
+    list();
     findContacts(impacts);
     collect(impacts);
     if (place && !place(m_objects))

@@ -7,7 +7,7 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <functional>
-#include <map>
+#include <unordered_map>
 #include <vector>
 
 class btMultiBody;
@@ -22,9 +22,10 @@ enum class btCcdAnswer
 };
 
 /// Solves the velocities of what takes part in an impact, and of all that is connected to it by
-/// contacts and constraints, with the solver of the world. Of a large island only what is nearest
+/// contacts and constraints, with the solver of the world. Of a large heap only what is nearest
 /// takes part, by the number of contacts on the way; the rest follows in impacts of its own, or
-/// when the solver sees its contacts in the next step.
+/// when the solver sees its contacts in the next step. Only what is near is looked at, so the cost
+/// of an impact does not depend on the size of the world.
 ///
 /// An impact takes no time: forces, gravity, gyroscopic terms and motors contribute nothing to it
 /// (the step's solution has their whole share already), and positions are not corrected, so it adds
@@ -38,7 +39,7 @@ public:
 
     void beginStep();
     using Place = std::function<bool(const std::vector<btCollisionObject*>&)>;
-    /// What would take part by the contacts that are known.
+    /// What would take part by the contacts that are known: itself, what it touches, and so on.
     const std::vector<btCollisionObject*>& islandOf(const std::vector<btCcdImpact>& impacts)
     {
         collect(impacts);
@@ -51,27 +52,37 @@ public:
                                                  const Place& place = {});
 
 private:
+    /// A contact of two objects that are reached, by index in the world.
+    struct Contact
+    {
+        int m_from;
+        int m_to;
+        btPersistentManifold* m_manifold;
+    };
+
     btDiscreteDynamicsWorld& m_world;
     btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
-    std::map<int, int> m_merged;                 // islands that impacts of this step have joined
-    std::vector<int> m_islands;                  // that take part
-    std::vector<btCollisionObject*> m_objects;   // in them
-    std::vector<char> m_isNear;                  // by index in the world; empty: all of them
+    bool m_isListed = false;                     // the two that follow are those of this step
+    std::vector<std::vector<int>> m_touching;    // of what Bullet moves, by index in the world
+    std::unordered_map<int, std::vector<btTypedConstraint*>> m_joints;
+    std::vector<int> m_reached;                 // what takes part, by index in the world,
+    std::vector<char> m_isReached;              // and which those are
+    std::vector<Contact> m_contacts;            // scratch memory
+    std::vector<btCollisionObject*> m_objects;  // what takes part
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<btPersistentManifold*> m_manifolds;
     std::vector<btPersistentManifold*> m_ownManifolds;   // for one impact
     std::vector<btCollisionAlgorithm*> m_ownAlgorithms;  // likewise
 
-    [[nodiscard]] int island(int tag) const;
+    [[nodiscard]] btCollisionObject& at(int index) const;
     [[nodiscard]] bool isIn(const btCollisionObject& object) const;
-    void join(const btCollisionObject& a, const btCollisionObject& b);
-    void joinMultiBody(const btMultiBody& body);
+    void list();
+    void noteContact(const btCollisionObject& a, const btCollisionObject& b);
     void findContacts(const std::vector<btCcdImpact>& impacts);
     void collect(const std::vector<btCcdImpact>& impacts);
-    void findIslands(const std::vector<btCcdImpact>& impacts);
-    void findObjects();
-    void findManifolds();
-    void keepNearest(const std::vector<btCcdImpact>& impacts);
+    void reach(const btCollisionObject& object);
+    void reachJoined(const btCollisionObject& object);
+    void reachTouching(const btCollisionObject& object);
     [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
     void addMissingContacts(const std::vector<btCcdImpact>& impacts);
     void addContactsOfOverlap(const btCcdImpact& impact);

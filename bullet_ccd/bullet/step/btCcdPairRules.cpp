@@ -1,16 +1,153 @@
 #include "bullet_ccd/bullet/step/btCcdPairRules.h"
 
+#include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btTransformUtil.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 
 namespace
 {
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+/// Cores that keep this part of their depths, and so much more in tolerances, meet no query: see
+/// askStock().
+constexpr double kKeptDepth = 3.0 / 4.0;
+constexpr double kKeptTolerances = 2.0;
+/// Likewise of the shell of a mesh, for what is in it already and for what is not: see askShell().
+constexpr double kTouchingShell = 1.0 / 3.0;
+constexpr double kFreeShell = 9.0 / 8.0;
+constexpr int kMostChildren = 8;
+/// Bullet turns nothing farther in a step [rad].
+constexpr double kMostTurn = 0.75;
+constexpr std::size_t kMostVertices = 512;
+
+double marginOf(const btCcdTracked& tracked)
+{
+    const btCollisionShape& shape = *tracked.m_collisionShape;
+    return shape.getShapeType() == FAST_CONCAVE_MESH_PROXYTYPE ? double(shape.getMargin()) : 0.0;
 }
+
+bool isPlane(const btCcdTracked& tracked)
+{
+    return tracked.m_collisionShape->getShapeType() == STATIC_PLANE_PROXYTYPE;
+}
+
+bool isMesh(const btCollisionShape& shape)
+{
+    return shape.getShapeType() == FAST_CONCAVE_MESH_PROXYTYPE;
+}
+
+/// True if it is quickly said how far the shape reaches in a direction.
+bool hasSupport(const btCollisionShape& shape)
+{
+    if (shape.isCompound())
+    {
+        const auto& compound = static_cast<const btCompoundShape&>(shape);
+        bool has = compound.getNumChildShapes() <= kMostChildren;
+        for (int i = 0; i < compound.getNumChildShapes() && has; ++i)
+        {
+            has = compound.getChildShape(i)->isConvex();
+        }
+        return has;
+    }
+    if (isMesh(shape))
+    {
+        return static_cast<const btCcdMeshShape&>(shape).tree().mesh().vertices.size() <=
+               kMostVertices;
+    }
+    return shape.isConvex() || shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
+}
+
+/// Such a shape, where Bullet has it.
+bool isSimple(const btCcdTracked& tracked)
+{
+    return tracked.m_way == nullptr &&
+           btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr &&
+           hasSupport(*tracked.m_collisionShape);
+}
+
+/// Of a plane, in the world.
+btVector3 normalOf(const btCcdTracked& plane)
+{
+    return plane.m_object->getWorldTransform().getBasis() * plane.m_shape->m_extent.m_normal;
+}
+
+/// How far the shape reaches along the normal; of a plane, its own normal.
+btScalar supportAlong(const btCollisionShape& shape,
+                      const btTransform& pose,
+                      const btVector3& normal)
+{
+    const btVector3 local = normal * pose.getBasis();
+    const btScalar origin = normal.dot(pose.getOrigin());
+    if (shape.isCompound())
+    {
+        const auto& compound = static_cast<const btCompoundShape&>(shape);
+        btScalar farthest = -BT_LARGE_FLOAT;
+        for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        {
+            const btTransform child = pose * compound.getChildTransform(i);
+            farthest = std::max(farthest, supportAlong(*compound.getChildShape(i), child, normal));
+        }
+        return farthest;
+    }
+    if (isMesh(shape))
+    {
+        const Eigen::Vector3d direction = btCcdToEigen(local);
+        double farthest = -kUnlimited;
+        for (const Eigen::Vector3d& vertex :
+             static_cast<const btCcdMeshShape&>(shape).tree().mesh().vertices)
+        {
+            farthest = std::max(farthest, direction.dot(vertex));
+        }
+        return origin + btScalar(farthest);
+    }
+    if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE)
+    {
+        return origin + static_cast<const btStaticPlaneShape&>(shape).getPlaneConstant();
+    }
+    const auto& convex = static_cast<const btConvexShape&>(shape);
+    return origin + local.dot(convex.localGetSupportingVertex(local));
+}
+
+/// From A to B: as Bullet finds the cores of convex shapes apart, else from middle to middle.
+btVector3 directionBetween(const btCcdTracked& a, const btCcdTracked& b)
+{
+    const btTransform& poseA = a.m_object->getWorldTransform();
+    const btTransform& poseB = b.m_object->getWorldTransform();
+    if (!a.m_collisionShape->isConvex() || !b.m_collisionShape->isConvex())
+    {
+        const btVector3 between =
+            poseB * b.m_shape->m_extent.m_center - poseA * a.m_shape->m_extent.m_center;
+        return between.fuzzyZero() ? btVector3(0, 0, 0) : between.normalized();
+    }
+    btVoronoiSimplexSolver simplex;
+    btGjkPairDetector detector(static_cast<const btConvexShape*>(a.m_collisionShape),
+                               static_cast<const btConvexShape*>(b.m_collisionShape),
+                               &simplex,
+                               nullptr);
+    btGjkPairDetector::ClosestPointInput input;
+    input.m_transformA = poseA;
+    input.m_transformB = poseB;
+    btPointCollector found;
+    detector.getClosestPoints(input, found, nullptr);
+    return found.m_hasResult ? btVector3(-found.m_normalOnBInWorld) : btVector3(0, 0, 0);
+}
+}  // namespace
 
 bool btCcdMayMeet(btCollisionWorld& world, const btCollisionObject& a, const btCollisionObject& b)
 {
@@ -45,7 +182,7 @@ btTransform btCcdPoseOf(const btCcdTracked& tracked, bool done)
 {
     if (tracked.m_way != nullptr)
     {
-        return done ? tracked.m_way->m_end : tracked.m_way->m_start;
+        return done && tracked.m_motion > 0.0 ? tracked.m_way->m_end : tracked.m_way->m_start;
     }
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);
     if (collider == nullptr)
@@ -57,17 +194,133 @@ btTransform btCcdPoseOf(const btCcdTracked& tracked, bool done)
                                 : body.getLink(collider->m_link).m_cachedWorldTransform;
 }
 
-bool btCcdAreFartherApart(const btCcdContext& context,
-                          const btCcdTracked& a,
-                          const btCcdTracked& b,
-                          double distance,
-                          bool done)
+double btCcdFreeWay(const btCcdContext& context,
+                    const btCcdTracked& a,
+                    const btCcdTracked& b,
+                    double enough,
+                    bool done)
 {
-    const double enough =
-        distance + (a.m_shape->m_shell + b.m_shape->m_shell + context.m_tolerance);
+    const double matters = a.m_shape->m_shell + b.m_shape->m_shell + context.m_tolerance;
     return btCcdGap(a.m_shape->m_extent,
                     btCcdPoseOf(a, done),
                     b.m_shape->m_extent,
                     btCcdPoseOf(b, done),
-                    enough) > enough;
+                    enough + matters) -
+           matters;
+}
+
+bool btCcdApproach::isOf(const btCcdTracked& a, const btCcdTracked& b)
+{
+    return isSimple(a) && isSimple(b) && !(isPlane(a) && isPlane(b));
+}
+
+btCcdApproach::btCcdApproach(const btCcdContext& context,
+                             const btCcdTracked& a,
+                             const btCcdTracked& b,
+                             const btBroadphasePair* pair,
+                             double remaining,
+                             bool done)
+    : m_remaining(remaining), m_isDone(done)
+{
+    btManifoldArray manifolds;
+    if (pair != nullptr && pair->m_algorithm != nullptr)
+    {
+        pair->m_algorithm->getAllContactManifolds(manifolds);
+    }
+    const btManifoldPoint* deepest = nullptr;
+    for (int i = 0; i < manifolds.size(); ++i)
+    {
+        for (int k = 0; k < manifolds[i]->getNumContacts(); ++k)
+        {
+            const btManifoldPoint& point = manifolds[i]->getContactPoint(k);
+            if (deepest == nullptr || point.getDistance() < deepest->getDistance())
+            {
+                deepest = &point;
+            }
+        }
+    }
+    const bool touches =
+        deepest != nullptr && double(deepest->getDistance()) <= context.m_tolerance;
+    if (isPlane(a) || isPlane(b))
+    {
+        look(context, a, b, isPlane(a) ? normalOf(a) : btVector3(-normalOf(b)), touches);
+    }
+    else if (deepest == nullptr)
+    {
+        look(context, a, b, directionBetween(a, b), false);
+    }
+    else
+    {
+        const bool isFirst = manifolds[0]->getBody0() == a.m_object;
+        look(context,
+             a,
+             b,
+             (isFirst ? btScalar(-1) : btScalar(1)) * deepest->m_normalWorldOnB,
+             touches);
+    }
+}
+
+/// @param normal from A to B
+void btCcdApproach::look(const btCcdContext& context,
+                         const btCcdTracked& a,
+                         const btCcdTracked& b,
+                         const btVector3& normal,
+                         bool touches)
+{
+    // Directions are known to the precision of Bullet only.
+    if (!(btFabs(normal.length2() - btScalar(1)) < btScalar(1e-3)))
+    {
+        return;
+    }
+    const btVector3 along = normal.normalized();
+    // What askStock() and askShell() leave to those that touch.
+    const double shell = isMesh(*a.m_collisionShape) || isMesh(*b.m_collisionShape)
+                             ? std::max(marginOf(a) + marginOf(b), btCcdManifolds::kLeastShell)
+                             : 0.0;
+    const double sunk =
+        touches ? (1.0 - kKeptDepth) * (a.outline().m_depth + b.outline().m_depth) : 0.0;
+    const double kept = shell > 0.0 ? (touches ? kTouchingShell : kFreeShell) * shell : -sunk;
+    m_gap = m_end = -kept - kKeptTolerances * context.m_tolerance;
+    for (const btCcdTracked* tracked : {&a, &b})
+    {
+        const btVector3 direction = tracked == &a ? along : btVector3(-along);
+        const btCollisionShape& shape = *tracked->m_collisionShape;
+        const btTransform& pose = tracked->m_object->getWorldTransform();
+        const btRigidBody* body = btRigidBody::upcast(tracked->m_object);
+        const double present = double(supportAlong(shape, pose, direction));
+        if (body == nullptr || !(tracked->m_motion > 0.0))
+        {
+            m_gap -= present;
+            m_end -= present;
+            continue;
+        }
+        const btVector3& velocity = body->getLinearVelocity();
+        const btVector3& spin = body->getAngularVelocity();
+        const double turn = double(spin.length()) * m_remaining;
+        if (turn > kMostTurn)
+        {
+            m_gap = m_end = -1.0;
+            return;
+        }
+        btTransform other;
+        btTransformUtil::integrateTransform(
+            pose, velocity, spin, btScalar(m_isDone ? -m_remaining : m_remaining), other);
+        const double then = double(supportAlong(shape, other, direction));
+        const double reach = tracked->outline().m_reach;
+        m_gap -= m_isDone ? then : present;
+        m_end -= m_isDone ? present : then;
+        m_bend += turn * turn * reach / 8.0;
+        m_rate += double(direction.dot(velocity) + direction.cross(spin).length() * reach);
+    }
+}
+
+double btCcdApproach::freeTime() const
+{
+    if (std::min(m_gap, m_end) > m_bend)
+    {
+        return kUnlimited;
+    }
+    // The rate is too small only by rounding where it is not positive.
+    return m_isDone || !(m_gap > 0.0) || !(m_rate > 0.0) ? 0.0
+                                                         : std::min(m_gap / m_rate, m_remaining);
 }

@@ -93,7 +93,8 @@ btCcdPushed::btCcdPushed(btDiscreteDynamicsWorld& world,
     for (int i = 0; i < objects.size() && alone; ++i)
     {
         btRigidBody* body = btRigidBody::upcast(objects[i]);
-        if (body != nullptr && !btCcdBody{body, nullptr}.isStill())
+        // What is kinematic is told to stand: its velocity says how it comes to where it is.
+        if (body != nullptr && !body->isKinematicObject() && !btCcdBody{body, nullptr}.isStill())
         {
             m_saved.push_back({btCcdVelocities({body, nullptr}), {0, 0, 0}, {0, 0, 0}});
             btCcdStop({body, nullptr});

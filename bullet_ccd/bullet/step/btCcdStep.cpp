@@ -41,39 +41,68 @@ constexpr int kSolvings = 8;
 constexpr btScalar kDrag = btScalar(0.5);
 
 /// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
-/// where the step began for it.
+/// where the step began for it. One that moves without a velocity gets that of its way.
 class KinematicInPlace
 {
 public:
-    KinematicInPlace(const std::vector<btCcdImpact>& impacts, btCcdStepper& stepper)
+    KinematicInPlace(const std::vector<btCcdImpact>& impacts,
+                     btCcdStepper& stepper,
+                     btScalar remaining)
     {
         for (const btCcdImpact& impact : impacts)
         {
             for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
             {
-                const bool linked = btMultiBodyLinkCollider::upcast(object) != nullptr;
-                const btCcdObjectMotion* motion =
-                    object->isKinematicObject() && !linked ? stepper.motionOf(*object) : nullptr;
-                if (motion != nullptr)
+                btRigidBody* body = btRigidBody::upcast(object);
+                const btCcdObjectMotion* motion = body != nullptr && body->isKinematicObject()
+                                                      ? stepper.motionOf(*body)
+                                                      : nullptr;
+                if (motion == nullptr)
                 {
-                    m_saved.emplace_back(object, object->getWorldTransform());
-                    object->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+                    continue;
+                }
+                m_saved.push_back({body,
+                                   body->getWorldTransform(),
+                                   body->getLinearVelocity(),
+                                   body->getAngularVelocity()});
+                body->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+                const auto* rigid = std::get_if<bullet_ccd::RigidMotion>(&motion->m_motion);
+                if (rigid != nullptr && remaining > btScalar(0) && isStill(*body))
+                {
+                    body->setLinearVelocity(btCcdToBullet(rigid->v_W) / remaining);
+                    body->setAngularVelocity(btCcdToBullet(rigid->w_W) / remaining);
                 }
             }
         }
     }
+    /// In reverse: a body in two impacts has been saved twice.
     ~KinematicInPlace()
     {
-        for (const auto& [object, pose] : m_saved)
+        for (auto saved = m_saved.rbegin(); saved != m_saved.rend(); ++saved)
         {
-            object->setWorldTransform(pose);
+            saved->m_body->setWorldTransform(saved->m_pose);
+            saved->m_body->setLinearVelocity(saved->m_velocity);
+            saved->m_body->setAngularVelocity(saved->m_spin);
         }
     }
     KinematicInPlace(const KinematicInPlace&) = delete;
     KinematicInPlace& operator=(const KinematicInPlace&) = delete;
 
 private:
-    std::vector<std::pair<btCollisionObject*, btTransform>> m_saved;
+    struct Saved
+    {
+        btRigidBody* m_body;
+        btTransform m_pose;
+        btVector3 m_velocity;
+        btVector3 m_spin;
+    };
+    std::vector<Saved> m_saved;
+
+    [[nodiscard]] static bool isStill(const btRigidBody& body)
+    {
+        const btVector3 zero(0, 0, 0);
+        return body.getLinearVelocity() == zero && body.getAngularVelocity() == zero;
+    }
 };
 }  // namespace
 
@@ -120,7 +149,7 @@ bool btCcdStep::begin(btScalar timeStep)
     // What turns no faster than Bullet turns it may meet less.
     if (!m_spins.limit(timeStep) || m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome))
     {
-        m_stepper.askAll();
+        m_stepper.getReady();
     }
     return true;
 }
@@ -142,7 +171,7 @@ void btCcdStep::takeBackPushes(btScalar timeStep)
     {
         return;
     }
-    m_stepper.askAll();
+    m_stepper.getReady();
     for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
     {
         m_stepper.advance(event.m_time);
@@ -230,14 +259,14 @@ void btCcdStep::takeBack(btScalar timeStep)
 {
     if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
     {
-        m_stepper.askAll();
+        m_stepper.getReady();
         m_solver.beginStep();
         m_solvings = 0;
         for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
         {
             m_stepper.advance(event.m_time);
             const btScalar remaining = timeStep - event.m_time;
-            const KinematicInPlace kinematic(event.m_impacts, m_stepper);
+            const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
             for (const btCcdImpact& impact : event.m_impacts)
             {
                 placeBack(impact.m_objectA);
@@ -490,7 +519,7 @@ void btCcdStep::releaseStopped()
 void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
 {
     m_spins.free(m_stepper);
-    const KinematicInPlace kinematic(event.m_impacts, m_stepper);
+    const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
     for (const btCcdImpact& impact : event.m_impacts)

@@ -12,7 +12,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 namespace
@@ -156,6 +158,9 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
     m_counts = {};
     m_pairs.clear();
     m_fast.clear();
+    m_changed.clear();
+    m_strays.clear();
+    m_isNearListed = false;
     if (m_tracker->look(m_timeStep, kinematicStands))
     {
         m_tracker->findNeighbours();
@@ -168,13 +173,19 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
     return !m_pairs.empty();
 }
 
-/// Bound of what any point of one object moves in this step relative to the other.
+/// Bound of what any point of one object moves in the rest of the step relative to the other,
+inline double btCcdStepper::wayToCome(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    return remaining() * (norm(a.m_course.m_velocity - b.m_course.m_velocity) +
+                          a.m_course.m_turning + b.m_course.m_turning);
+}
+
+/// and in all of it.
 inline double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& b) const
 {
     const btCcdCourse& courseA = a.m_course;
     const btCcdCourse& courseB = b.m_course;
-    const double toCome = remaining() * (norm(courseA.m_velocity - courseB.m_velocity) +
-                                         courseA.m_turning + courseB.m_turning);
+    const double toCome = wayToCome(a, b);
     if (m_time == 0.0)
     {
         return toCome;
@@ -224,19 +235,60 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         {
             pair.m_mayLose = btCcdMayLose(m_context, a, b);
         }
-        if (canCross(a, b, pair.m_mayLose) && wanted(a, b) &&
-            !btCcdAreFartherApart(m_context,
-                                  a,
-                                  b,
-                                  std::min(a.m_motion + b.m_motion, wayApart(a, b)),
-                                  m_motion == Motion::Done))
+        if (!canCross(a, b, pair.m_mayLose) || !wanted(a, b))
         {
-            m_pairs.push_back({indexOf(a), indexOf(b), kNever, {}});
+            continue;
+        }
+        if (const double time = earliestTime(a, b); time < kNever)
+        {
+            push(indexOf(a), indexOf(b), time);
         }
     }
 }
 
-void btCcdStepper::askAll()
+inline void btCcdStepper::push(int a, int b, double time)
+{
+    const double speed = (at(a).m_motion + at(b).m_motion) / m_timeStep;
+    m_pairs.push_back({.m_a = a,
+                       .m_b = b,
+                       .m_time = time,
+                       .m_toi = {},
+                       .m_window = kSimultaneous * m_context.m_tolerance / speed});
+}
+
+/// A time of the step before which the two certainly do not meet; infinite if they do not meet.
+double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    // In the middle of a step, others are not where Bullet has them.
+    const auto isInPlace = [this](const btCcdTracked& tracked)
+    {
+        return m_time == 0.0 || (tracked.m_way == nullptr &&
+                                 btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr);
+    };
+    if (!isInPlace(a) || !isInPlace(b))
+    {
+        return m_time;
+    }
+    const bool done = m_motion == Motion::Done;
+    const double way = std::min(a.m_motion + b.m_motion, wayToCome(a, b));
+    const double free = btCcdFreeWay(m_context, a, b, way, done);
+    if (free > way)
+    {
+        return kNever;
+    }
+    // Of a motion that is done, they are known where it ends.
+    const double boxesMeet = done || !(free > 0.0) ? m_time : m_time + free / way * remaining();
+    if (!btCcdApproach::isOf(a, b))
+    {
+        return boxesMeet;
+    }
+    const btBroadphasePair* known = m_world.getPairCache()->findPair(
+        a.m_object->getBroadphaseHandle(), b.m_object->getBroadphaseHandle());
+    const btCcdApproach approach(m_context, a, b, known, remaining(), done);
+    return std::max(boxesMeet, m_time + approach.freeTime());
+}
+
+void btCcdStepper::getReady()
 {
     ++m_epoch;
     m_multiBodyCount = 0;
@@ -248,10 +300,6 @@ void btCcdStepper::askAll()
         sweep(at(index));
     }
     findSlow();
-    for (Pair& pair : m_pairs)
-    {
-        ask(pair);
-    }
 }
 
 double btCcdStepper::tolerance() const
@@ -283,8 +331,9 @@ void btCcdStepper::findFast()
     {
         if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
         {
-            tracked.m_course.m_spin =
-                tracked.m_moves ? body->getAngularVelocity() : btVector3(0, 0, 0);
+            const btVector3& spin =
+                tracked.m_way != nullptr ? tracked.m_way->m_spin : body->getAngularVelocity();
+            tracked.m_course.m_spin = tracked.m_motion > 0.0 ? spin : btVector3(0, 0, 0);
         }
         tracked.m_fast = tracked.m_tracked && (tracked.m_motion > tracked.m_slow ||
                                                (tracked.m_pressed && tracked.m_motion > 0.0));
@@ -448,18 +497,94 @@ void btCcdStepper::sweep(btCcdTracked& tracked)
     box.m_high += around;
 }
 
-void btCcdStepper::addCandidates(int index, bool onlyChanged)
+/// What the object, which has changed, may meet now: by the lists of neighbours while it keeps to
+/// its place in them, else by all that it sweeps.
+void btCcdStepper::addCandidates(int index)
 {
-    const btCcdTracked& tracked = at(index);
+    btCcdTracked& tracked = at(index);
     if (!tracked.m_tracked)
     {
         return;
     }
+    if (!tracked.m_isStray &&
+        (m_motion == Motion::Done || !m_tracker->staysInPlace(tracked, m_time, remaining())))
+    {
+        tracked.m_isStray = true;
+        m_strays.push_back(index);
+    }
+    if (tracked.m_isStray)
+    {
+        addSwept(index);
+    }
+    else
+    {
+        addNear(index);
+    }
+}
+
+/// Of two that have changed, the pair comes once: with the one that is fast, or the older one.
+void btCcdStepper::addNear(int index)
+{
+    listNear();
+    const btCcdTracked& tracked = at(index);
+    const auto add = [&](int other)
+    {
+        const btCcdTracked& b = at(other);
+        const bool isMine = tracked.m_fast == b.m_fast ? index < other : tracked.m_fast;
+        if (other != index && (tracked.m_fast || b.m_fast) && (!b.m_changed || isMine))
+        {
+            addPair(index, other);
+        }
+    };
+    const std::size_t begin = index > 0 ? m_nearEnds[std::size_t(index) - 1] : 0;
+    for (std::size_t i = begin; i < m_nearEnds[std::size_t(index)]; ++i)
+    {
+        if (!at(m_near[i]).m_isStray)
+        {
+            add(m_near[i]);
+        }
+    }
+    for (const int stray : m_strays)
+    {
+        add(stray);
+    }
+}
+
+/// The pairs of the lists, by object, once in a step.
+void btCcdStepper::listNear()
+{
+    if (m_isNearListed)
+    {
+        return;
+    }
+    m_isNearListed = true;
+    m_nearEnds.assign(m_tracker->objects().size() + 1, 0);
+    const auto forEnds = [this](const auto& visit)
+    {
+        for (const auto* pairs : {&m_tracker->movers(), &m_tracker->others()})
+        {
+            for (const btCcdNeighbourPair& pair : *pairs)
+            {
+                visit(indexOf(*pair.m_a), indexOf(*pair.m_b));
+                visit(indexOf(*pair.m_b), indexOf(*pair.m_a));
+            }
+        }
+    };
+    forEnds([this](int from, int) { ++m_nearEnds[std::size_t(from) + 1]; });
+    std::partial_sum(m_nearEnds.begin(), m_nearEnds.end(), m_nearEnds.begin());
+    m_near.resize(m_nearEnds.back());
+    // Every begin is its end by then.
+    forEnds([this](int from, int to) { m_near[m_nearEnds[std::size_t(from)]++] = to; });
+}
+
+void btCcdStepper::addSwept(int index)
+{
+    const btCcdTracked& tracked = at(index);
     for (const int other : m_fast)
     {
         const btCcdTracked& b = at(other);
         // Of two objects that come this way, the pair comes once.
-        const bool first = (tracked.m_fast && index < other) || (onlyChanged && !b.m_changed);
+        const bool first = (tracked.m_fast && index < other) || !b.m_changed;
         if (other != index && first && b.m_tracked && tracked.m_sweep.meets(b.m_sweep))
         {
             addPair(index, other);
@@ -491,10 +616,15 @@ void btCcdStepper::addPair(int a, int b)
 {
     // The order in which Bullet sees the pair: by the age of the objects.
     const auto [first, second] = std::minmax(a, b);
-    if (wanted(at(first), at(second)) &&
-        canCross(at(first), at(second), btCcdMayLose(m_context, at(first), at(second))))
+    const btCcdTracked& older = at(first);
+    const btCcdTracked& newer = at(second);
+    if (!wanted(older, newer) || !canCross(older, newer, btCcdMayLose(m_context, older, newer)))
     {
-        m_pairs.push_back({first, second, kNever, {}});
+        return;
+    }
+    if (const double time = earliestTime(older, newer); time < kNever)
+    {
+        push(first, second, time);
     }
 }
 
@@ -544,17 +674,46 @@ void btCcdStepper::ask(Pair& pair)
     ++m_counts.m_queries;
     m_counts.m_overlaps += result.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
     pair.m_toi = result.m_toi;
+    pair.m_isAsked = true;
     pair.m_time = fraction < 1.0 ? m_time + fraction * remaining() : kNever;
+}
+
+/// The earliest time of impact; asks for all pairs that may come before, or with it.
+double btCcdStepper::askEarliest()
+{
+    double earliest = kNever;
+    std::vector<std::pair<double, int>> waiting;
+    for (const Pair& pair : m_pairs)
+    {
+        if (pair.m_isAsked)
+        {
+            earliest = std::min(earliest, pair.m_time);
+        }
+    }
+    for (std::size_t i = 0; i < m_pairs.size(); ++i)
+    {
+        const Pair& pair = m_pairs[i];
+        if (!pair.m_isAsked && pair.m_time - pair.m_window <= earliest)
+        {
+            waiting.emplace_back(pair.m_time - pair.m_window, int(i));
+        }
+    }
+    std::make_heap(waiting.begin(), waiting.end(), std::greater<>());
+    while (!waiting.empty() && waiting.front().first <= earliest)
+    {
+        Pair& pair = m_pairs[std::size_t(waiting.front().second)];
+        ask(pair);
+        earliest = std::min(earliest, pair.m_time);
+        std::pop_heap(waiting.begin(), waiting.end(), std::greater<>());
+        waiting.pop_back();
+    }
+    return earliest;
 }
 
 btCcdStepper::Event btCcdStepper::next()
 {
     Event event;
-    double earliest = kNever;
-    for (const Pair& pair : m_pairs)
-    {
-        earliest = std::min(earliest, pair.m_time);
-    }
+    const double earliest = askEarliest();
     if (earliest == kNever)
     {
         return event;
@@ -563,9 +722,7 @@ btCcdStepper::Event btCcdStepper::next()
     event.m_time = std::clamp(btCcdRoundDown(earliest), btScalar(m_time), btScalar(m_timeStep));
     for (Pair& pair : m_pairs)
     {
-        const double speed = (at(pair.m_a).m_motion + at(pair.m_b).m_motion) / m_timeStep;
-        if (pair.m_time == earliest ||
-            (pair.m_time - earliest) * speed <= kSimultaneous * m_context.m_tolerance)
+        if (pair.m_isAsked && pair.m_time - pair.m_window <= earliest)
         {
             event.m_gaveUp = event.m_gaveUp || bullet_ccd::gaveUp(pair.m_toi.m_status);
             pair.m_met = true;
@@ -615,7 +772,7 @@ void btCcdStepper::changed(const btCollisionObject& object)
     forParts(object,
              [this](btCcdTracked& part)
              {
-                 part.m_changed = true;
+                 note(part);
                  part.m_stopped =
                      part.m_stopped || (m_motion == Motion::Done && part.m_way == nullptr);
              });
@@ -629,7 +786,21 @@ void btCcdStepper::goesOn(const btCollisionObject& object)
 
 void btCcdStepper::squeezed(const btCollisionObject& object)
 {
-    forParts(object, [](btCcdTracked& part) { part.m_changed = part.m_squeezed = true; });
+    forParts(object,
+             [this](btCcdTracked& part)
+             {
+                 note(part);
+                 part.m_squeezed = true;
+             });
+}
+
+void btCcdStepper::note(btCcdTracked& tracked)
+{
+    if (!tracked.m_changed)
+    {
+        tracked.m_changed = true;
+        m_changed.push_back(indexOf(tracked));
+    }
 }
 
 /// False if the object moves on as it did.
@@ -659,16 +830,18 @@ void btCcdStepper::refresh()
     ++m_epoch;
     m_multiBodyCount = 0;
     m_tracker->forgetBodies();
-    std::vector<int> changed;
-    for (btCcdTracked& tracked : m_tracker->objects())
+    std::sort(m_changed.begin(), m_changed.end());
+    std::erase_if(m_changed,
+                  [this](int index)
+                  {
+                      btCcdTracked& tracked = at(index);
+                      tracked.m_changed =
+                          tracked.m_tracked && (takeNewCourse(tracked) || tracked.m_squeezed);
+                      return !tracked.m_changed;
+                  });
+    for (const int index : m_changed)
     {
-        tracked.m_changed = tracked.m_changed && tracked.m_tracked &&
-                            (takeNewCourse(tracked) || tracked.m_squeezed);
-        if (tracked.m_changed)
-        {
-            changed.push_back(indexOf(tracked));
-            sweep(tracked);
-        }
+        sweep(at(index));
     }
     std::erase_if(m_pairs,
                   [&](const Pair& pair)
@@ -678,22 +851,24 @@ void btCcdStepper::refresh()
                       return a.m_changed || b.m_changed || (pair.m_met && !wanted(a, b));
                   });
     const std::size_t before = m_pairs.size();
-    for (const int index : changed)
+    for (const int index : m_changed)
     {
-        addCandidates(index, true);
+        addCandidates(index);
     }
-    for (std::size_t i = 0; i < m_pairs.size(); ++i)
+    for (std::size_t i = 0; i < before; ++i)
     {
-        if (i >= before || m_pairs[i].m_met)
+        if (m_pairs[i].m_met)
         {
             m_pairs[i].m_met = false;
-            ask(m_pairs[i]);
+            m_pairs[i].m_isAsked = false;
+            m_pairs[i].m_time = m_time;
         }
     }
-    for (const int index : changed)
+    for (const int index : m_changed)
     {
         at(index).m_changed = false;
     }
+    m_changed.clear();
 }
 
 void btCcdStepper::end()

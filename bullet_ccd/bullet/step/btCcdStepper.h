@@ -28,7 +28,9 @@ struct btCcdTracked;
 /// than they are apart. Pairs come from a list of neighbours (btCcdTracker), after an impact from
 /// the broadphase, by the boxes that fast objects sweep, and are filtered as Bullet does (groups,
 /// user filters, parent-child and self-collision flags, contact response). Nothing is asked of a
-/// shape but its outline before a pair needs a query. Keeps scratch memory; one per world.
+/// shape but its outline before a pair needs a query, and that is not asked before it is the turn
+/// of the earliest time at which the outlines may meet: most pairs of what is hit again have
+/// another course by then. Keeps scratch memory; one per world.
 class btCcdStepper : public btCcdMotionSource
 {
 public:
@@ -82,8 +84,8 @@ public:
     /// to do. May be called again if velocities have been changed.
     /// @param kinematicStands what is kinematic has not begun to move
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion, bool kinematicStands = false);
-    /// Asks for all pairs that begin() has found. To be called before next().
-    void askAll();
+    /// Gets ready to ask for the pairs that begin() has found. To be called before next().
+    void getReady();
     /// The earliest impact that is still to come.
     [[nodiscard]] Event next();
     /// The world is at this time of the step now; call changed() for what no longer moves as it
@@ -98,7 +100,7 @@ public:
     /// Leaves the pairs of all that moves with the object and what is fixed or kinematic to Bullet
     /// for the rest of the step.
     void squeezed(const btCollisionObject& object);
-    /// Asks again for all pairs that changed() concerns. To be called before next().
+    /// Looks again for all pairs that changed() concerns. To be called before next().
     void refresh();
     void end();
 
@@ -138,7 +140,9 @@ private:
         int m_b;
         double m_time;  // of impact, since the step began [s]; infinite without
         btCcdPairToi m_toi;
-        bool m_met = false;  // the impact has happened
+        double m_window = 0.0;   // impacts that come so much later come at the same time [s]
+        bool m_isAsked = false;  // else there is no impact before m_time
+        bool m_met = false;      // the impact has happened
     };
     class Candidates;
 
@@ -152,6 +156,10 @@ private:
     std::unordered_map<const btCollisionObject*, btTransform> m_starts;
     std::vector<int> m_fast;
     std::vector<int> m_slow;  // the others, if they are few
+    std::vector<int> m_changed;
+    std::vector<int> m_strays;  // what has left its place in the lists of neighbours
+    std::vector<int> m_near;    // by the lists, of all objects, one after the other
+    std::vector<std::size_t> m_nearEnds;
     std::vector<Pair> m_pairs;
     Counts m_counts;
     Motion m_motion = Motion::ToCome;
@@ -160,6 +168,7 @@ private:
     int m_epoch = 0;
     double m_slowMotion = 0.0;  // the most that an object that is not fast moves [m]
     bool m_fewSlow = false;
+    bool m_isNearListed = false;  // m_near is that of this step
 
     [[nodiscard]] double remaining() const { return m_timeStep - m_time; }
     [[nodiscard]] btCcdTracked& at(int index);
@@ -168,19 +177,27 @@ private:
     void findPairs(std::vector<btCcdNeighbourPair>& neighbours);
     KnownMultiBody& known(const btMultiBody& body);
     void readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose);
+    [[nodiscard]] double wayToCome(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] double wayApart(const btCcdTracked& a, const btCcdTracked& b) const;
+    [[nodiscard]] double earliestTime(const btCcdTracked& a, const btCcdTracked& b) const;
     void sweep(btCcdTracked& tracked);
     void findFast();
     void findSlow();
     bool takeNewCourse(btCcdTracked& tracked);
-    void addCandidates(int index, bool onlyChanged);
+    void note(btCcdTracked& tracked);
+    void addCandidates(int index);
+    void addNear(int index);
+    void addSwept(int index);
+    void listNear();
     void addPair(int a, int b);
+    void push(int a, int b, double time);
     template <typename Visit>
     void forParts(const btCollisionObject& object, const Visit& visit);
     [[nodiscard]] static bool isSqueezed(const btCcdTracked& a, const btCcdTracked& b);
     [[nodiscard]] bool wanted(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose);
     void ask(Pair& pair);
+    [[nodiscard]] double askEarliest();
     [[nodiscard]] btCcdImpact impactOf(const Pair& pair, btScalar time) const;
 };
 

@@ -27,10 +27,6 @@ constexpr std::size_t kMorePairs = 1024;
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 /// So many objects, at most, say what most objects do.
 constexpr std::size_t kSample = 33;
-/// See isJump().
-constexpr double kJump = 4.0;
-/// A frame has fewer steps.
-constexpr double kMostParts = 1e4;
 
 double lengthOf(const btVector3& v)
 {
@@ -178,6 +174,7 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
     if (isNew || seen->second != tracked.m_proxy)
     {
         seen->second = tracked.m_proxy;
+        m_ways.erase(&object);
         m_context.m_shapes.check(tracked.m_collisionShape);
     }
     std::unique_ptr<btCcdKnownShape>& shape = m_shapes[tracked.m_collisionShape];
@@ -308,7 +305,7 @@ void btCcdTracker::clearStep()
     for (btCcdTracked& tracked : m_objects)
     {
         tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
-        tracked.m_squeezed = false;
+        tracked.m_squeezed = tracked.m_isStray = false;
         tracked.m_since = tracked.m_turned = 0.0;
         tracked.m_shift.setZero();
         if (!tracked.m_moves)
@@ -394,6 +391,13 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
         tracked.m_course = {};
         tracked.m_way = nullptr;
     }
+    if (tracked.m_object->isKinematicObject()) [[unlikely]]
+    {
+        if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
+        {
+            m_ways[body].rest(*body, m_step);
+        }
+    }
     const btBroadphaseProxy* proxy = tracked.m_object->getBroadphaseHandle();
     tracked.m_tracked = proxy != nullptr;
     if (tracked.m_isMover)
@@ -456,91 +460,20 @@ inline bool btCcdTracker::isInside(const btCcdTracked& tracked)
 /// The part of its way that it covers in this step.
 void btCcdTracker::readKinematic(btCcdTracked& tracked)
 {
+    const double reach = tracked.outline().m_reach;
     btCcdWay& way = m_ways[tracked.m_object];
-    const bool isTold = m_teleported.count(tracked.m_object) != 0;
-    if (way.m_step != m_step)
-    {
-        const bool isSameFrame = !isTold && way.m_step == m_step - 1 &&
-                                 way.m_part + 1 < way.m_parts &&
-                                 way.m_velocity == tracked.m_course.m_velocity &&
-                                 way.m_to == tracked.m_object->getWorldTransform();
-        if (isSameFrame)
-        {
-            ++way.m_part;
-            way.m_start = way.m_end;
-        }
-        else
-        {
-            beginFrame(way, tracked, isTold);
-        }
-        const auto frame =
-            bullet_ccd::motionBetween(btCcdToEigen(way.m_from), btCcdToEigen(way.m_to));
-        const double end = double(way.m_part + 1) / way.m_parts;
-        way.m_end = end < 1.0 ? btCcdToBullet(frame.at(end).X_W) : way.m_to;
-        way.m_step = m_step;
-    }
+    way.go(*btRigidBody::upcast(tracked.m_object),
+           {.m_number = m_step,
+            .m_duration = m_timeStep,
+            .m_rounding = m_context.m_tolerance,
+            .m_reach = reach,
+            .m_isTold = m_teleported.count(tracked.m_object) != 0});
     tracked.m_way = &way;
     tracked.m_jumped = way.m_jumped;
     tracked.m_origin = way.m_start.getOrigin();
-    if (way.m_jumped || m_kinematicStands)
-    {
-        tracked.m_course = {};
-        tracked.m_motion = 0.0;
-    }
-}
-
-/// It has jumped if it came farther than several times its reach, and more than twice as far as
-/// before. What its velocity does not explain, in any number of steps, it did not cover.
-void btCcdTracker::beginFrame(btCcdWay& way, const btCcdTracked& tracked, bool isTold) const
-{
-    const btTransform& pose = tracked.m_object->getWorldTransform();
-    const btRigidBody& body = *btRigidBody::upcast(tracked.m_object);
-    const btVector3 velocity = body.getLinearVelocity();
-    const double reach = tracked.outline().m_reach;
-    const double length = m_timeStep * lengthOf(velocity);
-    const double angle = m_timeStep * lengthOf(body.getAngularVelocity());
-    way.m_jumped = isTold || (length > kJump * reach && length > 2.0 * way.m_length);
-    way.m_length = length;
-    way.m_velocity = velocity;
-    way.m_part = 0;
-    way.m_parts = 1;
-    bullet_ccd::RigidMotion back = bullet_ccd::restAt(btCcdToEigen(pose));
-    back.v_W = -m_timeStep * btCcdToEigen(velocity);
-    back.w_W = -m_timeStep * btCcdToEigen(body.getAngularVelocity());
-    const btVector3 came = pose.getOrigin() - way.m_to.getOrigin();
-    const double turned =
-        bullet_ccd::motionBetween(btCcdToEigen(way.m_to), btCcdToEigen(pose)).w_W.norm();
-    const double rounding = m_context.m_tolerance;
-    double parts = 1.0;
-    if (lengthOf(came) > 1.5 * length + rounding || turned * reach > 1.5 * angle * reach + rounding)
-    {
-        parts = std::round(length > angle * reach ? lengthOf(came) / length : turned / angle);
-    }
-    const btVector3 expected = velocity * btScalar(parts * m_timeStep);
-    const bool isExplained =
-        way.m_step == m_step - 1 && parts >= 1.0 && parts < kMostParts &&
-        std::abs(turned - parts * angle) * reach <= 0.1 * parts * angle * reach + rounding &&
-        lengthOf(came - expected) <= 0.1 * lengthOf(came) + rounding;
-    if (length == 0.0 && angle == 0.0)
-    {
-        way.m_from = pose;
-    }
-    else if (isExplained)
-    {
-        way.m_from = way.m_to;
-        way.m_parts = int(parts);
-    }
-    else
-    {
-        way.m_from = btCcdToBullet(back.at(1.0).X_W);
-    }
-    if (way.m_jumped)
-    {
-        way.m_from = pose;
-        way.m_parts = 1;
-    }
-    way.m_start = way.m_from;
-    way.m_to = pose;
+    tracked.m_course = courseOf(tracked);
+    tracked.m_motion =
+        m_timeStep * (lengthOf(tracked.m_course.m_velocity) + tracked.m_course.m_turning);
 }
 
 void btCcdTracker::newStep()
@@ -553,7 +486,7 @@ void btCcdTracker::endStep()
     m_teleported.clear();
     if (!m_ways.empty())
     {
-        std::erase_if(m_ways, [&](const auto& known) { return known.second.m_step < m_step; });
+        std::erase_if(m_ways, [this](const auto& known) { return known.second.m_step < m_step; });
     }
 }
 
@@ -581,6 +514,10 @@ btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
         return course;
     }
     const double reach = tracked.outline().m_reach;
+    if (const btCcdWay* way = tracked.m_way)
+    {
+        return {way->m_velocity, way->m_spin, lengthOf(way->m_spin) * reach};
+    }
     if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
     {
         course.m_velocity = body->getLinearVelocity();
@@ -826,7 +763,7 @@ inline double btCcdTracker::motionAlong(const btCcdTracked& tracked, const btVec
 }
 
 /// True if all movers are in their boxes of the list, wherever that has moved as a whole.
-bool btCcdTracker::isAlongGood(const btVector3& common) const
+bool btCcdTracker::isAlongGood(const btVector3& common)
 {
     if (!m_isAlongListed)
     {
@@ -842,7 +779,7 @@ bool btCcdTracker::isAlongGood(const btVector3& common) const
             moved.push_back(tracked.m_origin - tracked.m_along.m_origin);
         }
     }
-    const btVector3 way = medianOf(moved);
+    m_commonWay = medianOf(moved);
     return std::all_of(
         m_group.begin(),
         m_group.begin() + std::ptrdiff_t(m_moverCount),
@@ -850,7 +787,7 @@ bool btCcdTracker::isAlongGood(const btVector3& common) const
         {
             const btCcdTracked& tracked = m_objects[std::size_t(index)];
             return !tracked.m_tracked ||
-                   farthestAlongAxes(tracked.m_origin - tracked.m_along.m_origin - way) +
+                   farthestAlongAxes(tracked.m_origin - tracked.m_along.m_origin - m_commonWay) +
                            motionAlong(tracked, common) <=
                        tracked.m_along.m_room;
         });
@@ -859,6 +796,7 @@ bool btCcdTracker::isAlongGood(const btVector3& common) const
 void btCcdTracker::listMovers(const btVector3& common)
 {
     m_isAlongListed = true;
+    m_commonWay.setZero();
     const auto make = [&](double steps, std::size_t most)
     {
         std::vector<btCcdBox>& boxes = m_moverList.m_boxes.boxes();
@@ -892,12 +830,30 @@ void btCcdTracker::findNeighbours()
         group();
         listWithRest();
     }
-    if (!moversCanCross())
+    m_isAlongUsed = moversCanCross();
+    if (!m_isAlongUsed)
     {
         return;
     }
-    if (const btVector3 common = commonVelocity(); !isAlongGood(common))
+    m_common = commonVelocity();
+    if (!isAlongGood(m_common))
     {
-        listMovers(common);
+        listMovers(m_common);
     }
+}
+
+bool btCcdTracker::staysInPlace(const btCcdTracked& tracked, double time, double remaining) const
+{
+    if (!m_isAlongUsed || !tracked.m_isMover || !tracked.m_moves || tracked.m_way != nullptr)
+    {
+        return false;
+    }
+    const btCcdCourse& course = tracked.m_course;
+    const double way = lengthOf(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
+    const double along = lengthOf(tracked.m_shift - m_common * btScalar(time)) + tracked.m_turned +
+                         remaining * (lengthOf(course.m_velocity - m_common) + course.m_turning);
+    return farthestAlongAxes(tracked.m_origin - tracked.m_listed.m_origin) + way <=
+               tracked.m_listed.m_room &&
+           farthestAlongAxes(tracked.m_origin - tracked.m_along.m_origin - m_commonWay) + along <=
+               tracked.m_along.m_room;
 }

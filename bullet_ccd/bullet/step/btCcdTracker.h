@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/motion/btCcdWay.h"
 #include "bullet_ccd/bullet/shapes/btCcdKnownShape.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
@@ -33,22 +34,6 @@ struct btCcdCourse
     double m_turning = 0.0;
 };
 
-/// How a kinematic object comes to where it is: Bullet moves it at once, before the first of the
-/// steps of a frame, and gives it the same velocity in all of them.
-struct btCcdWay
-{
-    btTransform m_from = btTransform::getIdentity();   // in the frame,
-    btTransform m_to = btTransform::getIdentity();     // which is where it is
-    btTransform m_start = btTransform::getIdentity();  // in this step
-    btTransform m_end = btTransform::getIdentity();
-    btVector3 m_velocity = btVector3(0, 0, 0);
-    double m_length = 0.0;  // in a step [m]
-    bool m_jumped = false;
-    int m_part = 0;  // of this step in the frame,
-    int m_parts = 1;
-    int m_step = 0;
-};
-
 /// Where a list of neighbours has an object that moves.
 struct btCcdListed
 {
@@ -72,6 +57,7 @@ struct btCcdTracked
     bool m_jumped = false;    // a kinematic object that has been put where it is
     bool m_squeezed = false;  // what nothing can stop goes on into it
     bool m_stopped = false;   // has been placed for the rest of a motion that is done
+    bool m_isStray = false;   // may leave its place in the lists of neighbours in this step
     double m_slow = 0.0;      // what it may move and not be fast [m]
     double m_unseen = 0.0;    // what it may move unseen, whatever it meets [m]
     double m_motion = 0.0;    // bound of what any point of it moves in the rest of the step [m]
@@ -142,6 +128,11 @@ public:
     {
         return !(m_apart <= m_moversMayLose) || !m_pressedPairs.empty();
     }
+    /// True if the lists of neighbours hold for the object, whose course is new, until the end of
+    /// the step.
+    [[nodiscard]] bool staysInPlace(const btCcdTracked& tracked,
+                                    double time,
+                                    double remaining) const;
     /// True if the two are in boxes that do not meet.
     [[nodiscard]] static bool areBoxesApart(const btCcdTracked& a, const btCcdTracked& b)
     {
@@ -223,6 +214,9 @@ private:
     double m_apart = 0.0;     // the most that any two that move may move relative to each other [m]
     bool m_compares = false;  // worth the while
     bool m_isAlongListed = false;
+    bool m_isAlongUsed = false;                  // the list of movers holds in this step,
+    btVector3 m_common = btVector3(0, 0, 0);     // in which they have this velocity in common,
+    btVector3 m_commonWay = btVector3(0, 0, 0);  // and have come so far together
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_isListed = false;   // everything is in its box of the list with what is at rest
 
@@ -236,8 +230,7 @@ private:
     [[nodiscard]] bool readMotions(bool check);
     [[nodiscard]] bool read(btCcdTracked& tracked);
     void readKinematic(btCcdTracked& tracked);
-    void beginFrame(btCcdWay& way, const btCcdTracked& tracked, bool isTold) const;
-    [[nodiscard]] static bool readAtRest(btCcdTracked& tracked);
+    [[nodiscard]] bool readAtRest(btCcdTracked& tracked);
     [[nodiscard]] static bool isInside(const btCcdTracked& tracked);
     void compareMotions();
     void readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider);
@@ -256,7 +249,7 @@ private:
     void listWithRest();
     [[nodiscard]] btVector3 commonVelocity() const;
     [[nodiscard]] double motionAlong(const btCcdTracked& tracked, const btVector3& common) const;
-    [[nodiscard]] bool isAlongGood(const btVector3& common) const;
+    [[nodiscard]] bool isAlongGood(const btVector3& common);
     void listMovers(const btVector3& common);
     template <typename Make>
     void makeList(List& list, const Make& make) const;

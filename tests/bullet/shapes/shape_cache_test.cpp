@@ -27,6 +27,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <malloc.h>
 
 namespace bullet_ccd::tests
 {
@@ -565,5 +566,25 @@ TEST(ShapeCache, DistancesFromAPlaneAreExactHoweverFarOut)
     // Every other mesh stays where it is.
     btBoxShape box(vec(1, 1, 1));
     EXPECT_TRUE(btCcdMeshPose(onlyPart(cache, box), {3, 4, 5}).isApprox(onlyPart(cache, box).X_SG));
+}
+TEST(ShapeCache, KeepsNothingOfSmallHullsThatAreReplaced)
+{
+    Random random(7);
+    btCcdShapeCache cache;
+    std::size_t before = 0;
+    for (int i = 0; i < 1200; ++i)
+    {
+        btConvexHullShape hull;
+        for (int k = 0; k < 12; ++k)
+        {
+            hull.addPoint(btCcdToBullet(Eigen::Vector3d(0.1 * random.direction())));
+        }
+        ASSERT_NE(cache.find(&hull), nullptr);
+        cache.forget(&hull);
+        cache.endRound();
+        before = i == 200 ? mallinfo2().uordblks : before;
+    }
+    // It was 10 kB of each.
+    EXPECT_LT(double(mallinfo2().uordblks) - double(before), 2e5);
 }
 }  // namespace bullet_ccd::tests
