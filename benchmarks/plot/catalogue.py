@@ -95,14 +95,6 @@ def facts_of(case, answer, method):
                       method["setting"]] + [f"{name}\t{value}" for name, value in facts])
 
 
-def filters_of(measured):
-    groups = {c["group"]: f"{c['group']} {c['groupTitle']}" for c in measured["cases"]}
-    return page.join([
-        page.chips("Groups", "group", dict(sorted(groups.items()))),
-        tag("div", tag("span", "Cases"), page.find("find in ids, set-ups and verdicts", "cases"),
-            class_="filters")])
-
-
 def matrix_of(measured):
     methods = measured["methods"]
     names = [tag("th", tag("div", label(m), class_="own" if m["owner"] == "ours" else None),
@@ -112,8 +104,7 @@ def matrix_of(measured):
          "none" if case["time"] is None else f"{case['time']:.9g}"] +
         [tag("td", sign(a["verdict"]), class_="answer", data_words=f"{m['name']} {a['verdict']}",
              data_value=list(LOOKS).index(a["verdict"]), data_tip=facts_of(case, a, m))
-         for a, m in zip(case["answers"], methods)],
-        data_group=case["group"]) for case in measured["cases"]]
+         for a, m in zip(case["answers"], methods)]) for case in measured["cases"]]
     return page.table(["id", "set-up, and what is hard", "exact time", *names], rows, "matrix",
                       "wide field")
 
@@ -174,6 +165,6 @@ def section_of(measured, folder, _=()):
         sums_table(measured),
         tag("div", *[tag("span", sign(v), " ", tag("b", v), " ", look[3])
                      for v, look in LOOKS.items()], class_="legend"),
-        filters_of(measured),
+        tag("div", page.find("ids, set-ups, verdicts", "cases"), class_="filters"),
         matrix_of(measured),
         degrades(measured))

@@ -208,11 +208,9 @@ def points_table(measured):
         facts = [tag("td", words, data_value=value,
                      class_="number wrong" if name in flaws and value else "number")
                  for name, (words, value) in facts_of(p, measured).items()]
-        rows.append(page.row(
-            [p["scene"], p["method"], p["setting"], *facts], data_scene=p["scene"],
-            data_point=f"{measured['family']}-{number}", data_method=p["method"],
-            data_setting=p["setting"], data_answers="right" if is_right(p) else "wrong",
-            data_found="" if p["found"] else None))
+        rows.append(page.row([p["scene"], p["method"], p["setting"], *facts],
+                             data_point=f"{measured['family']}-{number}",
+                             data_method=p["method"], data_setting=p["setting"]))
     return page.table(["scene", "method", "setting", *facts_of(measured["points"][0], measured)],
                       rows, "points")
 
@@ -224,27 +222,23 @@ def section_of(measured, folder, scenes):
     save(draw(few), folder, measured["family"], tips_of(few))
     print_choices(measured)
     names, tips = scenes_of(measured), tips_of(measured)
-    methods = {method: page.join([sign_of(look), method])
-               for method, look in looks_of(measured).items()}
-    panels = [tag("div", page.Html(svg(draw_panels(measured, [name]), name, tips)),
-                  data_scene=name) for name in names]
+    panels = [tag("div", page.Html(svg(draw_panels(measured, [name]), name, tips)))
+              for name in names]
     flaws = ", ".join(words for _, words in flaws_of(measured))
     return page.section(
         measured,
         tag("p", f"Lower left is better: {measured['time']} against {measured['error']}. A hollow "
                  f"mark has wrong answers; the crosses above it say which ({flaws}), larger for "
                  "more. The solid line is the Pareto front of what is right throughout, the dashed "
-                 "one of everything. Point at a mark for its data."),
-        page.chips("Methods", "method", methods),
-        page.chips("Scenes", "scene", dict(zip(names, names))),
-        page.chips("Settings", "answers", {"right": "every answer right", "wrong": "some wrong"}),
+                 "one of everything. Point at a mark for its data; what is in the field, "
+                 "parted by commas, hides the points that lack one part."),
+        tag("div", page.find("methods, scenes, settings", "points"), class_="filters"),
         tag("div", *panels, class_="panels"),
         tag("h3", "Which setting do I take for my accuracy?"),
         tag("p", "The fastest setting whose ", tag("em", "largest"), " error over all queries is "
                  "no more than that, with not one answer wrong. Rows that would only repeat the "
                  "next are left out."),
         choices_table(measured), tag("h3", "All points"),
-        tag("div", page.find("find in the table", "points"), class_="filters"),
         points_table(measured))
 
 

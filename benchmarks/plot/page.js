@@ -6,7 +6,6 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 const on = (event, selector, within, act) => all(selector, within).forEach(
     element => element.addEventListener(event, seen => act(element, seen)));
 const isOff = element => element.classList.contains("off");
-const isPressed = chip => chip.ariaPressed === "true";
 const tip = document.getElementById("tip");
 
 function showTip(element, event) {
@@ -48,18 +47,13 @@ function toggleDetail(row) {
     row.after(detail);
 }
 
-/** Filters of a section: chips hide what has their data, words hide rows of tables. */
+/** What is in the field of a section, parted by commas, hides the rows that lack one part, and their
+ * marks. */
 class Section {
     constructor(section) {
         this.section = section;
-        this.chips = all(".chip", section);
         this.rows = all(".points tbody tr, .matrix tbody tr", section);
         this.rowOf = new Map(this.rows.map(row => [row.dataset.point, row]));
-        on("click", ".chip", section, chip => this.press([chip], !isPressed(chip)));
-        on("click", "[data-all]", section, ({ dataset }) => {
-            const chips = this.chips.filter(chip => chip.dataset.kind === dataset.all);
-            this.press(chips, !chips.every(isPressed));
-        });
         on("input", ".find", section, () => this.update());
         on("click", ".matrix tbody tr", section, toggleDetail);
         const points = ".points tbody tr, .panels g[id]";
@@ -69,61 +63,26 @@ class Section {
         this.update();
     }
 
-    press(chips, isOn) {
-        chips.forEach(chip => { chip.ariaPressed = String(isOn); });
-        this.update();
-    }
-
     update() {
-        const chosen = {};
-        for (const chip of this.chips) {
-            (chosen[chip.dataset.kind] ??= new Set()).add(isPressed(chip) && chip.dataset.value);
-        }
-        const fits = ({ dataset }) => Object.entries(chosen).every(
-            ([kind, values]) => !(kind in dataset) || values.has(dataset[kind]));
-        const words = this.section.querySelector(".find")?.value.toLowerCase() ?? "";
+        const field = this.section.querySelector(".find")?.value ?? "";
+        const words = field.toLowerCase().split(",").map(word => word.trim());
         all(".detail", this.section).forEach(row => row.remove());
         for (const row of this.rows) {
             // What a cell of the matrix says is in its data, as its text is a letter.
-            const said = [row.textContent, ...[...row.cells].map(({ dataset }) => dataset.words)];
-            const isFound = said.join("\n").toLowerCase().includes(words);
-            row.classList.toggle("off", !(fits(row) && isFound));
+            const cells = [...row.cells].map(cell => cell.dataset.words ?? cell.textContent);
+            const said = cells.join("\n").toLowerCase();
+            row.classList.toggle("off", !words.every(word => said.includes(word)));
         }
-        all(".panels > *", this.section).forEach(panel => this.updatePanel(panel, fits));
-        for (const count of all(".count", this.section)) {
-            const shown = this.rows.filter(row => !isOff(row)).length;
-            count.textContent = `${shown} of ${this.rows.length} ${count.dataset.what}`;
-        }
-    }
-
-    /** Marks, labels and crosses are named FAMILY-NUMBER.., ways FAMILY-way-NUMBER-NUMBER.. */
-    updatePanel(panel, fits) {
-        panel.classList.toggle("off", !fits(panel));
-        for (const part of all("g[id]", panel)) {
+        // Marks, labels and crosses are named FAMILY-NUMBER.., ways FAMILY-way-NUMBER-NUMBER..
+        for (const part of all(".panels g[id]", this.section)) {
             const [family, ...numbers] = part.id.split("-");
             const rows = numbers.map(number => this.rowOf.get(`${family}-${number}`));
             part.classList.toggle("off", rows.some(row => row && isOff(row)));
         }
-        this.drawFront(panel, "-anyfront-", () => true);
-        this.drawFront(panel, "-front-", row => row.dataset.answers === "right");
-    }
-
-    /** The front of what is shown: on the picture left is exacter and lower is faster. */
-    drawFront(panel, name, isAllowed) {
-        const places = all("g[id]", panel).map(mark => [mark, this.rowOf.get(mark.id)])
-            .filter(([, row]) => row && !isOff(row) && "found" in row.dataset && isAllowed(row))
-            .map(([mark]) => mark.querySelector("use"))
-            .map(use => [Number(use.getAttribute("x")), Number(use.getAttribute("y"))])
-            .sort(([x, y], [otherX, otherY]) => otherY - y || x - otherX);
-        let way = "";
-        let left = Infinity;
-        for (const [x, y] of places) {
-            if (x < left) {
-                way += way === "" ? `M${x},${y}` : `V${y}H${x}`;
-                left = x;
-            }
+        for (const count of all(".count", this.section)) {
+            const shown = this.rows.filter(row => !isOff(row)).length;
+            count.textContent = `${shown} of ${this.rows.length} ${count.dataset.what}`;
         }
-        panel.querySelector(`g[id*="${name}"] path`)?.setAttribute("d", way);
     }
 
     /** The same setting in all scenes. */

@@ -1,4 +1,4 @@
-"""A page that needs no other file: elements of HTML, tables, filters, and what is around them."""
+"""A page that needs no other file: elements of HTML, tables, a filter, and what is around them."""
 import re
 from html import escape
 from pathlib import Path
@@ -42,14 +42,6 @@ def table(head, rows, kind="", around="wide tall", foot=()):
     body = [r if isinstance(r, Html) else row(r) for r in rows]
     return tag("div", tag("table", tag("thead", tag("tr", *heads)), tag("tbody", *body), *foot,
                           class_=kind), class_=around)
-
-
-def chips(title, kind, values):
-    """Buttons {value: words} that show and hide what has data-KIND="VALUE"."""
-    return tag("div", tag("span", title),
-               *[tag("button", words, class_="chip", aria_pressed="true", data_kind=kind,
-                     data_value=value) for value, words in values.items()],
-               tag("button", "all / none", class_="plain", data_all=kind), class_="filters")
 
 
 def find(placeholder, what):

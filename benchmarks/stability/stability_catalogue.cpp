@@ -3,7 +3,6 @@
 #include "benchmarks/peers/bullet_peer.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/reference/catalogue/cases.h"
-#include "benchmarks/reference/catalogue/catalogue.h"
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
@@ -401,8 +400,6 @@ json runCatalogue(const CatalogueOptions& options)
         }
         printed.print(line);
         table["cases"].push_back({{"id", tested.id},
-                                  {"group", tested.id.substr(0, 1)},
-                                  {"groupTitle", catalogueRow(tested.id).group},
                                   {"title", tested.title},
                                   {"time", time},
                                   {"clearance", exact.clearance},

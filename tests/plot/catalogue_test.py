@@ -17,8 +17,7 @@ def answer(method, verdict, **more):
 
 
 def case(name, time, answers):
-    return {"id": name, "group": name[0], "groupTitle": f"Group <{name[0]}>",
-            "title": f"a case & {name}", "time": time, "clearance": 0.25, "closingSpeed": 2.0,
+    return {"id": name, "title": f"a case & {name}", "time": time, "clearance": 0.25, "closingSpeed": 2.0,
             "tolerance": 1e-6, "rounding": 1e-15, "answers": answers}
 
 
@@ -70,11 +69,6 @@ def page_of(measured):
 
 
 ACTIONS = """
-const choose = (selector, value) => {
-    const input = document.querySelector(selector);
-    input.value = value;
-    input.dispatchEvent(new Event("input"));
-};
 seen.rows = shown(".matrix tbody tr");
 seen.cells = shown(".answer");
 const cell = document.querySelector(".answer[data-words^='FCL sampling x97']");
@@ -85,9 +79,6 @@ cell.closest("tr").click();
 seen.detail = document.querySelector(".detail").textContent;
 cell.closest("tr").click();
 seen.closed = document.querySelector(".detail") === null;
-chip("group", "A").click();
-seen.afterGroup = shown(".matrix tbody tr");
-document.querySelector("[data-all]").click();
 choose(".find", "sampling x97 LATE");
 seen.late = shown(".matrix tbody tr");
 choose(".find", "crashed");
@@ -102,7 +93,7 @@ def check_text(measured):
     text = page_of(measured)
     expect_alone(text)
     expect("Not on this page: not measured" in text, "a missing family is said")
-    expect("Group &lt;A&gt;" in text and "a case &amp; A01" in text, "names are escaped")
+    expect("a case &amp; A01" in text, "names are escaped")
     expect('href="#degrades"' in text, "parts of the section are in the head of the page")
     expect("123,456" in text and "A02 (best-first" in page_of(fixture("late")),
            "costs and failures of ours are said")
@@ -116,7 +107,7 @@ def check_page(measured):
                "1.00e-1" in tip and "2 ms" in tip, f"beside a cell: {tip}")
         expect("exact time 0.5" in detail and "123,456" in detail, f"below a row: {detail}")
         expect(seen == {"rows": 4, "cells": 12, "hidden": True,
-                        "closed": True, "afterGroup": 2, "late": 1, "crashed": 1, "found": 1, "count": "1 of 4 cases",
+                        "closed": True, "late": 1, "crashed": 1, "found": 1, "count": "1 of 4 cases",
                         "error": ""}, f"what the page shows: {seen}")
 
 

@@ -30,8 +30,11 @@ const tipOf = element => {
     element.dispatchEvent(new MouseEvent("mouseenter", { clientX: 300, clientY: 300 }));
     return document.getElementById("tip").textContent;
 };
-const chip = (kind, value) => document.querySelector(
-    `.chip[data-kind="${kind}"][data-value="${value}"]`);
+const choose = (selector, value) => {
+    const input = document.querySelector(selector);
+    input.value = value;
+    input.dispatchEvent(new Event("input"));
+};
 """
 
 
