@@ -232,6 +232,8 @@ def section_of(measured, folder, scenes):
                  "more. The solid line is the Pareto front of what is right throughout, the dashed "
                  "one of everything. Point at a mark for its data; what is in the field, "
                  "parted by commas, hides the points that lack one part."),
+        tag("div", *[tag("span", sign_of(look), method)
+                     for method, look in looks_of(measured).items()], class_="legend"),
         tag("div", page.find("methods, scenes, settings", "points"), class_="filters"),
         tag("div", *panels, class_="panels"),
         tag("h3", "Which setting do I take for my accuracy?"),
