@@ -24,7 +24,7 @@ export class GraspTable {
   constructor(grasps, choose) {
     this.choose = choose;
     if (grasps.some((grasp) => grasp.trials)) {
-      COLUMNS.push({ title: 'Trials', key: (g) => g.trials ?? '', text: true });
+      COLUMNS.splice(3, 0, { title: 'Trials', key: (g) => g.trials ?? '', text: true });
     }
     this.grasps = grasps;
     this.body = find('grasps').tBodies[0];
