@@ -9,6 +9,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <limits>
+#include <stdexcept>
 
 namespace bullet_ccd::reference
 {
@@ -99,5 +100,12 @@ std::vector<RigidCase> rigidCases()
 std::vector<ArticulatedCase> articulatedCases()
 {
     return inOrder({chainCases(), graspCases(), foundChainCases()});
+}
+
+ArticulatedCase articulatedCase(std::string_view id)
+{
+    const std::vector<ArticulatedCase> all = articulatedCases();
+    const auto found = std::ranges::find(all, id, &ArticulatedCase::id);
+    return found == all.end() ? throw std::invalid_argument(std::string(id)) : *found;
 }
 }  // namespace bullet_ccd::reference

@@ -13,6 +13,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -100,4 +101,7 @@ struct RightTimes
 /// All of them, with their titles, in the order of their ids.
 [[nodiscard]] std::vector<RigidCase> rigidCases();
 [[nodiscard]] std::vector<ArticulatedCase> articulatedCases();
+
+/// Throws std::invalid_argument for an id that none has.
+[[nodiscard]] ArticulatedCase articulatedCase(std::string_view id);
 }  // namespace bullet_ccd::reference
