@@ -174,13 +174,11 @@ private:
                 return keep(std::make_unique<btConeShape>(btScalar(b), btScalar(a)));
             case 5:
             {
+                // Its origin may be far from its middle, or outside.
                 auto hull = std::make_unique<btConvexHullShape>();
-                for (int i = 0; i < 6; ++i)
+                for (int i = 4 + pick(12); i > 0; --i)
                 {
-                    // Both ways: its origin is inside.
-                    const btVector3 corner = btCcdToBullet(Vector3d(a * m_random.direction()));
-                    hull->addPoint(corner);
-                    hull->addPoint(-corner);
+                    hull->addPoint(btCcdToBullet(Vector3d(a * m_random.direction())));
                 }
                 return keep(std::move(hull));
             }
@@ -344,12 +342,27 @@ private:
                 body->activate();
         }
     }
+    /// A point inside the body.
+    static btVector3 middleOf(const btRigidBody& body)
+    {
+        btVector3 middle(0, 0, 0);
+        if (const btCollisionShape* shape = body.getCollisionShape();
+            shape->getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
+        {
+            const auto* hull = static_cast<const btConvexHullShape*>(shape);
+            for (int i = 0; i < hull->getNumPoints(); ++i)
+            {
+                middle += hull->getScaledPoint(i) / btScalar(hull->getNumPoints());
+            }
+        }
+        return body.getWorldTransform() * middle;
+    }
     std::string judge()
     {
         for (std::size_t i = 0; i < m_bodies.size(); ++i)
         {
             btRigidBody* body = m_bodies[i];
-            const btVector3& at = body->getWorldTransform().getOrigin();
+            const btVector3 at = middleOf(*body);
             const bool finite = std::isfinite(at.length2()) &&
                                 std::isfinite(body->getLinearVelocity().length2()) &&
                                 std::isfinite(body->getAngularVelocity().length2());

@@ -279,8 +279,9 @@ void btCcdApproach::look(const btCcdContext& context,
                              : 0.0;
     const double sunk =
         touches ? (1.0 - kKeptDepth) * (a.outline().m_depth + b.outline().m_depth) : 0.0;
-    const double kept = shell > 0.0 ? (touches ? kTouchingShell : kFreeShell) * shell : -sunk;
-    m_gap = m_end = -kept - kKeptTolerances * context.m_tolerance;
+    const double kept = shell > 0.0 ? (touches ? kTouchingShell : kFreeShell) * shell
+                                    : kKeptTolerances * context.m_tolerance - sunk;
+    m_gap = m_end = -kept;
     for (const btCcdTracked* tracked : {&a, &b})
     {
         const btVector3 direction = tracked == &a ? along : btVector3(-along);

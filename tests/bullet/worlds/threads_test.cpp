@@ -1,0 +1,123 @@
+#include "bullet_ccd/bullet/btCcdAction.h"
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
+#include <LinearMath/btThreads.h>
+#include <btBulletDynamicsCommon.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+namespace bullet_ccd::tests
+{
+namespace
+{
+/// Bullet asks every algorithm on several threads, if it has been built thread-safe; else on one.
+struct Tasks
+{
+    Tasks()
+    {
+        btITaskScheduler* scheduler = btCreateDefaultTaskScheduler();
+        if (scheduler != nullptr)
+        {
+            scheduler->setNumThreads(4);
+        }
+        btSetTaskScheduler(scheduler != nullptr ? scheduler : btGetSequentialTaskScheduler());
+    }
+};
+
+/// A pile of cubes that are meshes, balls and hulls, at speed; how many are below the floor then.
+int throughFloor(btDiscreteDynamicsWorld& world)
+{
+    const auto cube = btCcdMeshShape::fromMesh(makeBox({0.1, 0.1, 0.1}));
+    btSphereShape ball(btScalar(0.1));
+    btConvexHullShape hull;
+    for (int i = 0; i < 8; ++i)
+    {
+        hull.addPoint({btScalar(i % 2 == 0 ? -0.1 : 0.1),
+                       btScalar(i / 2 % 2 == 0 ? -0.1 : 0.1),
+                       btScalar(i / 4 == 0 ? -0.1 : 0.1)});
+    }
+    btBoxShape plate({50, 50, btScalar(0.005)});
+    world.setGravity({0, 0, -10});
+    std::vector<std::unique_ptr<btRigidBody>> bodies;
+    const auto add = [&](btCollisionShape* shape, btScalar mass, const btVector3& place)
+    {
+        btVector3 inertia(0, 0, 0);
+        shape->calculateLocalInertia(std::max(mass, btScalar(1)), inertia);
+        bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, shape, inertia));
+        bodies.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
+        world.addRigidBody(bodies.back().get());
+    };
+    add(&plate, 0, {0, 0, 0});
+    for (int i = 0; i < 40; ++i)
+    {
+        btCollisionShape* shape = i % 3 == 0   ? static_cast<btCollisionShape*>(cube.get())
+                                  : i % 3 == 1 ? &ball
+                                               : static_cast<btCollisionShape*>(&hull);
+        add(shape,
+            1,
+            {btScalar(0.21 * (i % 4)),
+             btScalar(0.21 * (i / 4 % 4)),
+             btScalar(0.2 + 0.3 * (i / 16))});
+        bodies.back()->setLinearVelocity({0, 0, -20});
+    }
+    int through = 0;
+    {
+        const std::unique_ptr<btCcdAction> action = dynamic_cast<btCcdControl*>(&world) == nullptr
+                                                        ? std::make_unique<btCcdAction>(&world)
+                                                        : nullptr;
+        if (action != nullptr)
+        {
+            world.addAction(action.get());
+        }
+        for (int i = 0; i < 40; ++i)
+        {
+            world.stepSimulation(btScalar(1.0 / 60.0), 0);
+        }
+        if (action != nullptr)
+        {
+            world.removeAction(action.get());
+        }
+    }
+    for (const auto& body : bodies)
+    {
+        through += body->getWorldTransform().getOrigin().z() < btScalar(-0.01) ? 1 : 0;
+        world.removeRigidBody(body.get());
+    }
+    return through;
+}
+}  // namespace
+
+TEST(WorldsOfSeveralThreads, LetNothingThrough)
+{
+    const Tasks tasks;
+    btDefaultCollisionConfiguration configuration;
+    for (const bool ours : {false, true})
+    {
+        btCollisionDispatcherMt dispatcher(&configuration);
+        btDbvtBroadphase broadphase;
+        btSequentialImpulseConstraintSolver solver;
+        btConstraintSolverPoolMt pool(2);
+        const btCcdRegistration registration(dispatcher);
+        std::unique_ptr<btDiscreteDynamicsWorld> world;
+        if (ours)
+        {
+            world = std::make_unique<btCcdDiscreteDynamicsWorld>(
+                &dispatcher, &broadphase, &solver, &configuration);
+        }
+        else
+        {
+            world = std::make_unique<btDiscreteDynamicsWorldMt>(
+                &dispatcher, &broadphase, &pool, nullptr, &configuration);
+        }
+        EXPECT_EQ(throughFloor(*world), 0) << ours;
+    }
+}
+}  // namespace bullet_ccd::tests
