@@ -26,8 +26,8 @@ static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
 /// What a pair that is near already keeps of its distance.
 constexpr double kCloser = 3.0 / 4.0 - kTarget;
 /// It does not move on once it is this near, relative to where it began to count as near: below,
-/// single-precision coordinates no longer tell the sides apart.
-constexpr double kSmallestGap = sizeof(btScalar) == 8 ? 1e-4 : 1.0 / 32.0;
+/// single-precision coordinates no longer tell the sides apart, and queries take long in either.
+constexpr double kSmallestGap = 1.0 / 32.0;
 /// Surfaces that are nearer than this, relative to the same, have no direction in which they could
 /// part: they count as intersecting, as they do for contacts.
 constexpr double kTouching = 1e-9;
