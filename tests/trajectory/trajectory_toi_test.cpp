@@ -231,7 +231,7 @@ void expectSame(const TrajectoryToiResult& a, const TrajectoryToiResult& b)
 
 TEST(TrajectoryToi, OfRandomTrajectoriesIsNeverLateNeverMissesAndIsTheSameOnAnyThreads)
 {
-    const std::uint64_t count = longTests() ? 600 : 24;
+    const std::uint64_t count = longTests() ? 300 : 24;
     std::uint64_t hits = 0;
     std::uint64_t later = 0;
     std::uint64_t isFree = 0;
