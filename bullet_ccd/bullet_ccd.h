@@ -7,6 +7,7 @@
 #pragma once
 
 #include "bullet_ccd/contact/contacts.h"
+#include "bullet_ccd/convex/convex_toi.h"
 #include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"

@@ -24,6 +24,7 @@ ORDER = [
     "bullet_ccd/toi/search",
     "bullet_ccd/toi/articulated",
     "bullet_ccd/toi",
+    "bullet_ccd/convex",
     "bullet_ccd/trajectory",
     "bullet_ccd/contact",
     "bullet_ccd/deformable/kernels",

@@ -3,6 +3,7 @@
 #include "benchmarks/reference/queries/soak_queries.h"
 
 #include "benchmarks/reference/queries/chain_queries.h"
+#include "benchmarks/reference/queries/convex_queries.h"
 #include "benchmarks/soak/soak.h"
 
 #include <algorithm>
@@ -36,6 +37,26 @@ SoakSubject rigidSoak()
                 return answerOf(query, outcome, outcome.result.gap);
             },
             .print = [](std::ostream& out, std::uint64_t seed) { print(out, soakQuery(seed)); }};
+}
+
+SoakSubject convexSoak()
+{
+    return {.program = "benchmarks/run soak convex",
+            .families = convexFamilyNames(),
+            .round = 480,
+            .ask =
+                [](std::uint64_t seed)
+            {
+                const ConvexQueryCase query = convexQuery(seed);
+                const bullet_ccd::ToiResult result =
+                    convexToi(query.body(0), query.body(1), query.options);
+                return SoakAnswer{.family = static_cast<std::size_t>(query.family),
+                                  .status = result.status,
+                                  .time = result.time,
+                                  .gap = result.gap,
+                                  .judgement = judgeConvex(query, result)};
+            },
+            .print = [](std::ostream& out, std::uint64_t seed) { print(out, convexQuery(seed)); }};
 }
 
 SoakSubject chainSoak()
@@ -72,6 +93,13 @@ int main(int argc, char** argv)
                                 .jobs = jobs,
                                 .checkpoint = "soak_rigid.checkpoint"},
                                [](bool) { return rigidSoak(); }),
+                   soakProgram("convex",
+                               "exact convex shapes, by proof or counterexample on triangles",
+                               {.count = 1'000'000,
+                                .quickCount = 20'000,
+                                .jobs = jobs,
+                                .checkpoint = "soak_convex.checkpoint"},
+                               [](bool) { return convexSoak(); }),
                    soakProgram("articulated",
                                "chains of two to ten joints among obstacles, by brute force",
                                {.count = 100'000,
