@@ -16,7 +16,7 @@ refuses() { # sentence, options
         exit 1
     fi
     # The sentence is the first thing that is said.
-    echo "$output" | grep -m1 'error:' | grep -q "$sentence" || {
+    [[ $(grep -m1 'error:' <<<"$output") == *"$sentence"* ]] || {
         echo "$header refuses $* without saying why: $output"
         exit 1
     }
