@@ -58,9 +58,11 @@ inline constexpr double kPrimitiveChordError = 5e-5;
 ///   those that follow it.
 /// - <default>, class and childclass, <include>, <frame>, all orientations, `fromto`, and the
 ///   compiler's angle, eulerseq, directories and autolimits are obeyed.
-/// What is not understood is left out and named in a note: planes and height fields, loops
-/// (connect, weld), spatial tendons, composites, replicates and attached models.
-/// Throws std::runtime_error: "<file>: <element and name>: <what, value>: <remedy>".
+/// What is not understood is left out and named in a note, with its line: planes and height fields,
+/// loops (connect, weld), spatial tendons, composites, replicates and attached models, and elements
+/// and attributes that MJCF does not have. Names of joints and tendons that nothing has, and ranges
+/// that are turned round, are errors.
+/// Throws std::runtime_error: "<file>:<line>: <element and name>: <what, value>: <remedy>".
 [[nodiscard]] BULLET_CCD_API RobotModel loadMjcf(const std::filesystem::path& path);
 
 /// Reads a robot from URDF, xacro or MJCF; the content says which. xacro is expanded by the program

@@ -1,6 +1,7 @@
 #include "bullet_ccd/io/mesh_file.h"
 #include "bullet_ccd/io/robot_file.h"
 #include "tests/io/mesh_texts.h"
+#include "tests/io/mjcf_texts.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -12,6 +13,8 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -42,11 +45,11 @@ void tryMesh(const std::filesystem::path& path, FuzzCount& count)
     }
 }
 
-void tryUrdf(const std::filesystem::path& path, FuzzCount& count)
+void tryRobot(const std::filesystem::path& path, FuzzCount& count)
 {
     try
     {
-        const RobotModel robot = loadUrdf(path);
+        const RobotModel robot = loadRobot(path);
         ASSERT_EQ(robot.linkMeshes.size(), robot.tree.size());
         for (std::size_t i = 0; i < robot.tree.size(); ++i)
         {
@@ -173,9 +176,46 @@ TEST(LoaderFuzz, MutatedUrdfFilesAreValidOrRefusedWithAMessage)
 {
     const TempFolder folder;
     folder.write("tetra.obj", tests::tetraObj());
-    const FuzzCount count = fuzz(folder, "robot.urdf", kRobot, tryUrdf, 200, 77);
+    const FuzzCount count = fuzz(folder, "robot.urdf", kRobot, tryRobot, 200, 77);
     EXPECT_GT(count.good, 100);
     EXPECT_GT(count.refused, 100);
+}
+
+/// Names and numbers of MJCF refer to each other, so parts of it are mutated, too: an attribute of
+/// one element stands at another one.
+TEST(LoaderFuzz, MutatedMjcfFilesAreValidOrRefusedWithAMessage)
+{
+    const TempFolder folder;
+    // Without the large sphere, which has most of the triangles.
+    std::string text = tests::kMjcfHand;
+    const std::string sphere = "type=\"sphere\" size=\"0.5\"";
+    text.replace(text.find(sphere), sphere.size(), "type=\"sphere\" size=\"0.002\"");
+    const FuzzCount count =
+        fuzz(folder, "robot.xml", text, tryRobot, tests::longTests() ? 400 : 50, 78);
+    EXPECT_GT(count.good, 30);
+    EXPECT_GT(count.refused, 100);
+
+    std::vector<std::pair<std::size_t, std::size_t>> attributes;  // begin, length
+    for (std::size_t end = text.find("=\""); end != std::string::npos; end = text.find("=\"", end))
+    {
+        const std::size_t begin = text.find_last_of(" \n", end) + 1;
+        end = text.find('"', end + 2) + 1;
+        attributes.emplace_back(begin, end - begin);
+    }
+    ASSERT_GT(attributes.size(), 100U);
+    std::mt19937_64 random(79);
+    FuzzCount moved;
+    for (int round = 0; round < 200 && !testing::Test::HasFailure(); ++round)
+    {
+        SCOPED_TRACE("seed 79 round " + std::to_string(round));
+        const auto [to, length] = attributes[random() % attributes.size()];
+        const auto [from, size] = attributes[random() % attributes.size()];
+        const std::string part = random() % 4 == 0 ? "" : text.substr(from, size);
+        std::string mutated = text;
+        tryRobot(folder.write("robot.xml", mutated.replace(to, length, part)), moved);
+    }
+    EXPECT_GT(moved.good, 20);
+    EXPECT_GT(moved.refused, 20);
 }
 
 TEST(LoaderFuzz, DeeplyNestedFilesAreRefused)
@@ -189,7 +229,7 @@ TEST(LoaderFuzz, DeeplyNestedFilesAreRefused)
         json += '[';
     }
     FuzzCount count;
-    tryUrdf(folder.write("deep.urdf", "<robot name=\"x\">" + xml), count);
+    tryRobot(folder.write("deep.urdf", "<robot name=\"x\">" + xml), count);
     tryMesh(folder.write("deep.dae", "<COLLADA>" + xml), count);
     tryMesh(folder.write("deep.gltf", json), count);
     EXPECT_EQ(count.refused, 3);

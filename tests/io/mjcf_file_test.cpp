@@ -415,6 +415,98 @@ TEST(MjcfFile, ErrorsNameElementValueAndRemedy)
                 HasSubstr("is there twice"));
 }
 
+const char* const kTwoJoints = R"(<body name="p"><geom size="0.01"/>
+  <body name="x"><joint name="x"/><geom size="0.01"/></body>
+  <body name="y"><joint name="y"/><geom size="0.01"/></body></body>)";
+
+TEST(MjcfFile, NamesOfJointsAndTendonsThatNothingHasAreErrors)
+{
+    const auto error = [](const std::string& sections)
+    { return mjcfError(mjcf(kTwoJoints, sections)); };
+    EXPECT_THAT(
+        error("\n<equality>\n<joint name=\"e\" joint1=\"x\" joint2=\"yy\"/></equality>"),
+        HasSubstr("m.xml:4: joint 'e': joint2 is 'yy', which is no joint: did you mean 'y'?"));
+    EXPECT_THAT(error("<equality><joint joint2=\"y\"/></equality>"),
+                HasSubstr("m.xml:2: joint: joint1 is missing: did you mean 'x'?"));
+    EXPECT_THAT(error("<actuator>\n<motor name=\"a\" joint=\"z\"/></actuator>"),
+                HasSubstr("m.xml:3: motor 'a': joint is 'z', which is no joint"));
+    const std::string tendon =
+        "<tendon><fixed name=\"both\"><joint joint=\"x\" coef=\"1\"/></fixed></tendon>";
+    EXPECT_THAT(error(tendon + "<actuator><motor tendon=\"bth\"/></actuator>"),
+                HasSubstr("tendon is 'bth', which is no tendon: did you mean 'both'?"));
+    EXPECT_THAT(error(tendon + "<equality><tendon tendon1=\"bth\"/></equality>"),
+                HasSubstr("tendon1 is 'bth', which is no tendon: did you mean 'both'?"));
+    EXPECT_THAT(
+        error("<tendon><fixed name=\"t\"><joint joint=\"x\" coef=\"one\"/></fixed></tendon>"),
+        HasSubstr("coef is 'one': give a finite number"));
+    // Joints of what is left out have names, and what is replicated gets them.
+    const std::string ball = R"(<body name="ball"><freejoint name="f"/><geom size="0.01"/></body>)";
+    const std::string follows = R"(<actuator><motor joint="f"/></actuator>)";
+    EXPECT_THAT(loadMjcfText(mjcf(kTwoJoints + ball, follows)).notes,
+                Contains(HasSubstr("line 2: motor of joint 'f', which no link has")));
+    EXPECT_NE(mjcfError(mjcf(kTwoJoints, follows)), "");
+    EXPECT_EQ(mjcfError(mjcf(std::string(kTwoJoints) + "<replicate count=\"2\"/>", follows)), "");
+}
+
+TEST(MjcfFile, RangesThatAreTurnedRoundAreErrors)
+{
+    const auto body = [](const std::string& attributes)
+    {
+        return mjcf("<body name=\"p\"><geom size=\"0.01\"/><body name=\"q\"><joint name=\"q\" " +
+                    attributes + "/><geom size=\"0.01\"/></body></body>");
+    };
+    EXPECT_THAT(
+        mjcfError(body("range=\"60 -30\"")),
+        HasSubstr("m.xml:2: joint 'q': range is '60 -30', and its first number is above its "
+                  "second: give the lower limit first"));
+    EXPECT_THAT(mjcfError(body("actuatorfrcrange=\"1 -1\"")), HasSubstr("actuatorfrcrange is"));
+    EXPECT_EQ(mjcfError(body("range=\"60 -30\" limited=\"false\"")), "");
+    for (const char* const attribute : {"forcerange", "ctrlrange"})
+    {
+        EXPECT_THAT(mjcfError(mjcf(kTwoJoints,
+                                   std::string("<actuator><position joint=\"x\" ") + attribute +
+                                       "=\"4 -4\"/></actuator>")),
+                    HasSubstr(std::string("position: ") + attribute + " is '4 -4', and its first"));
+    }
+}
+
+TEST(MjcfFile, UnknownElementsAndAttributesAreNotedWithLineValueAndRemedy)
+{
+    const TempFolder folder;
+    folder.write("default.xml",
+                 "<mujocoinclude>\n<default>\n<joint ranje=\"0 1\"/><jiont range=\"0 1\"/>"
+                 "</default></mujocoinclude>");
+    const RobotModel robot = loadRobot(
+        folder.write("m.xml",
+                     mjcf(kTwoJoints,
+                          "\n<include file=\"default.xml\"/><actuators/>\n<asset><mehs/></asset>"
+                          "<actuator><motr joint=\"x\"/></actuator>")));
+    for (const char* const note :
+         {"default.xml line 3: attribute ranje of <joint> ('0 1'; did you mean range?)",
+          "default.xml line 3: unknown element <jiont> of <default> (did you mean <joint>?)",
+          "line 3: unknown element <actuators> of <mujoco> (did you mean <actuator>?)",
+          "line 4: unknown element <mehs> of <asset> (did you mean <mesh>?)",
+          "line 4: unknown element <motr> of <actuator> (did you mean <motor>?)"})
+    {
+        EXPECT_THAT(robot.notes, Contains(HasSubstr(note)));
+    }
+}
+
+TEST(RobotFile, SizesOfNoRobotNameTheirFile)
+{
+    EXPECT_THAT(mjcfError(mjcf("<body name=\"p\"><geom name=\"g\" type=\"box\" size=\"1e30 1 1\"/>"
+                               "</body>")),
+                HasSubstr("m.xml:2: geom 'g': its geometry reaches 1e+30 m"));
+    const TempFolder folder;
+    const auto urdf =
+        folder.write("r.urdf",
+                     "<robot name=\"r\"><link name=\"a\"><collision><geometry>"
+                     "<box size=\"1e30 1 1\"/></geometry></collision></link></robot>");
+    EXPECT_THAT([&] { static_cast<void>(loadRobot(urdf)); },
+                testing::ThrowsMessage<std::runtime_error>(
+                    AllOf(HasSubstr("r.urdf"), HasSubstr("reaches 5e+29 m"))));
+}
+
 TEST(RobotFile, FormatsAreToldByTheirContent)
 {
     const TempFolder folder;

@@ -1,3 +1,5 @@
+#include "bullet_ccd/io/nearest_name.h"
+#include "bullet_ccd/io/number_text.h"
 #include "bullet_ccd/io/robot/mjcf_tree.h"
 #include "bullet_ccd/io/robot/robot_parts.h"
 
@@ -48,9 +50,9 @@ public:
             }
         }
         flattenMimics();
-        for (const std::string& name : m_drivenTendons)
+        for (const auto& [name, actuator] : m_drivenTendons)
         {
-            shareTendon(m_tendons.at(name));
+            shareTendon(*actuator, m_tendons.at(name));
         }
         flattenMimics();
         leaveOutOthers();
@@ -63,13 +65,32 @@ private:
     {
         const std::string name = element.text(attribute).value_or("");
         const std::int32_t link = m_tree.findJoint(name);
-        if (link == kNone)
+        if (link != kNone)
         {
-            // It may belong to an object of the scene that was left out.
-            m_document.leftOut(std::string(element.tag()) + " of joint '" + name +
-                               "', which no link has");
+            return link;
         }
-        return link;
+        const std::vector<std::string> names = m_document.jointNames();
+        if (!m_document.makesNames() && std::ranges::find(names, name) == names.end())
+        {
+            failName(element, attribute, name, "joint", names);
+        }
+        // It belongs to an object of the scene that was left out.
+        m_document.leftOut(
+            element.xml(),
+            std::string(element.tag()) + " of joint '" + name + "', which no link has");
+        return kNone;
+    }
+
+    [[noreturn]] static void failName(const MjcfElement& element,
+                                      const std::string& attribute,
+                                      const std::string& name,
+                                      const std::string& thing,
+                                      const std::vector<std::string>& names)
+    {
+        const std::string nearest = nearestName(name, names);
+        element.fail(
+            attribute + (name.empty() ? " is missing" : " is '" + name + "', which is no " + thing),
+            nearest.empty() ? "add the " + thing : "did you mean '" + nearest + "'?");
     }
 
     void readTendons()
@@ -79,7 +100,8 @@ private:
             const MjcfElement element(m_document, *e, "main");
             if (element.tag() != "fixed")
             {
-                m_document.leftOut("<" + std::string(element.tag()) + "> of <tendon>");
+                m_document.leftOut(*e, "<" + std::string(element.tag()) + "> of <tendon>");
+                m_otherTendons.push_back(element.name());
                 continue;
             }
             FixedTendon& tendon = m_tendons[element.name()];
@@ -87,16 +109,16 @@ private:
                  j = j->NextSiblingElement("joint"))
             {
                 // These joints are names, not joints with defaults.
-                const char* const name = j->Attribute("joint");
-                const std::int32_t link = m_tree.findJoint(name == nullptr ? "" : name);
-                const double coefficient = j->DoubleAttribute("coef", 0.0);
-                if (link == kNone || !std::isfinite(coefficient))
+                const MjcfElement part(m_document, *j, "main");
+                const char* const coef = j->Attribute("coef");
+                const auto value = parseNumber<double>(coef == nullptr ? "0" : coef);
+                if (!value || !std::isfinite(*value))
                 {
-                    element.fail("joint '" + std::string(name == nullptr ? "" : name) +
-                                     "' does not exist, or its coef is not finite",
-                                 "name a joint, and a finite coefficient");
+                    part.fail("coef is " + quoted(std::string_view(coef)), "give a finite number");
                 }
-                if (coefficient != 0.0)
+                const double coefficient = *value;
+                const std::int32_t link = findJoint(part, "joint");
+                if (link != kNone && coefficient != 0.0)
                 {
                     tendon.emplace_back(link, coefficient);
                 }
@@ -132,7 +154,13 @@ private:
         for (const XMLElement* e : m_document.entries("actuator"))
         {
             const MjcfElement element(m_document, *e, "main");
+            if (!isMjcfActuator(element.tag()))
+            {
+                continue;
+            }
             const double effort = effortOf(element);
+            // What is not read shall not be turned round either.
+            (void)element.isLimited("ctrllimited", "ctrlrange");
             const std::optional<std::string> tendon = element.text("tendon");
             if (element.text("joint") || element.text("jointinparent"))
             {
@@ -149,12 +177,17 @@ private:
                 {
                     limitEffort(link, std::abs(coefficient) * effort);
                 }
-                m_drivenTendons.push_back(*tendon);
+                m_drivenTendons.emplace_back(*tendon, e);
             }
             else
             {
-                m_document.leftOut("actuator '" + element.name() +
-                                   "', which drives no joint and no fixed tendon");
+                if (tendon && !m_document.makesNames())
+                {
+                    requireTendon(element, "tendon", *tendon);
+                }
+                m_document.leftOut(
+                    *e,
+                    "actuator '" + element.name() + "', which drives no joint and no fixed tendon");
             }
         }
         for (std::size_t i = 1; i < m_tree.size(); ++i)
@@ -185,8 +218,9 @@ private:
         }
         else
         {
-            m_document.leftOut("<" + std::string(element.tag()) + "> of <equality>" +
-                               (element.name().empty() ? "" : " '" + element.name() + "'"));
+            m_document.leftOut(e,
+                               "<" + std::string(element.tag()) + "> of <equality>" +
+                                   (element.name().empty() ? "" : " '" + element.name() + "'"));
         }
     }
 
@@ -210,11 +244,16 @@ private:
         }
         if (polynomial[2] != 0.0 || polynomial[3] != 0.0 || polynomial[4] != 0.0)
         {
-            m_document.leftOut("terms beyond the linear one of polycoef between '" +
-                               joint(first).name + "' and '" + joint(second).name + "'");
+            m_document.leftOut(element.xml(),
+                               "terms beyond the linear one of polycoef between '" +
+                                   joint(first).name + "' and '" + joint(second).name + "'");
         }
         // q1 - r1 = a0 + a1 (q2 - r2)
-        follow(first, second, polynomial[1], offset - polynomial[1] * reference(second));
+        follow(element.xml(),
+               first,
+               second,
+               polynomial[1],
+               offset - polynomial[1] * reference(second));
     }
 
     /// Held where it is, it is no joint any more.
@@ -231,20 +270,37 @@ private:
     /// A tendon of constant length couples two joints.
     void holdTendon(const MjcfElement& element, double change)
     {
-        const auto found = m_tendons.find(element.text("tendon1").value_or(""));
+        const std::string name = element.text("tendon1").value_or("");
+        requireTendon(element, "tendon1", name);
+        const auto found = m_tendons.find(name);
         if (found == m_tendons.end() || found->second.size() != 2)
         {
-            m_document.leftOut("<tendon> of <equality>, which is no fixed tendon of two joints");
+            m_document.leftOut(element.xml(),
+                               "<tendon> of <equality>, which is no fixed tendon of two joints");
             return;
         }
         const auto [a, ca] = found->second[0];
         const auto [b, cb] = found->second[1];
         // ca (qa - ra) + cb (qb - rb) = change
-        follow(b, a, -ca / cb, reference(b) + (change + ca * reference(a)) / cb);
+        follow(element.xml(), b, a, -ca / cb, reference(b) + (change + ca * reference(a)) / cb);
+    }
+
+    /// Throws for a name that no tendon has.
+    void requireTendon(const MjcfElement& element, const char* attribute, const std::string& name)
+    {
+        std::vector<std::string> names = m_otherTendons;
+        for (const auto& [known, unused] : m_tendons)
+        {
+            names.push_back(known);
+        }
+        if (std::ranges::find(names, name) == names.end())
+        {
+            failName(element, attribute, name, "tendon", names);
+        }
     }
 
     /// The joints of a tendon that a motor pulls, and nothing else couples, share the way.
-    void shareTendon(FixedTendon tendon)
+    void shareTendon(const XMLElement& actuator, FixedTendon tendon)
     {
         std::erase_if(tendon, [this](const auto& part) { return m_held.contains(part.first); });
         const auto driver = [&](std::int32_t link)
@@ -262,7 +318,7 @@ private:
             const auto [first, c0] = tendon.front();
             const auto [link, c] = tendon[i];
             if (driver(link) != driver(first) &&
-                follow(link, first, c / c0, reference(link) - c / c0 * reference(first)))
+                follow(actuator, link, first, c / c0, reference(link) - c / c0 * reference(first)))
             {
                 names.push_back(joint(link).name);
             }
@@ -276,7 +332,12 @@ private:
 
     /// follower = multiplier * leader + offset, or the other way round if the follower follows
     /// another one already, or is the one that a motor drives. False if others contradict.
-    bool follow(std::int32_t follower, std::int32_t leader, double multiplier, double offset)
+    /// @param reason  the element that says so
+    bool follow(const XMLElement& reason,
+                std::int32_t follower,
+                std::int32_t leader,
+                double multiplier,
+                double offset)
     {
         const auto isFree = [&](std::int32_t link)
         { return joint(link).isMovable() && joint(link).mimicOf == kNone; };
@@ -296,8 +357,9 @@ private:
         }
         if (loops || (!joint(leader).isMovable() && !m_held.contains(leader)))
         {
-            m_document.leftOut("the coupling of '" + joint(follower).name + "' and '" +
-                               joint(leader).name + "', which others contradict");
+            m_document.leftOut(reason,
+                               "the coupling of '" + joint(follower).name + "' and '" +
+                                   joint(leader).name + "', which others contradict");
             return false;
         }
         joint(follower).mimicOf = leader;
@@ -332,13 +394,13 @@ private:
     {
         for (const XMLElement* e : m_document.entries("contact"))
         {
-            m_document.leftOut("<" + std::string(e->Name()) + "> of <contact>");
+            m_document.leftOut(*e, "<" + std::string(e->Name()) + "> of <contact>");
         }
         for (const char* const section : {"deformable", "extension"})
         {
             for (const XMLElement* e : m_document.entries(section))
             {
-                m_document.leftOut("<" + std::string(e->Name()) + "> of <" + section + ">");
+                m_document.leftOut(*e, "<" + std::string(e->Name()) + "> of <" + section + ">");
             }
         }
     }
@@ -354,7 +416,8 @@ private:
     const std::vector<double>& m_reference;
     std::vector<bool> m_isDriven;
     std::map<std::string, FixedTendon> m_tendons;
-    std::vector<std::string> m_drivenTendons;
+    std::vector<std::string> m_otherTendons;  ///< spatial ones
+    std::vector<std::pair<std::string, const XMLElement*>> m_drivenTendons;
     std::map<std::int32_t, double> m_held;  ///< where joints are that move no more
 };
 }  // namespace

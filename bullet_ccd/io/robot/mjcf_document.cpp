@@ -90,6 +90,26 @@ const std::map<std::string_view, std::set<std::string_view>>& knownAttributes()
           "inertia",
           "content_type",
           "material"}},
+        {"fixed",
+         {"name",
+          "class",
+          "group",
+          "limited",
+          "range",
+          "actuatorfrcrange",
+          "actuatorfrclimited",
+          "solreflimit",
+          "solimplimit",
+          "solreffriction",
+          "solimpfriction",
+          "frictionloss",
+          "springlength",
+          "stiffness",
+          "damping",
+          "armature",
+          "margin",
+          "user"}},
+        {"fixed/joint", {"joint", "coef"}},
         {"general", kActuator},
         {"motor", kActuator},
         {"position", kActuator},
@@ -103,32 +123,33 @@ const std::map<std::string_view, std::set<std::string_view>>& knownAttributes()
     return kKnown;
 }
 
-bool isActuator(std::string_view tag)
+const std::vector<std::string>& actuatorTags()
 {
-    static const std::set<std::string_view> kTags = {"general",
-                                                     "motor",
-                                                     "position",
-                                                     "velocity",
-                                                     "damper",
-                                                     "intvelocity",
-                                                     "cylinder",
-                                                     "muscle",
-                                                     "adhesion"};
-    return kTags.contains(tag);
+    static const std::vector<std::string> kTags = {"general",
+                                                   "motor",
+                                                   "position",
+                                                   "velocity",
+                                                   "damper",
+                                                   "intvelocity",
+                                                   "cylinder",
+                                                   "muscle",
+                                                   "adhesion",
+                                                   "plugin"};
+    return kTags;
 }
 
 /// Actuators of all kinds share their defaults.
 std::string defaultKey(std::string_view tag, const char* attribute)
 {
-    return std::string(isActuator(tag) ? "general" : tag) + "." + attribute;
+    return std::string(isMjcfActuator(tag) ? "general" : tag) + "." + attribute;
 }
 
 void noteUnknown(MjcfDocument& document, const XMLElement& element)
 {
     const XMLElement* const parent = element.Parent()->ToElement();
-    const bool isEquality = parent != nullptr && std::string_view(parent->Name()) == "equality";
-    const auto known =
-        knownAttributes().find((isEquality ? "equality/" : "") + std::string(element.Name()));
+    const std::string_view above = parent == nullptr ? "" : parent->Name();
+    const auto known = knownAttributes().find(
+        (above == "equality" || above == "fixed" ? std::string(above) + "/" : "") + element.Name());
     if (known == knownAttributes().end())
     {
         return;
@@ -137,8 +158,11 @@ void noteUnknown(MjcfDocument& document, const XMLElement& element)
     {
         if (!known->second.contains(a->Name()))
         {
-            document.leftOut(std::string("attribute ") + a->Name() + " of <" + element.Name() +
-                             ">");
+            const std::vector<std::string> names(known->second.begin(), known->second.end());
+            document.leftOut(element,
+                             std::string("attribute ") + a->Name() + " of <" + element.Name() +
+                                 "> (" + quoted(std::string_view(a->Value())) + "; did you mean " +
+                                 nearestName(a->Name(), names) + "?)");
         }
     }
 }
@@ -189,11 +213,40 @@ std::string over(const std::optional<std::string>& inherited,
     return value;
 }
 
+template <typename Visit>
+void forAll(const XMLElement& element, const Visit& visit)
+{
+    visit(element);
+    for (const XMLElement* e = element.FirstChildElement(); e != nullptr;
+         e = e->NextSiblingElement())
+    {
+        forAll(*e, visit);
+    }
+}
+
+/// All elements of a copy, each with the one that it is a copy of.
+template <typename Visit>
+void forCopies(const XMLElement& copy, const XMLElement& source, const Visit& visit)
+{
+    visit(copy, source);
+    const XMLElement* from = source.FirstChildElement();
+    for (const XMLElement* e = copy.FirstChildElement(); e != nullptr;
+         e = e->NextSiblingElement(), from = from->NextSiblingElement())
+    {
+        forCopies(*e, *from, visit);
+    }
+}
+
 Eigen::Matrix3d about(const Eigen::Vector3d& axis, double angle)
 {
     return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 }  // namespace
+
+bool isMjcfActuator(std::string_view tag)
+{
+    return std::ranges::find(actuatorTags(), tag) != actuatorTags().end();
+}
 
 MjcfElement::MjcfElement(MjcfDocument& document,
                          const XMLElement& xml,
@@ -353,11 +406,17 @@ bool MjcfElement::isLimited(const char* attribute, const char* range) const
         fail(std::string(attribute) + " is " + quoted(std::string_view(value)),
              "use true, false or auto");
     }
+    const auto limits = numbers(range, 2);
+    if (limits && (*limits)[0] > (*limits)[1] && value != "false")
+    {
+        fail(std::string(range) + " is " + quoted(std::string_view(*text(range))) +
+                 ", and its first number is above its second",
+             "give the lower limit first");
+    }
     if (value != "auto" || !m_document->autoLimits())
     {
         return value == "true";
     }
-    const auto limits = numbers(range, 2);
     return limits && (*limits)[0] < (*limits)[1];
 }
 
@@ -365,7 +424,7 @@ std::string MjcfElement::where() const
 {
     const std::string own = name();
     const char* const className = m_xml->Attribute("class");
-    return m_document->path().string() + ": " + std::string(tag()) +
+    return m_document->placeOf(*m_xml) + ": " + std::string(tag()) +
            (!own.empty()           ? " '" + own + "'"
             : className != nullptr ? " of class '" + std::string(className) + "'"
                                    : "");
@@ -394,6 +453,7 @@ MjcfDocument::MjcfDocument(std::filesystem::path path) : m_path(std::move(path))
     }
     m_included.push_back(std::filesystem::absolute(m_path).lexically_normal().string());
     expandIncludes(*m_xml.FirstChildElement("mujoco"), 1);
+    noteUnknownElements();
     readCompiler();
     m_classes["main"];
     for (const XMLElement* e = root()->FirstChildElement("default"); e != nullptr;
@@ -440,6 +500,11 @@ void MjcfDocument::expandIncludes(XMLElement& element, int depth)
         {
             after = element.InsertAfterChild(after, e->DeepClone(&m_xml));
             first = first == nullptr ? after->ToElement() : first;
+            forCopies(*after->ToElement(),
+                      *e,
+                      [&](const XMLElement& copy, const XMLElement& source) {
+                          m_origins[&copy] = {file, source.GetLineNum()};
+                      });
         }
         element.DeleteChild(child);
         // What was put in may include in turn.
@@ -480,7 +545,7 @@ void MjcfDocument::readCompiler()
             }
             else if (!kWithoutMeaning.contains(a->Name()))
             {
-                leftOut(std::string("attribute ") + a->Name() + " of <compiler>");
+                leftOut(*e, std::string("attribute ") + a->Name() + " of <compiler>");
             }
         }
     }
@@ -503,7 +568,7 @@ void MjcfDocument::readCompiler()
     require("coordinate", m_compiler["coordinate"] == "local", "use local coordinates");
     if (m_compiler["settotalmass"] != "-1")
     {
-        leftOut("settotalmass of <compiler>");
+        leftOut(*root()->FirstChildElement("compiler"), "settotalmass of <compiler>");
     }
 }
 
@@ -536,6 +601,11 @@ void MjcfDocument::readDefaults(const XMLElement& element, const std::string& pa
             readDefaults(*e, isTop ? "main" : name, false);
             continue;
         }
+        static const std::vector<std::string> kHaveDefaults = {
+            "mesh",   "material", "joint",  "geom",        "site",     "camera",   "light",
+            "pair",   "equality", "tendon", "general",     "motor",    "position", "velocity",
+            "damper", "cylinder", "muscle", "intvelocity", "adhesion", "plugin"};
+        noteUnless(*e, kHaveDefaults, "default");
         noteUnknown(*this, *e);
         for (const tinyxml2::XMLAttribute* a = e->FirstAttribute(); a != nullptr; a = a->Next())
         {
@@ -605,11 +675,103 @@ std::vector<std::string> MjcfDocument::classNames() const
     return names;
 }
 
-void MjcfDocument::leftOut(const std::string& what)
+std::string MjcfDocument::placeOf(const XMLElement& element) const
 {
-    if (std::ranges::find(m_leftOut, what) == m_leftOut.end())
+    const auto found = m_origins.find(&element);
+    return found == m_origins.end()
+               ? m_path.string() + ":" + std::to_string(element.GetLineNum())
+               : found->second.first.string() + ":" + std::to_string(found->second.second);
+}
+
+std::vector<std::string> MjcfDocument::jointNames() const
+{
+    std::vector<std::string> names;
+    for (const XMLElement* section : sections("worldbody"))
     {
-        m_leftOut.push_back(what);
+        forAll(*section,
+               [&](const XMLElement& e)
+               {
+                   const std::string_view tag = e.Name();
+                   const char* const name = e.Attribute("name");
+                   if (name != nullptr && (tag == "joint" || tag == "freejoint"))
+                   {
+                       names.emplace_back(name);
+                   }
+               });
+    }
+    return names;
+}
+
+bool MjcfDocument::makesNames() const
+{
+    static const std::set<std::string_view> kMakers = {
+        "replicate", "attach", "composite", "flexcomp"};
+    bool makes = false;
+    for (const XMLElement* section : sections("worldbody"))
+    {
+        forAll(*section, [&](const XMLElement& e) { makes = makes || kMakers.contains(e.Name()); });
+    }
+    return makes;
+}
+
+void MjcfDocument::leftOut(const XMLElement& element, const std::string& what)
+{
+    if (m_leftOutBefore.insert(what).second)
+    {
+        const auto origin = m_origins.find(&element);
+        m_leftOut.push_back((origin == m_origins.end()
+                                 ? "line " + std::to_string(element.GetLineNum())
+                                 : origin->second.first.filename().string() + " line " +
+                                       std::to_string(origin->second.second)) +
+                            ": " + what);
+    }
+}
+
+void MjcfDocument::noteUnless(const XMLElement& element,
+                              const std::vector<std::string>& known,
+                              const std::string& section)
+{
+    if (std::ranges::find(known, element.Name()) == known.end())
+    {
+        leftOut(element,
+                std::string("unknown element <") + element.Name() + "> of <" + section +
+                    "> (did you mean <" + nearestName(element.Name(), known) + ">?)");
+    }
+}
+
+void MjcfDocument::noteUnknownElements()
+{
+    static const std::vector<std::string> kSections = {"compiler",
+                                                       "option",
+                                                       "size",
+                                                       "visual",
+                                                       "statistic",
+                                                       "default",
+                                                       "custom",
+                                                       "asset",
+                                                       "contact",
+                                                       "equality",
+                                                       "worldbody",
+                                                       "tendon",
+                                                       "deformable",
+                                                       "actuator",
+                                                       "sensor",
+                                                       "keyframe",
+                                                       "extension"};
+    static const std::vector<std::string> kAssets = {
+        "mesh", "texture", "material", "hfield", "skin", "model"};
+    for (const XMLElement* e = root()->FirstChildElement(); e != nullptr;
+         e = e->NextSiblingElement())
+    {
+        noteUnless(*e, kSections, "mujoco");
+    }
+    for (const XMLElement* e : entries("asset"))
+    {
+        noteUnless(*e, kAssets, "asset");
+    }
+    for (const XMLElement* e : entries("actuator"))
+    {
+        noteUnless(*e, actuatorTags(), "actuator");
     }
 }
 }  // namespace bullet_ccd

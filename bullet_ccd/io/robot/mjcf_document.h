@@ -8,9 +8,11 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <tinyxml2.h>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd
@@ -22,6 +24,9 @@ constexpr std::size_t kManyNumbers = std::numeric_limits<std::size_t>::max();
 
 /// The shortest rotation that turns +z to the unit vector; half a turn about x if that is -z.
 [[nodiscard]] Eigen::Matrix3d rotationToZ(const Eigen::Vector3d& z);
+
+/// True for the elements of <actuator> that MJCF has.
+[[nodiscard]] bool isMjcfActuator(std::string_view tag);
 
 /// An element together with the class from which it takes what it does not say.
 class MjcfElement
@@ -47,12 +52,13 @@ public:
     /// The orientation alone.
     [[nodiscard]] Eigen::Matrix3d orientation() const;
     /// What the attribute says: "true", "false", or "auto", which is the default and means true if
-    /// the range has a width.
+    /// the range has a width. Throws std::runtime_error for a range that is turned round.
     [[nodiscard]] bool isLimited(const char* attribute, const char* range) const;
 
     [[noreturn]] void fail(const std::string& what, const std::string& remedy) const;
-    /// "<file>: joint 'name'".
+    /// "<file>:<line>: joint 'name'".
     [[nodiscard]] std::string where() const;
+    [[nodiscard]] const tinyxml2::XMLElement& xml() const { return *m_xml; }
 
 private:
     [[nodiscard]] std::optional<std::vector<double>> parsed(const char* attribute,
@@ -103,9 +109,22 @@ public:
     }
     [[nodiscard]] std::vector<std::string> classNames() const;
 
-    /// Names what is left out, once.
-    void leftOut(const std::string& what);
+    /// "<file>:<line>" of an element, also of one that an <include> brought in.
+    [[nodiscard]] std::string placeOf(const tinyxml2::XMLElement& element) const;
+
+    /// Names of all joints below <worldbody>, also of bodies that are left out.
+    [[nodiscard]] std::vector<std::string> jointNames() const;
+    /// True if joints can have names that no element states: replicates, composites and attached
+    /// models make them.
+    [[nodiscard]] bool makesNames() const;
+
+    /// Names what is left out, once, and the line of the first of its kind.
+    void leftOut(const tinyxml2::XMLElement& element, const std::string& what);
     [[nodiscard]] const std::vector<std::string>& leftOut() const { return m_leftOut; }
+    /// Names an element that is none of the known ones of its section.
+    void noteUnless(const tinyxml2::XMLElement& element,
+                    const std::vector<std::string>& known,
+                    const std::string& section);
 
 private:
     static constexpr double kDegree = 3.14159265358979323846 / 180.0;
@@ -121,6 +140,7 @@ private:
         return m_xml.FirstChildElement("mujoco");
     }
     void expandIncludes(tinyxml2::XMLElement& element, int depth);
+    void noteUnknownElements();
     void readCompiler();
     void readDefaults(const tinyxml2::XMLElement& element, const std::string& parent, bool isTop);
 
@@ -131,5 +151,8 @@ private:
     bool m_inDegrees = true;
     std::map<std::string, DefaultClass> m_classes;
     std::vector<std::string> m_leftOut;
+    std::set<std::string> m_leftOutBefore;  ///< without lines
+    /// Where included elements come from.
+    std::map<const tinyxml2::XMLElement*, std::pair<std::filesystem::path, int>> m_origins;
 };
 }  // namespace bullet_ccd

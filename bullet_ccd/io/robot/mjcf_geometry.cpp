@@ -85,7 +85,7 @@ MjcfGeometry::MjcfGeometry(MjcfDocument& document) : m_document(document)
         }
         else if (tag == "model")
         {
-            document.leftOut("<model> of <asset>");
+            document.leftOut(*e, "<model> of <asset>");
         }
     }
 }
@@ -200,7 +200,8 @@ std::optional<MjcfGeom> MjcfGeometry::geom(const MjcfElement& element)
     const bool hasMesh = element.text("mesh").has_value();
     if (hasMesh && kPrimitives.contains(type))
     {
-        m_document.leftOut("fitting of a " + type + " to a mesh (the mesh itself is taken)");
+        m_document.leftOut(element.xml(),
+                           "fitting of a " + type + " to a mesh (the mesh itself is taken)");
     }
     if (hasMesh || type == "mesh")
     {
@@ -230,7 +231,7 @@ std::optional<MjcfGeom> MjcfGeometry::geom(const MjcfElement& element)
     }
     else
     {
-        m_document.leftOut("geom of type " + type);
+        m_document.leftOut(element.xml(), "geom of type " + type);
         return std::nullopt;
     }
     requireFiniteMesh(geom.mesh, element.where());

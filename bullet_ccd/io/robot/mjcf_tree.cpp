@@ -189,7 +189,7 @@ private:
                           }
                           else if (!isWithoutMeaning(e))
                           {
-                              m_document.leftOut("<" + std::string(e.Name()) + "> of the world");
+                              m_document.leftOut(e, "<" + std::string(e.Name()) + "> of the world");
                           }
                       });
         }
@@ -210,8 +210,9 @@ private:
                 if (isObject(placed))
                 {
                     const char* const name = placed.body->Attribute("name");
-                    m_document.leftOut("object '" + std::string(name == nullptr ? "" : name) +
-                                       "', a body with a free joint or a ball joint");
+                    m_document.leftOut(*placed.body,
+                                       "object '" + std::string(name == nullptr ? "" : name) +
+                                           "', a body with a free joint or a ball joint");
                 }
             }
             std::erase_if(bodies, isObject);
@@ -223,7 +224,8 @@ private:
             // The pose of the whole robot is given elsewhere.
             if (!geoms.empty())
             {
-                m_document.leftOut(std::to_string(geoms.size()) + " geoms of the world");
+                m_document.leftOut(*geoms.front().first,
+                                   std::to_string(geoms.size()) + " geoms of the world");
             }
             readBody(bodies[0], kNone, Isometry3d::Identity());
             return;
@@ -298,7 +300,7 @@ private:
             }
             else if (!isWithoutMeaning(e))
             {
-                m_document.leftOut("<" + std::string(e.Name()) + "> of body '" + name + "'");
+                m_document.leftOut(e, "<" + std::string(e.Name()) + "> of body '" + name + "'");
             }
         };
         forBodies(*placed.body, Isometry3d::Identity(), childClass, children, other);

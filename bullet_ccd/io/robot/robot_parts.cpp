@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -147,6 +148,18 @@ void requireFiniteMesh(const TriangleMesh& mesh, const std::string& where)
     catch (const std::invalid_argument& error)
     {
         throw std::runtime_error(error.what());
+    }
+    constexpr double kMostReach = 1e6;  // [m]
+    for (const Eigen::Vector3d& vertex : mesh.vertices)
+    {
+        const double reach = vertex.cwiseAbs().maxCoeff();
+        if (reach > kMostReach)
+        {
+            std::ostringstream text;
+            text << where << ": its geometry reaches " << reach
+                 << " m from the origin: give sizes in metres, below 1e6";
+            throw std::runtime_error(text.str());
+        }
     }
 }
 

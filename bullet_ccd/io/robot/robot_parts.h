@@ -48,7 +48,8 @@ private:
 };
 
 /// Throws std::runtime_error starting with `where` if coordinates of a mesh that is not empty are
-/// not finite: finite factors can still overflow when they are multiplied.
+/// not finite, or larger than any robot: finite factors can still overflow when they are
+/// multiplied.
 void requireFiniteMesh(const TriangleMesh& mesh, const std::string& where);
 
 /// Positive definite with principal moments that some mass distribution has: none larger than the
