@@ -60,6 +60,7 @@ ClutteredArm::ClutteredArm(std::uint64_t seed, int obstacles)
     for (std::size_t i = 0; i < poses.size(); ++i)
     {
         bodies.push_back({.tree = &m_obstacles[i], .motion = restAt(poses[i])});
+        m_centers.push_back(poses[i] * m_obstacles[i].origin());
     }
     m_environment.reset(bodies);
     PlanningScene scene{.body = {.tree = &m_tree, .linkTrees = m_links, .selfPairs = {}},
@@ -80,13 +81,13 @@ bool ClutteredArm::isFreeByFcl(std::span<const double> q) const
         linkPoses(m_tree, Eigen::Isometry3d::Identity(), positions);
     for (std::size_t link = 1; link < X_W.size(); ++link)
     {
+        const Eigen::Vector3d center = X_W[link] * m_link.origin();
         for (std::size_t k = 0; k < m_obstacles.size(); ++k)
         {
-            const Eigen::Isometry3d& X_WO = m_environment.bodies()[k].motion.X_W0;
-            const double apart =
-                (X_W[link] * m_link.origin() - X_WO * m_obstacles[k].origin()).norm();
-            if (apart <= m_link.radius() + m_obstacles[k].radius() &&
-                fclOverlap(m_fclLink, X_W[link], m_fclObstacles[k], X_WO))
+            const double reach = m_link.radius() + m_obstacles[k].radius();
+            if ((center - m_centers[k]).squaredNorm() <= reach * reach &&
+                fclOverlap(
+                    m_fclLink, X_W[link], m_fclObstacles[k], m_environment.bodies()[k].motion.X_W0))
             {
                 return false;
             }

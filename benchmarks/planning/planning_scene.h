@@ -42,5 +42,6 @@ private:
     std::shared_ptr<const CertifiedRobot> m_robot;
     FclModel m_fclLink;
     std::vector<FclModel> m_fclObstacles;
+    std::vector<Eigen::Vector3d> m_centers;  ///< of the spheres around the obstacles, in W
 };
 }  // namespace bullet_ccd::benchmarks

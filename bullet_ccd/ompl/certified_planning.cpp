@@ -24,7 +24,14 @@ struct TestedPair
     std::int32_t obstacle = kNone;
     std::int32_t otherLink = kNone;
     const PairMask* mask = nullptr;
+    Eigen::Vector3d centerOfObstacle = Eigen::Vector3d::Zero();  ///< of its sphere, in W [m]
+    double radii = 0.0;                                          ///< of the spheres around both [m]
 };
+
+/// Between samples of a motion the joints turn by more than half of this together [rad], or there
+/// are twice as many samples less one.
+constexpr double kSampleStep = 0.3;
+constexpr int kMostSamples = 16;
 
 const PairMask* maskOf(const ArticulatedBody& body, const TestedPair& pair)
 {
@@ -36,15 +43,6 @@ const PairMask* maskOf(const ArticulatedBody& body, const TestedPair& pair)
                                                       each.otherLink == pair.otherLink;
                                            });
     return mask == body.masks.end() ? nullptr : mask->mask;
-}
-
-/// Distance of the spheres around two hierarchies: never above theirs.
-double sphereGap(const SsvTree& a,
-                 const Eigen::Isometry3d& X_WA,
-                 const SsvTree& b,
-                 const Eigen::Isometry3d& X_WB)
-{
-    return (X_WA * a.origin() - X_WB * b.origin()).norm() - a.radius() - b.radius();
 }
 
 std::span<const double> valuesOf(const ob::State* state, std::size_t count)
@@ -65,8 +63,17 @@ void requireSpace(const ob::SpaceInformation& information, const CertifiedRobot&
 
 struct CertifiedRobot::Impl
 {
-    std::vector<TestedPair> pairs;
-    mutable tbb::enumerable_thread_specific<ToiWorkspace> work;
+    /// Of one thread. What the queries write is of the size of the robot.
+    struct Scratch
+    {
+        ToiWorkspace work;
+        JointMotion motion;
+        std::vector<Eigen::Isometry3d> X_W;    ///< of all links
+        std::vector<Eigen::Vector3d> centers;  ///< of the spheres around their hierarchies, in W
+    };
+
+    std::vector<TestedPair> pairs;  ///< ordered by link
+    mutable tbb::enumerable_thread_specific<Scratch> scratch;
 };
 
 CertifiedRobot::CertifiedRobot(PlanningScene scene)
@@ -117,7 +124,11 @@ CertifiedRobot::CertifiedRobot(PlanningScene scene)
         }
         for (std::size_t k = 0; k < m_scene.environment->bodies().size(); ++k)
         {
-            m_impl->pairs.push_back({.link = link, .obstacle = static_cast<std::int32_t>(k)});
+            const RigidBody& obstacle = m_scene.environment->bodies()[k];
+            m_impl->pairs.push_back(
+                {.link = link,
+                 .obstacle = static_cast<std::int32_t>(k),
+                 .centerOfObstacle = obstacle.motion.X_W0 * obstacle.tree->origin()});
         }
     }
     for (const auto& [a, b] : body.selfPairs)
@@ -131,22 +142,28 @@ CertifiedRobot::CertifiedRobot(PlanningScene scene)
     for (TestedPair& pair : m_impl->pairs)
     {
         pair.mask = maskOf(body, pair);
+        const auto radiusOf = [&](std::int32_t link)
+        { return body.linkTrees[static_cast<std::size_t>(link)]->radius(); };
+        const std::span<const RigidBody> obstacles = m_scene.environment->bodies();
+        pair.radii = radiusOf(pair.link) +
+                     (pair.otherLink != kNone
+                          ? radiusOf(pair.otherLink)
+                          : obstacles[static_cast<std::size_t>(pair.obstacle)].tree->radius());
     }
 }
 
 CertifiedRobot::~CertifiedRobot() = default;
 
-std::vector<double> CertifiedRobot::positionsOf(std::span<const double> q) const
+void CertifiedRobot::setPositions(std::span<const double> q, std::vector<double>& positions) const
 {
     require(q.size() == m_scene.joints.size(),
             "certified planning: give one position for each planned joint");
-    std::vector<double> positions = m_scene.positions;
+    positions = m_scene.positions;
     for (std::size_t k = 0; k < q.size(); ++k)
     {
         positions[static_cast<std::size_t>(m_scene.joints[k])] = q[k];
     }
     applyMimics(*m_scene.body.tree, positions);
-    return positions;
 }
 
 bool CertifiedRobot::isFree(std::span<const double> q) const
@@ -159,42 +176,120 @@ bool CertifiedRobot::isFree(std::span<const double> q) const
 double CertifiedRobot::clearance(std::span<const double> q, double enough) const
 {
     const ArticulatedBody& body = m_scene.body;
-    const std::vector<Eigen::Isometry3d> X_W = linkPoses(*body.tree, m_scene.X_WR, positionsOf(q));
+    Impl::Scratch& scratch = m_impl->scratch.local();
+    setPositions(q, scratch.motion.positions);
+    placeLinks(scratch.motion.positions, scratch.X_W, scratch.centers);
+    const std::vector<Eigen::Isometry3d>& X_W = scratch.X_W;
     const std::span<const RigidBody> obstacles = m_scene.environment->bodies();
     double least = enough;
     for (const TestedPair& pair : m_impl->pairs)
     {
         const auto a = static_cast<std::size_t>(pair.link);
         const bool isSelf = pair.otherLink != kNone;
-        const auto b = static_cast<std::size_t>(isSelf ? pair.otherLink : pair.obstacle);
-        const SsvTree& treeA = *body.linkTrees[a];
-        const SsvTree& treeB = isSelf ? *body.linkTrees[b] : *obstacles[b].tree;
-        const Eigen::Isometry3d& X_WB = isSelf ? X_W[b] : obstacles[b].motion.X_W0;
-        if (sphereGap(treeA, X_W[a], treeB, X_WB) < least)
+        const Eigen::Vector3d& centerB =
+            isSelf ? scratch.centers[static_cast<std::size_t>(pair.otherLink)]
+                   : pair.centerOfObstacle;
+        const double reach = pair.radii + least;
+        if ((scratch.centers[a] - centerB).squaredNorm() < reach * reach)
         {
+            const auto b = static_cast<std::size_t>(isSelf ? pair.otherLink : pair.obstacle);
+            const SsvTree& treeA = *body.linkTrees[a];
+            const SsvTree& treeB = isSelf ? *body.linkTrees[b] : *obstacles[b].tree;
+            const Eigen::Isometry3d& X_WB = isSelf ? X_W[b] : obstacles[b].motion.X_W0;
             least = treeDistance(treeA,
                                  treeB,
                                  X_WB.inverse() * X_W[a],
                                  least,
                                  pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{})
                         .distance;
+            if (least <= 0.0)
+            {
+                break;
+            }
         }
     }
     return least;
 }
 
+void CertifiedRobot::placeLinks(const std::vector<double>& positions,
+                                std::vector<Eigen::Isometry3d>& X_W,
+                                std::vector<Eigen::Vector3d>& centers) const
+{
+    const KinematicTree& tree = *m_scene.body.tree;
+    X_W.resize(tree.size());
+    centers.resize(tree.size());
+    for (std::size_t i = 0; i < tree.size(); ++i)
+    {
+        const Link& link = tree.links[i];
+        if (link.parent == kNone)
+        {
+            X_W[i] = m_scene.X_WR;
+        }
+        else
+        {
+            // By parts, which is faster than the product of the two transforms.
+            const Eigen::Isometry3d& X_WP = X_W[static_cast<std::size_t>(link.parent)];
+            const Eigen::Isometry3d X_PL = linkInParent(link, positions[i]);
+            X_W[i].translation().noalias() =
+                X_WP.linear() * X_PL.translation() + X_WP.translation();
+            X_W[i].linear().noalias() = X_WP.linear() * X_PL.linear();
+            X_W[i].makeAffine();
+        }
+        if (const SsvTree* geometry = m_scene.body.linkTrees[i]; geometry != nullptr)
+        {
+            centers[i] = X_W[i] * geometry->origin();
+        }
+    }
+}
+
+bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const double> to) const
+{
+    if (!isFree(to))
+    {
+        return false;
+    }
+    // A blocked motion is mostly blocked for a good part of the way. Halves, quarters and so on
+    // find that sooner than a query, which first certifies all that comes before the contact.
+    double change = 0.0;
+    for (std::size_t k = 0; k < from.size(); ++k)
+    {
+        change += std::abs(to[k] - from[k]);
+    }
+    std::vector<double> between(from.size());
+    double part = 0.5;
+    for (int count = 1; count <= kMostSamples && change * part > kSampleStep; count *= 2)
+    {
+        for (int i = 0; i < count; ++i)
+        {
+            for (std::size_t k = 0; k < between.size(); ++k)
+            {
+                between[k] = std::lerp(from[k], to[k], (2 * i + 1) * part);
+            }
+            if (!isFree(between))
+            {
+                return false;
+            }
+        }
+        part *= 0.5;
+    }
+    return motionToi(from, to).status == ToiStatus::Separated;
+}
+
 ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
                                                std::span<const double> to) const
 {
-    JointMotion motion{
-        .root = restAt(m_scene.X_WR), .positions = positionsOf(from), .rates = positionsOf(to)};
+    Impl::Scratch& scratch = m_impl->scratch.local();
+    JointMotion& motion = scratch.motion;
+    motion.root = restAt(m_scene.X_WR);
+    setPositions(from, motion.positions);
+    setPositions(to, motion.rates);
     for (std::size_t i = 0; i < motion.rates.size(); ++i)
     {
         motion.rates[i] -= motion.positions[i];
     }
     ArticulatedBody body = m_scene.body;
     body.motion = &motion;
-    return articulatedToi(body, *m_scene.environment, {.toi = m_scene.toi}, m_impl->work.local());
+    return articulatedToi(body, *m_scene.environment, {.toi = m_scene.toi}, scratch.work);
 }
 
 CertifiedStateChecker::CertifiedStateChecker(const ob::SpaceInformationPtr& information,
@@ -234,8 +329,7 @@ bool CertifiedMotionValidator::count(bool isFree) const
 bool CertifiedMotionValidator::checkMotion(const ob::State* from, const ob::State* to) const
 {
     const std::size_t count = m_robot->scene().joints.size();
-    return this->count(m_robot->motionToi(valuesOf(from, count), valuesOf(to, count)).status ==
-                       ToiStatus::Separated);
+    return this->count(m_robot->isFreeMotion(valuesOf(from, count), valuesOf(to, count)));
 }
 
 bool CertifiedMotionValidator::checkMotion(const ob::State* from,

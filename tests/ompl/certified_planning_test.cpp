@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/spaces/SO3StateSpace.h>
@@ -174,6 +175,25 @@ TEST(CertifiedMotionValidator, AgreesWithDenseSamples)
         EXPECT_GT(isFree, 10);
         EXPECT_GT(hits, 30);
         EXPECT_GT(information->getMotionValidator()->getInvalidMotionCount(), 60U);
+    }
+}
+
+/// A needle that the arm passes between all states that are looked at first.
+TEST(CertifiedRobot, ANeedleBetweenSamplesBlocks)
+{
+    PlanarArm arm;
+    const SsvTree needle = buildSsvTree(makeBox({1e-4, 1e-4, 0.5}));
+    for (const double angle : {0.1, 0.333, 0.617, 0.9})
+    {
+        RigidBody body{.tree = &needle};
+        body.motion.X_W0.translation() =
+            Eigen::Vector3d(1.1 * std::cos(angle), 1.1 * std::sin(angle), 0.0);
+        arm.environment.reset(std::span(&body, 1));
+        const CertifiedRobot robot(arm.scene());
+        const std::array<double, 3> from{0.0, 0.0, 0.0};
+        EXPECT_FALSE(robot.isFree(std::array<double, 3>{angle, 0.0, 0.0}));
+        EXPECT_FALSE(robot.isFreeMotion(from, std::array<double, 3>{1.0, 0.0, 0.0}));
+        EXPECT_TRUE(robot.isFreeMotion(from, std::array<double, 3>{-1.0, 0.0, 0.0}));
     }
 }
 
