@@ -319,7 +319,7 @@ btScalar btCcdCollisionAlgorithm::calculateTimeOfImpact(btCollisionObject* body0
     }
     const btCcdPairToi toi = btCcdTimeOfImpact({*model0, *motion0.get()},
                                                {*model1, *motion1.get()},
-                                               m_context.m_tolerance,
+                                               m_context.toleranceOf(*body0, *body1),
                                                m_context.m_work);
     if (auto* impact = dynamic_cast<btCcdImpactResult*>(result))
     {

@@ -6,11 +6,15 @@
 #include "bullet_ccd/bullet/step/btCcdStep.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/NarrowPhaseCollision/btManifoldPoint.h>
 #include <LinearMath/btIDebugDraw.h>
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace
 {
@@ -22,6 +26,69 @@ btDiscreteDynamicsWorld& registered(btDiscreteDynamicsWorld& world)
     }
     return world;
 }
+
+/// All worlds and actions that there are.
+struct Controls
+{
+    std::mutex m_mutex;
+    std::vector<const btCcdControl*> m_all;
+};
+
+Controls& controls()
+{
+    static Controls all;
+    return all;
+}
+
+/// Throws std::invalid_argument.
+void requireValue(bool isGood, const char* name, double value, const char* remedy)
+{
+    if (!isGood)
+    {
+        std::ostringstream text;
+        text << "setCcdSettings: " << name << " is " << value << ": " << remedy;
+        throw std::invalid_argument(text.str());
+    }
+}
+
+void check(const btCcdObjectSettings& settings)
+{
+    requireValue(settings.m_mode == btCcdMode::Off ||
+                     settings.m_mode == btCcdMode::TranslationOnly ||
+                     settings.m_mode == btCcdMode::Full,
+                 "m_mode",
+                 double(int(settings.m_mode)),
+                 "it must be Off, TranslationOnly or Full");
+    requireValue(settings.m_tolerance > 0.0,
+                 "the m_tolerance of an object",
+                 settings.m_tolerance,
+                 "it must be positive; infinity leaves the choice to the world");
+    requireValue(settings.m_priority >= 0.0 && std::isfinite(settings.m_priority),
+                 "m_priority",
+                 settings.m_priority,
+                 "it must be finite and not negative; 1 is that of most objects");
+}
+
+void check(const btCcdSettings& settings)
+{
+    requireValue(settings.m_tolerance > 0.0 && std::isfinite(settings.m_tolerance),
+                 "m_tolerance",
+                 settings.m_tolerance,
+                 "it must be positive and finite; a thousandth of the smallest object is a good "
+                 "choice");
+    const btCcdBudget& budget = settings.m_budget;
+    const auto requireLimit = [](const char* name, double limit)
+    { requireValue(limit >= 0.0, name, limit, "no limit may be negative"); };
+    requireLimit("m_impactsPerInstant", budget.m_impactsPerInstant);
+    requireLimit("m_impactsPerBody", budget.m_impactsPerBody);
+    requireLimit("m_impactsPerStep", budget.m_impactsPerStep);
+    requireLimit("m_seconds", budget.m_seconds);
+    check(settings.m_objects);
+    requireValue(settings.m_drawLevel >= 0,
+                 "m_drawLevel",
+                 settings.m_drawLevel,
+                 "it must not be negative; 0 is the root of the hierarchies");
+}
 }  // namespace
 
 btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
@@ -29,19 +96,52 @@ btCcdControl::btCcdControl(btDiscreteDynamicsWorld& world)
       m_step(std::make_unique<btCcdStep>(registered(world))),
       m_context(btCcdContext::of(*world.getDispatcher()))
 {
+    m_settings.m_tolerance = m_context.m_tolerance;
+    const std::lock_guard lock(controls().m_mutex);
+    controls().m_all.push_back(this);
 }
 
-btCcdControl::~btCcdControl() = default;
+btCcdControl::~btCcdControl()
+{
+    const std::lock_guard lock(controls().m_mutex);
+    std::erase(controls().m_all, this);
+}
+
+void btCcdControl::setCcdSettings(const btCcdSettings& settings)
+{
+    check(settings);
+    m_settings = settings;
+    m_context.m_tolerance = settings.m_tolerance;
+    m_context.m_objects.m_default = settings.m_objects;
+    m_context.m_shapes.keepIn(settings.m_hierarchyFolder);
+    m_step->setBudget(settings.m_budget);
+    m_step->stepper().forgetShapes();
+}
+
+void btCcdControl::setCcdSettings(const btCollisionObject* object,
+                                  const btCcdObjectSettings& settings)
+{
+    check(settings);
+    m_context.m_objects.m_own.insert_or_assign(object, settings);
+    m_step->stepper().forgetShapes();
+}
+
+const btCcdObjectSettings& btCcdControl::getCcdSettings(const btCollisionObject* object) const
+{
+    return m_context.m_objects.of(object);
+}
+
+void btCcdControl::resetCcdSettings(const btCollisionObject* object)
+{
+    m_context.m_objects.m_own.erase(object);
+    m_step->stepper().forgetShapes();
+}
 
 void btCcdControl::setCcdTolerance(double tolerance)
 {
-    if (!(tolerance > 0.0) || !std::isfinite(tolerance))
-    {
-        throw std::invalid_argument(
-            "setCcdTolerance: the tolerance must be positive and finite; "
-            "a thousandth of the smallest object is a good choice");
-    }
-    m_context.m_tolerance = tolerance;
+    btCcdSettings settings = m_settings;
+    settings.m_tolerance = tolerance;
+    setCcdSettings(settings);
 }
 
 double btCcdControl::getCcdTolerance() const
@@ -51,28 +151,34 @@ double btCcdControl::getCcdTolerance() const
 
 void btCcdControl::setCcdBudget(const btCcdBudget& budget)
 {
-    const int fewest =
-        std::min({budget.m_impactsPerInstant, budget.m_impactsPerBody, budget.m_impactsPerStep});
-    if (fewest < 0 || !(budget.m_seconds >= 0.0))
-    {
-        throw std::invalid_argument("setCcdBudget: no limit may be negative");
-    }
-    m_step->setBudget(budget);
+    btCcdSettings settings = m_settings;
+    settings.m_budget = budget;
+    setCcdSettings(settings);
 }
 
 const btCcdBudget& btCcdControl::getCcdBudget() const
 {
-    return m_step->budget();
+    return m_settings.m_budget;
 }
 
 void btCcdControl::setCcdEnabled(const btCollisionObject* object, bool enabled)
 {
-    m_step->stepper().setEnabled(object, enabled);
+    const btCcdMode others = m_settings.m_objects.m_mode;
+    btCcdObjectSettings settings = getCcdSettings(object);
+    settings.m_mode = !enabled                   ? btCcdMode::Off
+                      : others == btCcdMode::Off ? btCcdMode::Full
+                                                 : others;
+    if (settings == m_settings.m_objects)
+    {
+        resetCcdSettings(object);
+        return;
+    }
+    setCcdSettings(object, settings);
 }
 
 bool btCcdControl::isCcdEnabled(const btCollisionObject* object) const
 {
-    return m_step->stepper().isEnabled(object);
+    return getCcdSettings(object).m_mode != btCcdMode::Off;
 }
 
 void btCcdControl::teleported(const btCollisionObject* object)
@@ -101,6 +207,49 @@ const btCcdImpact* btCcdControl::findCcdImpact(const btCollisionObject* a,
     return found != all.end() ? &found->m_impact : nullptr;
 }
 
+std::optional<btCcdImpact> btCcdImpactOf(const btManifoldPoint& point,
+                                         const btCollisionObject* a,
+                                         const btCollisionObject* b)
+{
+    const std::lock_guard lock(controls().m_mutex);
+    const btVector3 place =
+        btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
+    const btCcdImpact* nearest = nullptr;
+    btScalar least = BT_INFINITY;
+    for (const btCcdControl* control : controls().m_all)
+    {
+        for (const btCcdStep::SeenImpact& seen : control->m_step->impacts())
+        {
+            const btCcdImpact& impact = seen.m_impact;
+            const bool isTheirs = std::minmax<const btCollisionObject*>(
+                                      impact.m_objectA, impact.m_objectB) == std::minmax(a, b);
+            const btScalar distance = place.distance2(impact.m_pointA);
+            if (isTheirs && (nearest == nullptr || distance < least))
+            {
+                nearest = &impact;
+                least = distance;
+            }
+        }
+    }
+    if (nearest == nullptr || nearest->m_objectA == a)
+    {
+        return nearest != nullptr ? std::optional(*nearest) : std::nullopt;
+    }
+    return btCcdImpact{nearest->m_objectB,
+                       nearest->m_objectA,
+                       nearest->m_linkB,
+                       nearest->m_linkA,
+                       nearest->m_time,
+                       nearest->m_pointB,
+                       nearest->m_pointA,
+                       -nearest->m_normal};
+}
+
+const std::vector<btCcdPassage>& btCcdControl::getCcdPassages() const
+{
+    return m_step->passages();
+}
+
 void btCcdControl::stopLinkOnFirstContact(btMultiBody* body, int link)
 {
     m_step->stopOnFirstContact(body, link);
@@ -123,7 +272,14 @@ void btCcdControl::resetCcdCounters()
 
 void btCcdControl::setCcdDrawLevel(int level)
 {
-    m_drawLevel = level;
+    btCcdSettings settings = m_settings;
+    settings.m_drawLevel = level;
+    setCcdSettings(settings);
+}
+
+bool btCcdControl::prepareCcdShape(const btCollisionShape* shape)
+{
+    return m_context.prepare(shape);
 }
 
 void btCcdControl::forgetCcdShape(const btCollisionShape* shape)
@@ -166,7 +322,8 @@ void btCcdControl::drawCcd(btIDebugDraw* drawer)
         {
             continue;
         }
-        btCcdDrawHierarchy({*model, objects[i]->getWorldTransform()}, m_drawLevel, *drawer);
+        btCcdDrawHierarchy(
+            {*model, objects[i]->getWorldTransform()}, m_settings.m_drawLevel, *drawer);
         btVector3 low;
         btVector3 high;
         if (m_step->stepper().sweptBox(*objects[i], low, high))

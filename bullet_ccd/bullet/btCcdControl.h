@@ -4,6 +4,7 @@
 #define BT_CCD_CONTROL_H
 
 #include "bullet_ccd/bullet/btCcdPrecision.h"
+#include "bullet_ccd/bullet/btCcdSettings.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <LinearMath/btVector3.h>
@@ -11,10 +12,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <vector>
 
 class btCcdContext;
 class btCcdStep;
 class btIDebugDraw;
+class btManifoldPoint;
 class btMultiBody;
 
 /// Two colliders that have come too near each other.
@@ -31,6 +35,30 @@ struct btCcdImpact
     btVector3 m_pointA;  ///< closest points at that time, in the world [m]
     btVector3 m_pointB;
     btVector3 m_normal;  ///< unit, from A to B
+};
+
+/// What was inside a trigger at some time of a step: entered it, left it, stayed in it or passed
+/// through it, however fast.
+///
+/// A trigger is any object with CF_NO_CONTACT_RESPONSE: a btGhostObject, a body or a link. Others
+/// are seen that Bullet lets collide with it (groups and masks, user filters, links); what is
+/// static only by a trigger that moves. A trigger with an inside (convex shapes, and compounds of
+/// these) holds what touches it or is in it; one that has none (meshes, height fields, planes) is
+/// its surface.
+struct btCcdPassage
+{
+    btCollisionObject* m_trigger;
+    btCollisionObject* m_object;
+    int m_triggerLink;  ///< of a multibody, as in btCcdImpact
+    int m_objectLink;
+    bool m_wasInside;      ///< when the step began: the step before has told of it
+    bool m_isInside;       ///< when the step ended
+    btScalar m_enterTime;  ///< since the step began [s]; 0 if it was inside
+    btScalar m_exitTime;   ///< [s]; if it entered more than once, the last time; the step's end if
+                           ///< it is inside
+    btVector3 m_point;  ///< of the object, where it entered, in the world [m]; its origin if it was
+                        ///< inside
+    btVector3 m_normal;  ///< unit, from the trigger to the object, there; zero if it was inside
 };
 
 /// What happens to a pair after its impact.
@@ -66,6 +94,9 @@ struct btCcdImpactListener
     {
         return true;
     }
+    /// Told at the end of a step, in the order of m_enterTime. May add and remove objects: what is
+    /// not told of any more.
+    virtual void onPassage(const btCcdPassage& /*passage*/) {}
     /// The body of this collider has met its limits at the impact.
     virtual void onYield(const btCollisionObject& /*object*/,
                          btCcdYield /*how*/,
@@ -91,16 +122,6 @@ struct btCcdCounters
     std::int64_t m_unsupported = 0;      ///< colliders not covered in the last step
 };
 
-/// How much work the impacts of a step may be. A body that has used up its part yields in the
-/// order of btCcdYield; nothing goes through it or it through anything, unless it is squeezed.
-struct btCcdBudget
-{
-    int m_impactsPerInstant = 12;  ///< answers to a body while time stands still
-    int m_impactsPerBody = 24;     ///< of one body in a step
-    int m_impactsPerStep = 20000;  ///< of all bodies; then whatever meets is held at once
-    double m_seconds = 0.0;  ///< likewise, by the clock; 0: no limit. Results depend on the machine
-};
-
 /// Settings and counters; base of btCcdAction, btCcdDiscreteDynamicsWorld and
 /// btCcdMultiBodyDynamicsWorld.
 ///
@@ -124,16 +145,24 @@ public:
     btCcdControl(const btCcdControl&) = delete;
     btCcdControl& operator=(const btCcdControl&) = delete;
 
-    /// Distance at which stock shapes count as touching [m], > 0. Choose 1/1000 to 1/100 of the
-    /// smallest thing in the world; in single precision at least 1000 times the rounding of the
-    /// largest coordinate. Meshes are stopped at their margins instead.
+    /// All settings at once; they hold from the next step on. The setters below change single ones
+    /// of them. Throws std::invalid_argument that names the value, and changes nothing, for one
+    /// that is out of its range.
+    void setCcdSettings(const btCcdSettings& settings);
+    const btCcdSettings& getCcdSettings() const { return m_settings; }
+    /// Settings of one object, in place of btCcdSettings::m_objects; before or after it has been
+    /// added. They stay until resetCcdSettings(object), which has to come before the object is
+    /// destroyed.
+    void setCcdSettings(const btCollisionObject* object, const btCcdObjectSettings& settings);
+    const btCcdObjectSettings& getCcdSettings(const btCollisionObject* object) const;
+    void resetCcdSettings(const btCollisionObject* object);
+
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
-    /// Throws std::invalid_argument for limits that are negative or not numbers.
     void setCcdBudget(const btCcdBudget& budget);
     const btCcdBudget& getCcdBudget() const;
-    /// All objects are covered unless they are excluded here. Excluded objects keep all of stock
-    /// Bullet, including its own motion clamping. Include an object again before it is destroyed.
+    /// The mode of the object's settings: Off, or that of the others again (Full, if these are
+    /// off).
     void setCcdEnabled(const btCollisionObject* object, bool enabled);
     bool isCcdEnabled(const btCollisionObject* object) const;
     /// To be called after the object has been put elsewhere (setWorldTransform), before the next
@@ -148,6 +177,10 @@ public:
     /// step begins. Valid until then; the first thousand impacts of a step are kept.
     const btCcdImpact* findCcdImpact(const btCollisionObject* a, const btCollisionObject* b) const;
 
+    /// What was inside triggers in the step that has been done last, in the order of m_enterTime.
+    /// Valid until the next step; objects that the listener has removed have been taken out.
+    const std::vector<btCcdPassage>& getCcdPassages() const;
+
     /// The link and all its ancestors freeze at the link's next impact. The rest of the multibody
     /// goes on without loss of time. btCcdStopLink() names the colliders that are needed.
     /// @param link -1: the base
@@ -160,6 +193,11 @@ public:
     /// Level of the bounding volumes that debugDrawWorld() draws in wire frame mode, beside the
     /// boxes that fast objects swept and the impacts of the last step.
     void setCcdDrawLevel(int level);
+    /// Converts the shape now, and keeps its hierarchies in btCcdSettings::m_hierarchyFolder. Else
+    /// that is done when the first object with the shape is in a step. Not needed for
+    /// btCcdMeshShape, which is what it is from the start.
+    /// @return false if no part of the shape is covered
+    bool prepareCcdShape(const btCollisionShape* shape);
     /// Call it for a shape that was changed in place.
     void forgetCcdShape(const btCollisionShape* shape);
 
@@ -182,8 +220,20 @@ private:
     btDiscreteDynamicsWorld& m_world;
     std::unique_ptr<btCcdStep> m_step;
     btCcdContext& m_context;
-    int m_drawLevel = 0;
+    btCcdSettings m_settings;
+
+    friend std::optional<btCcdImpact> btCcdImpactOf(const btManifoldPoint& point,
+                                                    const btCollisionObject* a,
+                                                    const btCollisionObject* b);
 };
+
+/// The impact that a contact point comes from: of those of the two objects in the last step of
+/// their world, the one that was nearest to the point, seen from `a` (m_objectA is a). Nothing if
+/// they have not met. For gContactAddedCallback and gContactProcessedCallback, which know no world;
+/// a point's m_userPersistentData is the user's alone.
+BULLET_CCD_API std::optional<btCcdImpact> btCcdImpactOf(const btManifoldPoint& point,
+                                                        const btCollisionObject* a,
+                                                        const btCollisionObject* b);
 
 /// Freezes `link` and all its ancestors. They become kinematic with zero velocity, so Bullet leaves
 /// their joints out of the dynamics, and what they carry cannot push them away. A motor at zero

@@ -8,13 +8,21 @@
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
 #include <memory>
+#include <vector>
 
+class btBvhTriangleMeshShape;
+class btCollisionWorld;
+class btOptimizedBvh;
 class btStridingMeshInterface;
 
 /// Collision shape over a shared, immutable hierarchy. Rigid bodies and multibody links may use it,
 /// moving or not. Stock Bullet collides it with convex shapes triangle by triangle, casts rays and
 /// sweeps convex shapes at it and draws it; two of these shapes meet through btCcd's algorithm
-/// only. It cannot be serialised.
+/// only.
+///
+/// Files: btSerializer writes it as a static triangle mesh, which every loader of .bullet files
+/// reads. btCcdImporter makes it what it was, bit for bit, on bodies that move; the hierarchy is
+/// built again.
 ///
 /// The margin is what stock Bullet adds around the triangles in discrete contacts: resting contacts
 /// settle at the sum of the two margins. Keep it above the tolerance of the world (see
@@ -43,6 +51,11 @@ public:
     /// Throws std::invalid_argument as buildSsvTree() does, or for null.
     static std::unique_ptr<btCcdMeshShape> fromInterface(
         const btStridingMeshInterface* mesh, btScalar margin = btScalar(kDefaultMargin));
+
+    /// The shape that was saved, from the mesh interface that a loader has made of it: the same
+    /// bits, and the hierarchy that buildSsvTree() gives. Null for any other mesh. Throws
+    /// std::invalid_argument as buildSsvTree() does for a damaged one.
+    static std::unique_ptr<btCcdMeshShape> fromSaved(const btStridingMeshInterface* mesh);
 
     /// The hierarchy in force, local scaling applied.
     const bullet_ccd::SsvTree& tree() const
@@ -78,6 +91,10 @@ public:
         return "CcdMesh";
     }
 
+    int calculateSerializeBufferSize() const override;
+    /// Fills in a btTriangleMeshShapeData.
+    const char* serialize(void* dataBuffer, btSerializer* serializer) const override;
+
 private:
     std::shared_ptr<const bullet_ccd::SsvTree> m_tree;        // as given
     std::shared_ptr<const bullet_ccd::SsvTree> m_scaledTree;  // the same unless scaled
@@ -88,6 +105,41 @@ private:
     void updateBounds();
     [[nodiscard]] std::shared_ptr<const bullet_ccd::SsvTree> scaledTree(const btVector3& scaling)
         const;
+};
+
+/// For loaders: stands for a saved mesh until btCcdRestoreMeshes(), with its box and inertia, and
+/// is the caller's. Null for any other mesh, and, with a message on the standard error output, for
+/// one that is damaged.
+BULLET_CCD_API btBvhTriangleMeshShape* btCcdStandInForSaved(btStridingMeshInterface* mesh);
+/// Puts the meshes in the place of what stands for them, in all objects of the world and in their
+/// compounds.
+/// @return the meshes, which must live as long as the objects use them
+BULLET_CCD_API std::vector<std::shared_ptr<btCcdMeshShape>> btCcdRestoreMeshes(
+    btCollisionWorld& world);
+
+/// Loader of .bullet files that hold btCcdMeshShapes: `Importer` is btBulletWorldImporter or
+/// another btWorldImporter (Bullet's extras; Debian's libbullet-extras-dev).
+///
+///     btCcdImporter<btBulletWorldImporter> importer(&world);
+///     importer.loadFile("scene.bullet");
+///     const auto meshes = btCcdRestoreMeshes(world);  // before the first step
+template <class Importer>
+class btCcdImporter : public Importer
+{
+public:
+    using Importer::Importer;
+
+    btBvhTriangleMeshShape* createBvhTriangleMeshShape(btStridingMeshInterface* mesh,
+                                                       btOptimizedBvh* bvh) override
+    {
+        btBvhTriangleMeshShape* shape = btCcdStandInForSaved(mesh);
+        if (shape == nullptr)
+        {
+            return Importer::createBvhTriangleMeshShape(mesh, bvh);
+        }
+        this->m_allocatedCollisionShapes.push_back(shape);
+        return shape;
+    }
 };
 
 #endif  // BT_CCD_MESH_SHAPE_H

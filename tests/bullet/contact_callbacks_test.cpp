@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -278,5 +279,63 @@ TEST_F(ContactCallbacks, NameTheChildOfACompoundAsStockBulletDoes)
     // One part is all that a mesh of ours has.
     EXPECT_EQ(childrenSeen(Kind::World, true),
               (std::set<std::array<int, 4>>{{0, -1, 0, 0}, {0, -1, 1, 1}}));
+}
+
+TEST_F(ContactCallbacks, FindTheImpactThatAPointComesFrom)
+{
+    static std::vector<std::optional<btCcdImpact>> impacts;
+    static int marks[2];
+    static bool keepsMarks = true;
+    impacts.clear();
+    gContactAddedCallback = [](btManifoldPoint& point,
+                               const btCollisionObjectWrapper* object0,
+                               int,
+                               int,
+                               const btCollisionObjectWrapper* object1,
+                               int,
+                               int)
+    {
+        keepsMarks = keepsMarks && (point.m_userPersistentData == nullptr ||
+                                    point.m_userPersistentData == &marks[0]);
+        point.m_userPersistentData = &marks[0];
+        impacts.push_back(
+            btCcdImpactOf(point, object0->getCollisionObject(), object1->getCollisionObject()));
+        if (impacts.back())
+        {
+            EXPECT_EQ(impacts.back()->m_objectA, object0->getCollisionObject());
+            EXPECT_EQ(impacts.back()->m_objectB, object1->getCollisionObject());
+        }
+        return true;
+    };
+    for (const Kind kind : kOurKinds)
+    {
+        impacts.clear();
+        Scene scene(kind);
+        // Another world has met nothing.
+        Scene other(kind);
+        other.body(other.box(vec(1, 1, 1)), 1.0, poseAt(vec(0, 0, 0)));
+        other.step(0.01);
+        addFloor(scene, scene.boxMesh(vec(1, 1, 0.1)));
+        btRigidBody* body =
+            scene.body(scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 1)));
+        body->setLinearVelocity(vec(0, 0, -100));
+        scene.step(0.01);
+        scene.step(0.01);
+        ASSERT_FALSE(impacts.empty()) << nameOf(kind);
+        ASSERT_TRUE(impacts.back().has_value()) << nameOf(kind);
+        EXPECT_NEAR(double(impacts.back()->m_time), (0.8 - 0.001) / 100, 1e-5) << nameOf(kind);
+        const double side = impacts.back()->m_objectA == theFloor ? 1.0 : -1.0;
+        EXPECT_NEAR(double(impacts.back()->m_normal.z()), side, 1e-4) << nameOf(kind);
+        body->setLinearVelocity(vec(0, 0, 0));
+        impacts.clear();
+        scene.step(0.01);
+        impacts.clear();
+        scene.step(0.01);
+        for (const std::optional<btCcdImpact>& impact : impacts)
+        {
+            EXPECT_FALSE(impact.has_value()) << "nothing has met in the last step";
+        }
+    }
+    EXPECT_TRUE(keepsMarks) << "the pointer is the user's";
 }
 }  // namespace bullet_ccd::tests

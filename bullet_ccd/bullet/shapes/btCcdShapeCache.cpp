@@ -22,6 +22,8 @@
 
 #include <algorithm>
 #include <mutex>
+#include <stdexcept>
+#include <system_error>
 #include <utility>
 
 using bullet_ccd::SsvTree;
@@ -361,10 +363,36 @@ std::shared_ptr<const SsvTree> btCcdTreeStore::tree(TriangleMesh mesh)
     if (tree == nullptr || tree->mesh().vertices != mesh.vertices ||
         tree->mesh().triangles != mesh.triangles)
     {
-        tree = std::make_shared<const SsvTree>(bullet_ccd::buildSsvTree(std::move(mesh)));
+        const bool isKept = !m_folder.empty() && mesh.triangles.size() >= kLarge;
+        tree = std::make_shared<const SsvTree>(
+            isKept ? bullet_ccd::loadOrBuildSsvTree(std::move(mesh), m_folder)
+                   : bullet_ccd::buildSsvTree(std::move(mesh)));
         known = tree;
     }
     return tree;
+}
+
+void btCcdTreeStore::keep(const SsvTree& tree) const
+{
+    if (m_folder.empty() || tree.mesh().triangles.size() < kLarge)
+    {
+        return;
+    }
+    const std::filesystem::path path = m_folder / bullet_ccd::ssvTreeFileName(tree.mesh());
+    std::error_code error;
+    if (std::filesystem::exists(path, error))
+    {
+        return;
+    }
+    std::filesystem::create_directories(m_folder, error);
+    try
+    {
+        bullet_ccd::saveSsvTree(tree, path);
+    }
+    catch (const std::runtime_error&)
+    {
+        // It is built again next time.
+    }
 }
 
 void btCcdTreeStore::dropUnused()
@@ -469,6 +497,21 @@ void btCcdShapeCache::endRound()
                       [this](const auto& item)
                       { return item.second.m_round < m_round - kRoundsKept; });
         m_trees.dropUnused();
+    }
+}
+
+void btCcdShapeCache::keep(const btCcdShapeModel& model) const
+{
+    for (const btCcdShapePart& part : model.m_parts)
+    {
+        if (part.m_tree != nullptr)
+        {
+            m_trees.keep(*part.m_tree);
+        }
+        if (part.m_core != nullptr)
+        {
+            m_trees.keep(*part.m_core);
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -103,8 +104,15 @@ public:
     /// Throws std::invalid_argument as buildSsvTree() does.
     std::shared_ptr<const bullet_ccd::SsvTree> tree(bullet_ccd::TriangleMesh mesh);
     void dropUnused();
+    /// Large ones come from files there, and go there; empty: none.
+    void keepIn(const std::filesystem::path& folder) { m_folder = folder; }
+    /// Writes the file of one that is large, if there is none.
+    void keep(const bullet_ccd::SsvTree& tree) const;
 
 private:
+    static constexpr std::size_t kLarge = 1000;  // triangles
+
+    std::filesystem::path m_folder;
     std::unordered_map<std::uint64_t, std::weak_ptr<const bullet_ccd::SsvTree>> m_trees;
 };
 
@@ -139,6 +147,9 @@ public:
     void endRound();
     /// Children of a compound too.
     void forget(const btCollisionShape* shape);
+    /// See btCcdTreeStore.
+    void keepIn(const std::filesystem::path& folder) { m_trees.keepIn(folder); }
+    void keep(const btCcdShapeModel& model) const;
 
 private:
     static constexpr std::int64_t kRoundsKept = 1000;

@@ -53,6 +53,16 @@ const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
     return model;
 }
 
+bool btCcdContext::prepare(const btCollisionShape* shape)
+{
+    const btCcdShapeModel* found = model(shape);
+    if (found != nullptr)
+    {
+        m_shapes.keep(*found);
+    }
+    return found != nullptr;
+}
+
 void btCcdContext::report(const btCollisionShape& shape, const char* keeps)
 {
     if (m_reported.insert(shape.getShapeType()).second)

@@ -2,14 +2,30 @@
 #ifndef BT_CCD_CONTEXT_H
 #define BT_CCD_CONTEXT_H
 
+#include "bullet_ccd/bullet/btCcdSettings.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
+#include <algorithm>
 #include <mutex>
 #include <set>
+#include <unordered_map>
 
 class btDispatcher;
+
+/// Settings by object.
+struct btCcdObjectSettingsMap
+{
+    btCcdObjectSettings m_default;
+    std::unordered_map<const btCollisionObject*, btCcdObjectSettings> m_own;
+
+    [[nodiscard]] const btCcdObjectSettings& of(const btCollisionObject* object) const
+    {
+        const auto own = m_own.empty() ? m_own.end() : m_own.find(object);
+        return own != m_own.end() ? own->second : m_default;
+    }
+};
 
 /// One per dispatcher, made on demand. Algorithms come and go with pairs (contactTest makes one for
 /// a single question), so nothing that is costly to make lives in them.
@@ -28,12 +44,21 @@ public:
     btCcdShapeCache m_shapes;
     bullet_ccd::ToiWorkspace m_work;
     double m_tolerance = kDefaultTolerance;
-    bool m_coversSoftBodies = false;  ///< the world has a step of its own for them
+    btCcdObjectSettingsMap m_objects;
+    bool m_coversSoftBodies = false;         ///< the world has a step of its own for them
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 
     /// The model, or null after having said once (per kind of shape) that it is not covered. An
     /// empty compound has no model, and there is nothing to say of it.
     const btCcdShapeModel* model(const btCollisionShape* shape);
+    /// Makes the model and keeps what belongs into the folder; false if there is none.
+    bool prepare(const btCollisionShape* shape);
+
+    /// Of a pair [m].
+    [[nodiscard]] double toleranceOf(const btCollisionObject& a, const btCollisionObject& b) const
+    {
+        return std::min({m_tolerance, m_objects.of(&a).m_tolerance, m_objects.of(&b).m_tolerance});
+    }
 
 private:
     void report(const btCollisionShape& shape, const char* keeps);

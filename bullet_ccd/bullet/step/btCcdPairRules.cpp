@@ -239,20 +239,20 @@ btCcdApproach::btCcdApproach(const btCcdContext& context,
             }
         }
     }
-    const bool touches =
-        deepest != nullptr && double(deepest->getDistance()) <= context.m_tolerance;
+    const double tolerance = context.toleranceOf(*a.m_object, *b.m_object);
+    const bool touches = deepest != nullptr && double(deepest->getDistance()) <= tolerance;
     if (isPlane(a) || isPlane(b))
     {
-        look(context, a, b, isPlane(a) ? normalOf(a) : btVector3(-normalOf(b)), touches);
+        look(tolerance, a, b, isPlane(a) ? normalOf(a) : btVector3(-normalOf(b)), touches);
     }
     else if (deepest == nullptr)
     {
-        look(context, a, b, directionBetween(a, b), false);
+        look(tolerance, a, b, directionBetween(a, b), false);
     }
     else
     {
         const bool isFirst = manifolds[0]->getBody0() == a.m_object;
-        look(context,
+        look(tolerance,
              a,
              b,
              (isFirst ? btScalar(-1) : btScalar(1)) * deepest->m_normalWorldOnB,
@@ -261,7 +261,7 @@ btCcdApproach::btCcdApproach(const btCcdContext& context,
 }
 
 /// @param normal from A to B
-void btCcdApproach::look(const btCcdContext& context,
+void btCcdApproach::look(double tolerance,
                          const btCcdTracked& a,
                          const btCcdTracked& b,
                          const btVector3& normal,
@@ -280,7 +280,7 @@ void btCcdApproach::look(const btCcdContext& context,
     const double sunk =
         touches ? (1.0 - kKeptDepth) * (a.outline().m_depth + b.outline().m_depth) : 0.0;
     const double kept = shell > 0.0 ? (touches ? kTouchingShell : kFreeShell) * shell
-                                    : kKeptTolerances * context.m_tolerance - sunk;
+                                    : kKeptTolerances * tolerance - sunk;
     m_gap = m_end = -kept;
     for (const btCcdTracked* tracked : {&a, &b})
     {
@@ -296,7 +296,7 @@ void btCcdApproach::look(const btCcdContext& context,
             continue;
         }
         const btVector3& velocity = body->getLinearVelocity();
-        const btVector3& spin = body->getAngularVelocity();
+        const btVector3 spin = tracked->m_turns ? body->getAngularVelocity() : btVector3(0, 0, 0);
         const double turn = double(spin.length()) * m_remaining;
         if (turn > kMostTurn)
         {

@@ -61,7 +61,7 @@ private:
     double m_bend = 0.0;  // less than the smaller of both by this, on the way
     double m_rate = 0.0;  // how fast it becomes smaller, at most [m/s]
 
-    void look(const btCcdContext& context,
+    void look(double tolerance,
               const btCcdTracked& a,
               const btCcdTracked& b,
               const btVector3& normal,

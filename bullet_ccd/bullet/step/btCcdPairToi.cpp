@@ -201,6 +201,19 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
                      parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance);
 }
 
+/// The surfaces alone, wherever they touch at the start.
+FirstContactResult askTouch(const Parts& parts, double tolerance)
+{
+    const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
+    FirstContactResult first = ask(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii, tolerance);
+    if (startsWithin(parts, first, radii + tolerance) || startsInside(parts, false))
+    {
+        first.status = ToiStatus::Overlapping;
+        first.time = 0.0;
+    }
+    return first;
+}
+
 void take(const FirstContactResult& first, const Parts& parts, btCcdPairToi& result)
 {
     if (first.status == ToiStatus::Overlapping && result.m_status == ToiStatus::Separated)
@@ -226,7 +239,8 @@ struct Pairs
     const btCcdObjectMotion& m_motionB;
     double m_tolerance;
     bullet_ccd::ToiWorkspace& m_work;
-    btCcdPairToi m_result;
+    bool m_isTouch = false;  // see btCcdTimeOfTouch()
+    btCcdPairToi m_result{};
 
     void ask(const btCcdShapePart& a, const btCcdShapePart& b)
     {
@@ -241,9 +255,15 @@ struct Pairs
                           btCcdMeshPose(a, X_AB * middle(b)),
                           btCcdMeshPose(b, X_AB.inverse() * middle(a)),
                           m_work};
-        take(btCcdHasOwnContacts(a, b) ? askShell(parts) : askStock(parts, m_tolerance),
-             parts,
-             m_result);
+        const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
+                                         : btCcdHasOwnContacts(a, b) ? askShell(parts)
+                                                                     : askStock(parts, m_tolerance);
+        if (m_isTouch && first.status == ToiStatus::Overlapping)
+        {
+            m_result.m_status = ToiStatus::Overlapping;
+            m_result.m_fraction = 0.0;
+        }
+        take(first, parts, m_result);
     }
 
     /// Of large meshes the pieces that the other comes near to.
@@ -370,12 +390,10 @@ double btCcdReserve(const btCcdShapeModel& a, const btCcdShapeModel& b)
     return smallest;
 }
 
-btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
-                               const btCcdSide& b,
-                               double tolerance,
-                               bullet_ccd::ToiWorkspace& work)
+namespace
 {
-    Pairs pairs{a.m_motion, b.m_motion, tolerance, work, {}};
+btCcdPairToi askAllParts(Pairs pairs, const btCcdSide& a, const btCcdSide& b)
+{
     for (const btCcdShapePart& partA : a.m_model.m_parts)
     {
         for (const btCcdShapePart& partB : b.m_model.m_parts)
@@ -384,4 +402,21 @@ btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
         }
     }
     return pairs.m_result;
+}
+}  // namespace
+
+btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
+                               const btCcdSide& b,
+                               double tolerance,
+                               bullet_ccd::ToiWorkspace& work)
+{
+    return askAllParts({a.m_motion, b.m_motion, tolerance, work}, a, b);
+}
+
+btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
+                              const btCcdSide& b,
+                              double tolerance,
+                              bullet_ccd::ToiWorkspace& work)
+{
+    return askAllParts({a.m_motion, b.m_motion, tolerance, work, true}, a, b);
 }

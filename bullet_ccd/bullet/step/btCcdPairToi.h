@@ -35,4 +35,12 @@ struct btCcdSide
                                              double tolerance,
                                              bullet_ccd::ToiWorkspace& work);
 
+/// For triggers: first time at which the surfaces, without any margins of meshes, come within
+/// `tolerance` [m] of each other. Overlapping if they are so near at the start, or if one begins
+/// inside the other, a convex shape.
+[[nodiscard]] btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
+                                            const btCcdSide& b,
+                                            double tolerance,
+                                            bullet_ccd::ToiWorkspace& work);
+
 #endif  // BT_CCD_PAIR_TOI_H

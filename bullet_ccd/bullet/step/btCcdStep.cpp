@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -107,7 +108,13 @@ private:
 }  // namespace
 
 btCcdStep::btCcdStep(btDiscreteDynamicsWorld& world)
-    : m_world(world), m_stepper(world), m_solver(world), m_spins(world), m_pushes(world)
+    : m_world(world),
+      m_context(btCcdContext::of(*world.getDispatcher())),
+      m_stepper(world),
+      m_solver(world),
+      m_spins(world),
+      m_pushes(world),
+      m_triggers(world)
 {
     m_stepper.prepare();
 }
@@ -135,6 +142,13 @@ bool btCcdStep::begin(btScalar timeStep)
     {
         takeBackPushes(timeStep);
     }
+    const bool found = findImpacts(timeStep);
+    m_triggers.begin(m_stepper, timeStep);
+    return found;
+}
+
+bool btCcdStep::findImpacts(btScalar timeStep)
+{
     const bool found = m_stepper.begin(timeStep, btCcdStepper::Motion::ToCome);
     m_counters.m_unsupported = m_stepper.unsupported();
     if (m_stepper.seesStockClamping())
@@ -217,6 +231,7 @@ void btCcdStep::integrate(btScalar timeStep, const Integrate& integrate)
         m_stepper.advance(elapsed);
         respond(event, timeStep - elapsed);
         m_stepper.refresh();
+        m_triggers.changed(m_stepper, elapsed);
     }
     releaseStopped();
     m_pairEvents.clear();
@@ -249,15 +264,19 @@ void btCcdStep::rollBack(btScalar timeStep)
         const btCcdPushed pushed(m_world, m_pushes.find(timeStep, true), false);
         takeStarts();
         takeBack(timeStep);
+        m_triggers.end();
     }
     m_pushes.noteEnd();
     m_stepper.endStep();
     m_counters.m_unsupported = m_stepper.unsupported();
+    m_triggers.tell(m_listener);
 }
 
 void btCcdStep::takeBack(btScalar timeStep)
 {
-    if (m_stepper.begin(timeStep, btCcdStepper::Motion::Done))
+    const bool found = m_stepper.begin(timeStep, btCcdStepper::Motion::Done);
+    m_triggers.begin(m_stepper, timeStep);
+    if (found)
     {
         m_stepper.getReady();
         m_solver.beginStep();
@@ -290,6 +309,7 @@ void btCcdStep::takeBack(btScalar timeStep)
                 stopWatchedLink(impact.m_objectB, impact.m_linkB);
             }
             m_stepper.refresh();
+            m_triggers.changed(m_stepper, event.m_time);
         }
         releaseStopped();
         countQueries();
@@ -487,17 +507,15 @@ void btCcdStep::suspendStockClamping()
 
 void btCcdStep::end()
 {
+    m_triggers.end();
     m_pushes.noteEnd();
     m_stepper.endStep();
-    if (m_stockThresholds.empty())
-    {
-        return;
-    }
     for (const auto& [body, threshold] : m_stockThresholds)
     {
         body->setCcdMotionThreshold(threshold);
     }
     m_stockThresholds.clear();
+    m_triggers.tell(m_listener);
 }
 
 void btCcdStep::releaseStopped()
@@ -518,6 +536,7 @@ void btCcdStep::releaseStopped()
 
 void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
 {
+    BT_PROFILE("btCcdStep::respond");
     m_spins.free(m_stepper);
     const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
     std::vector<btCcdImpact> bouncing;
@@ -581,11 +600,18 @@ bool btCcdStep::isDone(const btCcdImpact& impact, btScalar remaining)
     return answer == btCcdAfterImpact::Continue || stoppedA || stoppedB;
 }
 
-bool btCcdStep::isSpent() const
+/// Of the limits of the budget.
+double btCcdStep::share(const btCcdImpact& impact) const
+{
+    return std::max(m_context.m_objects.of(impact.m_objectA).m_priority,
+                    m_context.m_objects.of(impact.m_objectB).m_priority);
+}
+
+bool btCcdStep::isSpent(double share) const
 {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
-    return m_impacts > m_budget.m_impactsPerStep ||
-           (m_budget.m_seconds > 0.0 && passed.count() > m_budget.m_seconds);
+    return m_impacts > share * m_budget.m_impactsPerStep ||
+           (m_budget.m_seconds > 0.0 && passed.count() > share * m_budget.m_seconds);
 }
 
 /// What the solver could not part in so many impacts goes on without spin (a multibody: without the
@@ -593,7 +619,8 @@ bool btCcdStep::isSpent() const
 /// time. False if it was in vain.
 bool btCcdStep::settle(const btCcdImpact& impact)
 {
-    if (isSpent())
+    const double times = share(impact);
+    if (isSpent(times))
     {
         return false;
     }
@@ -601,8 +628,8 @@ bool btCcdStep::settle(const btCcdImpact& impact)
     {
         const btCcdBody body = btCcdBody::of(object);
         const Fate& fate = m_fates[body];
-        if (fate.m_yield || fate.m_impacts > m_budget.m_impactsPerBody + kSettlings ||
-            fate.m_atInstant > m_budget.m_impactsPerInstant + kSettlings)
+        if (fate.m_yield || fate.m_impacts > times * m_budget.m_impactsPerBody + kSettlings ||
+            fate.m_atInstant > times * m_budget.m_impactsPerInstant + kSettlings)
         {
             return false;
         }
@@ -649,7 +676,8 @@ void btCcdStep::part(const btCcdImpact& impact, btScalar drag)
 /// Counts the impact for both bodies.
 bool btCcdStep::meetsLimit(const btCcdImpact& impact)
 {
-    bool meets = isSpent();
+    const double times = share(impact);
+    bool meets = isSpent(times);
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btCcdBody body = btCcdBody::of(object);
@@ -665,8 +693,8 @@ bool btCcdStep::meetsLimit(const btCcdImpact& impact)
         }
         ++fate.m_impacts;
         ++fate.m_atInstant;
-        meets = meets || fate.m_impacts > m_budget.m_impactsPerBody ||
-                fate.m_atInstant > m_budget.m_impactsPerInstant;
+        meets = meets || fate.m_impacts > times * m_budget.m_impactsPerBody ||
+                fate.m_atInstant > times * m_budget.m_impactsPerInstant;
     }
     m_counters.m_eventLimits += meets ? 1 : 0;
     return meets;

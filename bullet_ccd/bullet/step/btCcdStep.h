@@ -8,6 +8,7 @@
 #include "bullet_ccd/bullet/step/btCcdPushes.h"
 #include "bullet_ccd/bullet/step/btCcdSpins.h"
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
+#include "bullet_ccd/bullet/step/btCcdTriggers.h"
 
 #include <chrono>
 #include <functional>
@@ -38,8 +39,11 @@ public:
     btCcdStepper& stepper() { return m_stepper; }
     const btCcdStepper& stepper() const { return m_stepper; }
     void setBudget(const btCcdBudget& budget) { m_budget = budget; }
-    [[nodiscard]] const btCcdBudget& budget() const { return m_budget; }
     void setListener(btCcdImpactListener* listener) { m_listener = listener; }
+    [[nodiscard]] const std::vector<btCcdPassage>& passages() const
+    {
+        return m_triggers.passages();
+    }
     void teleported(const btCollisionObject& object);
     void stopOnFirstContact(btMultiBody* body, int link) { m_stopLinks.insert({body, link}); }
     [[nodiscard]] const btCcdCounters& counters() const { return m_counters; }
@@ -69,10 +73,12 @@ private:
     };
 
     btDiscreteDynamicsWorld& m_world;
+    btCcdContext& m_context;
     btCcdStepper m_stepper;
     btCcdImpactSolver m_solver;
     btCcdSpins m_spins;
     btCcdPushes m_pushes;
+    btCcdTriggers m_triggers;
     btCcdImpactListener* m_listener = nullptr;
     btCcdBudget m_budget;
     btCcdCounters m_counters;
@@ -96,6 +102,7 @@ private:
     std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, int> m_pairEvents;
     std::vector<std::pair<btRigidBody*, btScalar>> m_stockThresholds;
 
+    [[nodiscard]] bool findImpacts(btScalar timeStep);
     void takeBack(btScalar timeStep);
     void takeStarts();
     void takeBackPushes(btScalar timeStep);
@@ -106,7 +113,8 @@ private:
     void solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer);
     void calmDown(btCollisionObject* object);
     [[nodiscard]] bool isDone(const btCcdImpact& impact, btScalar remaining);
-    [[nodiscard]] bool isSpent() const;
+    [[nodiscard]] double share(const btCcdImpact& impact) const;
+    [[nodiscard]] bool isSpent(double share) const;
     bool settle(const btCcdImpact& impact);
     void part(const btCcdImpact& impact, btScalar drag);
     [[nodiscard]] int countStuck(const btCcdImpact& impact);

@@ -9,6 +9,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +38,12 @@ bool isBarredFromParent(const btMultiBodyLinkCollider& child)
 double norm(const btVector3& v)
 {
     return double(v.length());
+}
+
+bullet_ccd::RigidMotion withoutTurn(bullet_ccd::RigidMotion motion)
+{
+    motion.w_W.setZero();
+    return motion;
 }
 
 }  // namespace
@@ -98,16 +105,6 @@ void btCcdStepper::forParts(const btCollisionObject& object, const Visit& visit)
     }
 }
 
-void btCcdStepper::setEnabled(const btCollisionObject* object, bool enabled)
-{
-    m_tracker->setEnabled(object, enabled);
-}
-
-bool btCcdStepper::isEnabled(const btCollisionObject* object) const
-{
-    return m_tracker->isEnabled(object);
-}
-
 void btCcdStepper::forgetShapes()
 {
     m_tracker->forgetShapes();
@@ -152,6 +149,7 @@ void btCcdStepper::teleported(const btCollisionObject& object)
 
 bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
 {
+    BT_PROFILE("btCcdStepper::begin");
     m_motion = motion;
     m_timeStep = double(timeStep);
     m_time = 0.0;
@@ -249,11 +247,12 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
 inline void btCcdStepper::push(int a, int b, double time)
 {
     const double speed = (at(a).m_motion + at(b).m_motion) / m_timeStep;
+    const double tolerance = m_context.toleranceOf(*at(a).m_object, *at(b).m_object);
     m_pairs.push_back({.m_a = a,
                        .m_b = b,
                        .m_time = time,
                        .m_toi = {},
-                       .m_window = kSimultaneous * m_context.m_tolerance / speed});
+                       .m_window = kSimultaneous * tolerance / speed});
 }
 
 /// A time of the step before which the two certainly do not meet; infinite if they do not meet.
@@ -270,6 +269,11 @@ double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) 
         return m_time;
     }
     const bool done = m_motion == Motion::Done;
+    if (done && !(a.m_turns && b.m_turns))
+    {
+        // Queries have it as it was turned when the step began.
+        return m_time;
+    }
     const double way = std::min(a.m_motion + b.m_motion, wayToCome(a, b));
     const double free = btCcdFreeWay(m_context, a, b, way, done);
     if (free > way)
@@ -288,12 +292,18 @@ double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) 
     return std::max(boxesMeet, m_time + approach.freeTime());
 }
 
-void btCcdStepper::getReady()
+void btCcdStepper::readyMotions()
 {
     ++m_epoch;
     m_multiBodyCount = 0;
-    m_tracker->noteChanges();
     m_poses.resize(m_tracker->objects().size());
+}
+
+void btCcdStepper::getReady()
+{
+    BT_PROFILE("btCcdStepper::getReady");
+    readyMotions();
+    m_tracker->noteChanges();
     findFast();
     for (const int index : m_fast)
     {
@@ -429,12 +439,14 @@ void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose
         motion.X_W0 = motion.at(1.0 - part).X_W;
         motion.v_W *= part;
         motion.w_W *= part;
-        pose = {motion};
+        pose = {tracked.m_turns ? motion : withoutTurn(motion)};
         return;
     }
     if (collider == nullptr)
     {
-        pose = {btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start)};
+        const bullet_ccd::RigidMotion motion =
+            btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start);
+        pose = {tracked.m_turns ? motion : withoutTurn(motion)};
         return;
     }
     KnownMultiBody& owner = known(*collider->m_multiBody);
@@ -827,16 +839,19 @@ bool btCcdStepper::takeNewCourse(btCcdTracked& tracked)
 
 void btCcdStepper::refresh()
 {
+    BT_PROFILE("btCcdStepper::refresh");
     ++m_epoch;
     m_multiBodyCount = 0;
     m_tracker->forgetBodies();
+    // What the last refresh() saw is still there, without a mark.
     std::sort(m_changed.begin(), m_changed.end());
+    m_changed.erase(std::unique(m_changed.begin(), m_changed.end()), m_changed.end());
     std::erase_if(m_changed,
                   [this](int index)
                   {
                       btCcdTracked& tracked = at(index);
-                      tracked.m_changed =
-                          tracked.m_tracked && (takeNewCourse(tracked) || tracked.m_squeezed);
+                      tracked.m_changed = tracked.m_changed && tracked.m_tracked &&
+                                          (takeNewCourse(tracked) || tracked.m_squeezed);
                       return !tracked.m_changed;
                   });
     for (const int index : m_changed)
@@ -868,7 +883,6 @@ void btCcdStepper::refresh()
     {
         at(index).m_changed = false;
     }
-    m_changed.clear();
 }
 
 void btCcdStepper::end()

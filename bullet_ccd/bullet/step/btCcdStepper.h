@@ -59,12 +59,9 @@ public:
     btCcdStepper(const btCcdStepper&) = delete;
     btCcdStepper& operator=(const btCcdStepper&) = delete;
 
-    /// Objects that are left to Bullet.
-    void setEnabled(const btCollisionObject* object, bool enabled);
-    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const;
     /// Null: none, which says which pairs are swept.
     void setListener(btCcdImpactListener* listener) { m_listener = listener; }
-    /// Shapes have been changed in place.
+    /// Shapes have been changed in place, or settings.
     void forgetShapes();
 
     /// Looks at what is there already, so that no step has to begin with that.
@@ -74,6 +71,7 @@ public:
     void endStep();
     /// The next step takes the object to be where it is, whatever its velocity says.
     void teleported(const btCollisionObject& object);
+    [[nodiscard]] const btCcdTracker& tracker() const { return *m_tracker; }
     /// Where the motion of this object began, if that is done and was not its velocity alone. Until
     /// newStep().
     void startsAt(const btCollisionObject& object, const btTransform& pose)
@@ -84,6 +82,8 @@ public:
     /// to do. May be called again if velocities have been changed.
     /// @param kinematicStands what is kinematic has not begun to move
     [[nodiscard]] bool begin(btScalar timeStep, Motion motion, bool kinematicStands = false);
+    /// To be called after begin() by who asks for motions but not for pairs.
+    void readyMotions();
     /// Gets ready to ask for the pairs that begin() has found. To be called before next().
     void getReady();
     /// The earliest impact that is still to come.
@@ -102,6 +102,9 @@ public:
     void squeezed(const btCollisionObject& object);
     /// Looks again for all pairs that changed() concerns. To be called before next().
     void refresh();
+    /// What moves on by another course since the last refresh(), by index in the world. To be
+    /// called right after it.
+    [[nodiscard]] const std::vector<int>& changedObjects() const { return m_changed; }
     void end();
 
     [[nodiscard]] double tolerance() const;
@@ -155,10 +158,10 @@ private:
     std::size_t m_multiBodyCount = 0;
     std::unordered_map<const btCollisionObject*, btTransform> m_starts;
     std::vector<int> m_fast;
-    std::vector<int> m_slow;  // the others, if they are few
-    std::vector<int> m_changed;
-    std::vector<int> m_strays;  // what has left its place in the lists of neighbours
-    std::vector<int> m_near;    // by the lists, of all objects, one after the other
+    std::vector<int> m_slow;     // the others, if they are few
+    std::vector<int> m_changed;  // since the last refresh(), and what that saw
+    std::vector<int> m_strays;   // what has left its place in the lists of neighbours
+    std::vector<int> m_near;     // by the lists, of all objects, one after the other
     std::vector<std::size_t> m_nearEnds;
     std::vector<Pair> m_pairs;
     Counts m_counts;

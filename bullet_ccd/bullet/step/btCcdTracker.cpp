@@ -110,19 +110,6 @@ btCcdTracker::btCcdTracker(btCollisionWorld& world)
 {
 }
 
-void btCcdTracker::setEnabled(const btCollisionObject* object, bool enabled)
-{
-    if (enabled)
-    {
-        m_disabled.erase(object);
-    }
-    else
-    {
-        m_disabled.insert(object);
-    }
-    m_isStale = true;
-}
-
 const btCcdTracked* btCcdTracker::find(const btCollisionObject& object) const
 {
     const auto index = std::size_t(object.getWorldArrayIndex());
@@ -185,7 +172,10 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
         shape->m_epoch = m_epoch;
     }
     tracked.m_shape = shape.get();
-    tracked.m_usable = shape->m_covered && isEnabled(&object);
+    const btCcdMode mode = m_context.m_objects.of(&object).m_mode;
+    tracked.m_usable = shape->m_covered && mode != btCcdMode::Off;
+    tracked.m_turns =
+        mode == btCcdMode::Full || btMultiBodyLinkCollider::upcast(&object) != nullptr;
     m_unsupported += shape->m_isMissed ? 1 : 0;
 }
 
@@ -326,7 +316,7 @@ bool btCcdTracker::readMotions(bool check)
     {
         return false;
     }
-    m_isClamped = false;
+    m_isClamped = m_hasTriggers = false;
     bool listed = m_context.m_tolerance == m_listedTolerance;
     double most = -kUnbounded;
     double second = -kUnbounded;
@@ -338,6 +328,7 @@ bool btCcdTracker::readMotions(bool check)
         {
             return false;
         }
+        m_hasTriggers = m_hasTriggers || !object.hasContactResponse();
         if (!tracked->m_usable)
         {
             continue;
@@ -418,7 +409,7 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
     {
         btCcdCourse& course = tracked.m_course;
         course.m_velocity = body->getLinearVelocity();
-        course.m_turning = lengthOf(body->getAngularVelocity()) * reach;
+        course.m_turning = tracked.m_turns ? lengthOf(body->getAngularVelocity()) * reach : 0.0;
         tracked.m_motion = m_timeStep * (lengthOf(course.m_velocity) + course.m_turning);
         tracked.m_origin = body->getWorldTransform().getOrigin();
         tracked.m_way = nullptr;
@@ -516,13 +507,14 @@ btCcdCourse btCcdTracker::courseOf(const btCcdTracked& tracked)
     const double reach = tracked.outline().m_reach;
     if (const btCcdWay* way = tracked.m_way)
     {
-        return {way->m_velocity, way->m_spin, lengthOf(way->m_spin) * reach};
+        const double turning = tracked.m_turns ? lengthOf(way->m_spin) * reach : 0.0;
+        return {way->m_velocity, way->m_spin, turning};
     }
     if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
     {
         course.m_velocity = body->getLinearVelocity();
         course.m_spin = body->getAngularVelocity();
-        course.m_turning = lengthOf(course.m_spin) * reach;
+        course.m_turning = tracked.m_turns ? lengthOf(course.m_spin) * reach : 0.0;
         return course;
     }
     const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object);

@@ -51,6 +51,7 @@ struct btCcdTracked
     bool m_usable = false;   // covered and not switched off
     bool m_tracked = false;  // usable, and its numbers are finite
     bool m_moves = false;    // in this step
+    bool m_turns = true;     // while it moves (btCcdMode)
     bool m_fast = false;
     bool m_changed = false;
     bool m_pressed = false;   // some contact is deep
@@ -100,12 +101,7 @@ public:
 
     explicit btCcdTracker(btCollisionWorld& world);
 
-    void setEnabled(const btCollisionObject* object, bool enabled);
-    [[nodiscard]] bool isEnabled(const btCollisionObject* object) const
-    {
-        return m_disabled.empty() || m_disabled.count(object) == 0;
-    }
-    /// Shapes have been changed in place.
+    /// Shapes have been changed in place, or settings.
     void forgetShapes() { m_isStale = true; }
 
     /// A new step is about to begin.
@@ -164,6 +160,12 @@ public:
     [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
     /// True if Bullet's own motion clamping is on for some body that moves.
     [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
+    /// True if there is an object without contact response.
+    [[nodiscard]] bool seesTriggers() const { return m_hasTriggers; }
+    [[nodiscard]] bool isTeleported(const btCollisionObject& object) const
+    {
+        return m_teleported.count(&object) != 0;
+    }
 
 private:
     struct Speeds
@@ -177,7 +179,6 @@ private:
 
     btCollisionWorld& m_world;
     btCcdContext& m_context;
-    std::set<const btCollisionObject*> m_disabled;
     std::set<const btCollisionObject*> m_teleported;
     std::unordered_map<const btCollisionObject*, int> m_proxies;  // of all that have been seen
     std::unordered_map<const btCollisionObject*, btCcdWay> m_ways;
@@ -218,7 +219,8 @@ private:
     btVector3 m_common = btVector3(0, 0, 0);     // in which they have this velocity in common,
     btVector3 m_commonWay = btVector3(0, 0, 0);  // and have come so far together
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
-    bool m_isListed = false;   // everything is in its box of the list with what is at rest
+    bool m_hasTriggers = false;
+    bool m_isListed = false;  // everything is in its box of the list with what is at rest
 
     [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
     [[nodiscard]] bool isAlone() const;
