@@ -101,11 +101,11 @@ void checkPlaces(std::span<const Eigen::Vector3d> places, std::size_t count, con
                 ": a mesh whose topology changes needs a new surface");
     for (std::size_t v = 0; v < places.size(); ++v)
     {
-        if (!places[v].allFinite())
+        if (!isPlace(places[v]))
         {
             throw std::invalid_argument("deformable surface: vertex " + std::to_string(v) +
                                         " is at " + placeText(places[v]) + " at the " + when +
-                                        " of the step: give finite coordinates");
+                                        " of the step: give finite coordinates within 1e12");
         }
     }
 }
@@ -122,6 +122,7 @@ DeformableSurface::DeformableSurface(const TriangleMesh& rest,
     : m_data(std::make_unique<Data>())
 {
     checkMesh(rest, "deformable surface");
+    checkPlaces(rest.vertices, rest.vertices.size(), "start");
     VertexSets sets(rest.vertices.size());
     for (const std::array<std::int32_t, 2>& seam : options.seams)
     {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 #include <string>
 #include <tuple>
@@ -21,6 +22,7 @@ struct DeformableWorkspace::Scratch
     std::vector<SurfacePair> surfaces;
     std::vector<PatchTask> tasks;
     std::vector<PatchTask> sorted;
+    std::vector<std::vector<DeformableContact>> found;  ///< by thread
 };
 
 DeformableWorkspace::DeformableWorkspace() : m_scratch(std::make_unique<Scratch>()) {}
@@ -99,22 +101,48 @@ void sortByEntry(std::vector<PatchTask>& tasks, std::vector<PatchTask>& sorted)
     tasks.swap(sorted);
 }
 
-void sortContacts(std::vector<DeformableContact>& contacts)
+/// What all threads have found until `latest`, in order.
+std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableContact>>& found,
+                                       double latest,
+                                       int threads)
 {
-    const auto key = [](const DeformableContact& c)
-    { return std::tie(c.time, c.kind, c.bodyA, c.bodyB, c.vertices); };
-    std::vector<std::uint32_t> order(contacts.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::sort(order,
-                      [&](std::uint32_t a, std::uint32_t b)
-                      { return key(contacts[a]) < key(contacts[b]); });
-    std::vector<DeformableContact> sorted;
-    sorted.reserve(contacts.size());
-    for (const std::uint32_t i : order)
+    struct Place
     {
-        sorted.push_back(contacts[i]);
+        double time;
+        const DeformableContact* contact;
+    };
+    std::vector<Place> order;
+    for (const std::vector<DeformableContact>& some : found)
+    {
+        order.reserve(order.size() + some.size());
+        for (const DeformableContact& contact : some)
+        {
+            if (contact.time <= latest)
+            {
+                order.push_back({contact.time, &contact});
+            }
+        }
     }
-    contacts.swap(sorted);
+    const auto key = [](const DeformableContact& c)
+    { return std::tie(c.kind, c.bodyA, c.bodyB, c.vertices); };
+    const auto isLess = [&](const Place& a, const Place& b)
+    { return a.time != b.time ? a.time < b.time : key(*a.contact) < key(*b.contact); };
+    if (threads == 1)
+    {
+        std::ranges::sort(order, isLess);
+    }
+    else
+    {
+        tbb::task_arena arena(threads);
+        arena.execute([&] { tbb::parallel_sort(order.begin(), order.end(), isLess); });
+    }
+    std::vector<DeformableContact> sorted;
+    sorted.reserve(order.size());
+    for (const Place& place : order)
+    {
+        sorted.push_back(*place.contact);
+    }
+    return sorted;
 }
 
 class DeformableQuery
@@ -138,18 +166,12 @@ public:
         DeformableResult result;
         if (!findTasks() || !examineTasks(result))
         {
-            result.contacts.clear();
             result.status = m_isStopped ? ToiStatus::Stopped : ToiStatus::IterationLimit;
             result.time = 0.0;
             return result;
         }
-        if (m_state.firstOnly)
-        {
-            std::erase_if(result.contacts,
-                          [this](const DeformableContact& contact)
-                          { return contact.time > m_state.earliest.load(); });
-        }
-        sortContacts(result.contacts);
+        const double latest = m_state.firstOnly ? m_state.earliest.load() : 1.0;
+        result.contacts = inOrder(m_scratch.found, latest, m_options.threads);
         if (!result.contacts.empty())
         {
             result.status = result.contacts.front().status;
@@ -168,6 +190,7 @@ private:
             if (!findPatchPairs(m_scratch.surfaces[i],
                                 static_cast<std::int32_t>(i),
                                 static_cast<std::size_t>(m_options.maxIterations),
+                                m_options.threads,
                                 tasks))
             {
                 return false;
@@ -183,10 +206,12 @@ private:
     /// Returns false if there were too many pairs.
     [[nodiscard]] bool examineTasks(DeformableResult& result)
     {
+        m_scratch.found.resize(static_cast<std::size_t>(m_options.threads));
         std::vector<FeatureSearch> searches;
-        for (int i = 0; i < m_options.threads; ++i)
+        for (std::vector<DeformableContact>& found : m_scratch.found)
         {
-            searches.emplace_back(m_state);
+            found.clear();
+            searches.emplace_back(m_state, found);
         }
         if (m_options.threads == 1)
         {
@@ -204,13 +229,11 @@ private:
                                       { examineSome(searches[static_cast<std::size_t>(i)]); });
                 });
         }
-        for (FeatureSearch& search : searches)
+        for (const FeatureSearch& search : searches)
         {
             result.counters.patchPairs += search.counters().patchPairs;
             result.counters.featurePairs += search.counters().featurePairs;
             result.counters.advanced += search.counters().advanced;
-            result.contacts.insert(
-                result.contacts.end(), search.contacts().begin(), search.contacts().end());
         }
         return m_examined.load() <= m_options.maxIterations && !m_isStopped;
     }

@@ -38,6 +38,16 @@ enum class ElementaryKind : std::uint8_t
     EdgeEdge,    ///< the edge of vertices 0 and 1 against that of 2 and 3
 };
 
+/// Farther from the origin no vertex may be [m]: rounding would be above 1.4 cm there, and beyond
+/// 1e38 nothing would be right any more.
+inline constexpr double kLargestCoordinate = 1e12;
+
+/// True if all coordinates are finite and within kLargestCoordinate.
+[[nodiscard]] inline bool isPlace(const Eigen::Vector3d& x)
+{
+    return x.cwiseAbs().maxCoeff() <= kLargestCoordinate && x.allFinite();
+}
+
 /// The places of the four vertices of a pair at one time [m].
 using FourPoints = std::array<Eigen::Vector3d, 4>;
 
@@ -56,7 +66,8 @@ enum class ElementaryDepth : std::uint8_t
     Decide,     ///< it is followed further, by a bounded effort: most then pass each other, or come
                 ///< down to the rounding error of double precision; what is still open is a contact
     Exact,      ///< as Decide, and what is still open is decided without rounding: the answer is a
-                ///< contact if and only if the features touch. Without minimum separation only.
+                ///< contact if and only if the features touch, or come within the minimum
+                ///< separation
 };
 
 /// What an elementary query is asked. The members of ToiOptions that it knows mean the same here.
@@ -91,9 +102,10 @@ struct ElementaryResult
 /// contact is missed through rounding: with M the largest coordinate of the difference of any two
 /// vertices of different features, all rounding stays below 64 * 2^-53 M, which is added to the
 /// separation that is kept. So a contact may be reported whose gap is tolerance + 1.5e-14 M.
-/// With ElementaryDepth::Exact a contact is reported if and only if the features touch.
-/// Throws std::invalid_argument for coordinates that are not finite, a tolerance that is not
-/// positive, a minimum separation that is negative, or one with ElementaryDepth::Exact.
+/// With ElementaryDepth::Exact a contact is reported if and only if the features touch, or with a
+/// minimum separation, if they come within it.
+/// Throws std::invalid_argument for coordinates that are not finite or above kLargestCoordinate, a
+/// tolerance that is not positive, and a minimum separation that is negative.
 [[nodiscard]] BULLET_CCD_API ElementaryResult elementaryToi(const ElementaryPair& pair,
                                                             const ElementaryOptions& options);
 
@@ -121,8 +133,9 @@ class BULLET_CCD_API DeformableSurface
 {
 public:
     /// Builds the hierarchy over the mesh at rest, and sets a step in which it stays there.
-    /// Throws std::invalid_argument for a mesh that checkMesh() refuses, seams that name no vertex,
-    /// and vertices at the same place, unless they are welded.
+    /// Throws std::invalid_argument for a mesh that checkMesh() refuses, vertices beyond
+    /// kLargestCoordinate, seams that name no vertex, and vertices at the same place, unless they
+    /// are welded.
     explicit DeformableSurface(const TriangleMesh& rest,
                                const DeformableSurfaceOptions& options = {});
     ~DeformableSurface();
@@ -134,8 +147,8 @@ public:
     /// shape much since it was built; then build another.
     /// @param start,end  one place for every vertex of the mesh that the surface was built from [m]
     /// @param threads    that share the work; the outcome does not depend on them
-    /// Throws std::invalid_argument for another number of places, for one that is not finite, and
-    /// without a thread; the step before stays.
+    /// Throws std::invalid_argument for another number of places, for one that is not finite or
+    /// beyond kLargestCoordinate, and without a thread; the step before stays.
     void setStep(std::span<const Eigen::Vector3d> start,
                  std::span<const Eigen::Vector3d> end,
                  int threads = 1);

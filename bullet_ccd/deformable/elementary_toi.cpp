@@ -15,11 +15,12 @@ void checkFinite(const FourPoints& points, const char* when)
 {
     for (std::size_t k = 0; k < points.size(); ++k)
     {
-        if (!points[k].allFinite())
+        if (!isPlace(points[k]))
         {
-            throw std::invalid_argument(
-                "elementaryToi(): vertex " + std::to_string(k) + " at the " + when +
-                " is not finite (NaN or infinite): give finite coordinates");
+            throw std::invalid_argument("elementaryToi(): vertex " + std::to_string(k) +
+                                        " at the " + when +
+                                        " is not finite or farther from the origin than 1e12: give "
+                                        "coordinates within that");
         }
     }
 }
@@ -31,9 +32,6 @@ void checkElementaryOptions(const ElementaryOptions& options)
             "the tolerance must be a positive distance");
     require(options.minimumSeparation >= 0.0 && std::isfinite(options.minimumSeparation),
             "the minimum separation must be zero or a positive distance");
-    require(
-        options.depth != ElementaryDepth::Exact || options.minimumSeparation == 0.0,
-        "ElementaryDepth::Exact decides whether features touch: it takes no minimum separation");
     require(options.maxIterations > 0, "maxIterations must be positive");
 }
 
@@ -54,10 +52,11 @@ ElementaryResult uncheckedElementaryToi(const ElementaryPair& pair,
     const bool isOpen = isContact(result.status) || gaveUp(result.status);
     if (options.depth == ElementaryDepth::Exact && isOpen)
     {
-        if (!featuresTouch(pair))
+        if (!featuresTouch(pair, options.minimumSeparation))
         {
             result = {
                 .status = pursuit.startsNear ? ToiStatus::TouchingLeaving : ToiStatus::Separated,
+                .gap = options.minimumSeparation,
                 .iterations = result.iterations};
         }
         else if (result.status == ToiStatus::IterationLimit)

@@ -56,29 +56,33 @@ Number numberOf(double x)
     return {mantissa / (std::int64_t{1} << zeros), exponent - 53 + zeros};
 }
 
-/// The four vertices as polynomials, over a common power of two.
-std::array<MovingPoint, 4> exactVertices(const ElementaryPair& pair)
+/// The four vertices as polynomials, and a distance, over a common power of two.
+struct ExactPair
+{
+    std::array<MovingPoint, 4> vertices;
+    BigInteger distance;
+};
+
+ExactPair exactPair(const ElementaryPair& pair, double distance)
 {
     std::int32_t least = std::numeric_limits<std::int32_t>::max();
-    const auto look = [&least](const FourPoints& points)
+    const auto look = [&least](double x)
+    { least = x == 0.0 ? least : std::min(least, numberOf(x).exponent); };
+    look(distance);
+    for (const FourPoints* points : {&pair.start, &pair.end})
     {
-        for (const Eigen::Vector3d& x : points)
+        for (const Eigen::Vector3d& x : *points)
         {
-            for (const double c : x)
-            {
-                least = c == 0.0 ? least : std::min(least, numberOf(c).exponent);
-            }
+            std::ranges::for_each(x, look);
         }
-    };
-    look(pair.start);
-    look(pair.end);
+    }
     const auto whole = [least](double x)
     {
         const Number number = numberOf(x);
         return number.mantissa == 0 ? BigInteger()
                                     : BigInteger(number.mantissa).shifted(number.exponent - least);
     };
-    std::array<MovingPoint, 4> vertices;
+    ExactPair exact{.vertices = {}, .distance = whole(distance)};
     for (std::size_t k = 0; k < 4; ++k)
     {
         for (int c = 0; c < 3; ++c)
@@ -86,11 +90,11 @@ std::array<MovingPoint, 4> exactVertices(const ElementaryPair& pair)
             const BigInteger start = whole(pair.start[k][c]);
             const BigInteger end = whole(pair.end[k][c]);
             // The sum drops what is zero at the end.
-            vertices[k][static_cast<std::size_t>(c)] =
+            exact.vertices[k][static_cast<std::size_t>(c)] =
                 Polynomial{start, end - start} + Polynomial{};
         }
     }
-    return vertices;
+    return exact;
 }
 
 /// A time at which signs of polynomials are known: a dyadic number, or the one root of `equation`
@@ -232,7 +236,7 @@ void appendRoots(const Polynomial& p,
         narrow(moments.back());
         return;
     }
-    // Of nine places one is no root, because the degree is at most four.
+    // Of nine places one is no root, because the degree is at most six.
     std::int64_t part = 4;
     while (scaledValue(p, between(low, high, part)).sign() == 0)
     {
@@ -304,6 +308,38 @@ public:
         return false;
     }
 
+    /// Whether the origin comes as near as the distance, which is positive. When it first does,
+    /// time begins, or a corner, the nearest point within an edge, or that within the face is
+    /// exactly so far away.
+    [[nodiscard]] bool comesWithin(const BigInteger& distance)
+    {
+        const Polynomial limit{distance * distance};
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const MovingPoint& corner = m_corners[k];
+            const MovingPoint& next = m_corners[(k + 1) % 3];
+            const MovingPoint edge = next - corner;
+            const Polynomial length = dot(edge, edge);
+            const Polynomial from = dot(corner, edge);
+            const Polynomial to = dot(next, edge);
+            const auto isWithinEdge = [&](const Moment& moment)
+            { return moment.sign(from) <= 0 && moment.sign(to) >= 0 && moment.sign(length) > 0; };
+            if (isReached(dot(corner, corner) - limit, [](const Moment&) { return true; }) ||
+                isReached(dot(m_crosses[k], m_crosses[k]) - limit * length, isWithinEdge))
+            {
+                return true;
+            }
+        }
+        const Polynomial determinant = dot(m_corners[2], m_crosses[0]);
+        const Polynomial area = dot(normal(), normal());
+        const auto isWithinFace = [&](const Moment& moment)
+        {
+            return moment.sign(side(0)) >= 0 && moment.sign(side(1)) >= 0 &&
+                   moment.sign(side(2)) >= 0 && moment.sign(area) > 0;
+        };
+        return isReached(determinant * determinant - limit * area, isWithinFace);
+    }
+
 private:
     [[nodiscard]] bool holdsAtEnd(const Polynomial& determinant, std::int64_t time)
     {
@@ -311,6 +347,25 @@ private:
         return moment.sign(determinant) == 0 && contains(moment);
     }
     [[nodiscard]] bool holdsAtRoots(const Polynomial& p)
+    {
+        return holdsAtRoots(p, [this](const Moment& moment) { return contains(moment); });
+    }
+    /// Whether the condition holds at the start or the end with p <= 0, or at a root of p.
+    template <class Condition>
+    [[nodiscard]] static bool isReached(const Polynomial& p, const Condition& condition)
+    {
+        for (const std::int64_t time : {0, 1})
+        {
+            const Moment moment = momentAt(time);
+            if (moment.sign(p) <= 0 && condition(moment))
+            {
+                return true;
+            }
+        }
+        return !p.empty() && holdsAtRoots(p, condition);
+    }
+    template <class Condition>
+    [[nodiscard]] static bool holdsAtRoots(const Polynomial& p, const Condition& condition)
     {
         const Polynomial inner = withoutEnds(p);
         std::vector<Moment> moments;
@@ -325,8 +380,7 @@ private:
         {
             appendRoots(inner, momentAt(0).low, momentAt(1).low, moments);
         }
-        return std::ranges::any_of(moments,
-                                   [this](const Moment& moment) { return contains(moment); });
+        return std::ranges::any_of(moments, condition);
     }
 
     /// Whether the triangle contains the origin at a moment when it lies in one plane with it.
@@ -386,17 +440,21 @@ private:
 };
 }  // namespace
 
-bool featuresTouch(const ElementaryPair& pair)
+bool featuresTouch(const ElementaryPair& pair, double distance)
 {
-    const std::array<MovingPoint, 4> x = exactVertices(pair);
+    const ExactPair exact = exactPair(pair, distance);
+    const std::array<MovingPoint, 4>& x = exact.vertices;
+    const auto meets = [&](const std::array<MovingPoint, 3>& corners)
+    {
+        ExactTriangle triangle(corners);
+        return distance > 0.0 ? triangle.comesWithin(exact.distance) : triangle.meetsOrigin();
+    };
     if (pair.kind == ElementaryKind::VertexFace)
     {
-        return ExactTriangle({x[1] - x[0], x[2] - x[0], x[3] - x[0]}).meetsOrigin();
+        return meets({x[1] - x[0], x[2] - x[0], x[3] - x[0]});
     }
     const MovingPoint diagonal = x[2] - x[0];
     const MovingPoint opposite = x[3] - x[1];
-    const std::array<MovingPoint, 3> first{diagonal, x[3] - x[0], opposite};
-    const std::array<MovingPoint, 3> second{diagonal, opposite, x[2] - x[1]};
-    return ExactTriangle(first).meetsOrigin() || ExactTriangle(second).meetsOrigin();
+    return meets({diagonal, x[3] - x[0], opposite}) || meets({diagonal, opposite, x[2] - x[1]});
 }
 }  // namespace bullet_ccd

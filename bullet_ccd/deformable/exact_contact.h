@@ -6,13 +6,18 @@
 /// At a root, or where that vanishes all the time at a root of what replaces it, signs of
 /// polynomials say whether the origin is inside. Signs at a root are found by Sturm's and Tarski's
 /// theorem, from whole numbers alone. Takes tens of microseconds, so it is asked last.
+///
+/// With a distance the moments are those when a corner, the line of an edge or the plane of the
+/// face is exactly that far away (polynomials of degree 2, 4 and 6), and the nearest point is
+/// within.
 #pragma once
 
 #include "bullet_ccd/deformable/deformable_toi.h"
 
 namespace bullet_ccd
 {
-/// True if and only if the features have a point in common at some time in [0, 1].
-/// @pre all coordinates are finite
-[[nodiscard]] bool featuresTouch(const ElementaryPair& pair);
+/// True if and only if two points of the features are at most `distance` apart at some time in
+/// [0, 1]; without a distance, if the features have a point in common.
+/// @pre all coordinates are finite, the distance is, too, and not negative
+[[nodiscard]] bool featuresTouch(const ElementaryPair& pair, double distance = 0.0);
 }  // namespace bullet_ccd

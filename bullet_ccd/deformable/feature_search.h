@@ -28,14 +28,16 @@ struct FeatureSearchState
 class FeatureSearch
 {
 public:
-    explicit FeatureSearch(FeatureSearchState& state) : m_state(state) {}
+    /// @param contacts  gets those that are not later than the earliest when they are found
+    FeatureSearch(FeatureSearchState& state, std::vector<DeformableContact>& contacts)
+        : m_state(state), m_contacts(contacts)
+    {
+    }
 
     void examine(const PatchTask& task);
     /// Examines what is still waiting. To be called last.
     void finish();
 
-    /// Those that are not later than the earliest when they were found.
-    [[nodiscard]] std::vector<DeformableContact>& contacts() { return m_contacts; }
     [[nodiscard]] const DeformableCounters& counters() const { return m_counters; }
 
 private:
@@ -64,7 +66,7 @@ private:
     PatchCandidates m_candidates{};
     Waiting m_vertexFaces;
     Waiting m_edges;
-    std::vector<DeformableContact> m_contacts;
+    std::vector<DeformableContact>& m_contacts;
     DeformableCounters m_counters;
 };
 }  // namespace bullet_ccd

@@ -1,14 +1,27 @@
 #include "bullet_ccd/deformable/patch_search.h"
 
+#include <algorithm>
+#include <atomic>
 #include <bit>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 namespace bullet_ccd
 {
 namespace
 {
+/// Pairs of nodes that threads share, about.
+constexpr std::size_t kShared = 512;
+
 class PatchSearch
 {
 public:
+    struct Nodes
+    {
+        std::int32_t a = 0;
+        std::int32_t b = 0;
+    };
+
     PatchSearch(const SurfacePair& pair,
                 std::int32_t index,
                 std::size_t most,
@@ -17,9 +30,10 @@ public:
     {
     }
 
-    bool run()
+    /// All pairs of patches below the two nodes. Returns false if there are too many.
+    bool run(const Nodes& from)
     {
-        m_stack.push_back({0, 0});
+        m_stack.push_back(from);
         while (!m_stack.empty() && m_tasks.size() <= m_most)
         {
             const Nodes nodes = m_stack.back();
@@ -29,13 +43,21 @@ public:
         return m_tasks.size() <= m_most;
     }
 
-private:
-    struct Nodes
+    /// From the roots, level by level, until there are enough pairs of nodes to share; they are
+    /// returned.
+    std::vector<Nodes> spread()
     {
-        std::int32_t a = 0;
-        std::int32_t b = 0;
-    };
+        m_stack.push_back({0, 0});
+        while (!m_stack.empty() && m_stack.size() < kShared && m_tasks.size() <= m_most)
+        {
+            std::vector<Nodes> level;
+            level.swap(m_stack);
+            std::ranges::for_each(level, [this](const Nodes& nodes) { meet(nodes); });
+        }
+        return std::move(m_stack);
+    }
 
+private:
     /// All pairs of a child of one node with one of the other; of a node with itself each pair
     /// once.
     void meet(const Nodes& nodes)
@@ -147,8 +169,33 @@ SurfacePair surfacePair(const DeformableSurface::Data& a,
 bool findPatchPairs(const SurfacePair& pair,
                     std::int32_t index,
                     std::size_t most,
+                    int threads,
                     std::vector<PatchTask>& tasks)
 {
-    return PatchSearch(pair, index, most, tasks).run();
+    PatchSearch search(pair, index, most, tasks);
+    if (threads == 1)
+    {
+        return search.run({0, 0});
+    }
+    const std::vector<PatchSearch::Nodes> shared = search.spread();
+    std::vector<std::vector<PatchTask>> found(static_cast<std::size_t>(threads));
+    std::atomic<std::size_t> next = 0;
+    const auto searchSome = [&](int thread)
+    {
+        PatchSearch own(pair, index, most, found[static_cast<std::size_t>(thread)]);
+        for (std::size_t i = next++; i < shared.size() && own.run(shared[i]); i = next++)
+        {
+        }
+    };
+    if (!shared.empty())
+    {
+        tbb::task_arena arena(threads);
+        arena.execute([&] { tbb::parallel_for(0, threads, searchSome); });
+    }
+    for (const std::vector<PatchTask>& some : found)
+    {
+        tasks.insert(tasks.end(), some.begin(), some.end());
+    }
+    return tasks.size() <= most;
 }
 }  // namespace bullet_ccd

@@ -55,5 +55,6 @@ struct PatchTask
 [[nodiscard]] bool findPatchPairs(const SurfacePair& pair,
                                   std::int32_t index,
                                   std::size_t most,
+                                  int threads,
                                   std::vector<PatchTask>& tasks);
 }  // namespace bullet_ccd

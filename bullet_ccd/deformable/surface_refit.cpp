@@ -37,19 +37,52 @@ bool vertexRests(const VertexStep& v)
     return v.start[0] == v.end[0] && v.start[1] == v.end[1] && v.start[2] == v.end[2];
 }
 
+/// Calls the function for all indices below `count`; few are not worth a thread.
+template <class Function>
+void forAll(std::size_t count, int threads, const Function& function, std::size_t atOnce = 1024)
+{
+    using Range = tbb::blocked_range<std::size_t>;
+    const auto some = [&](const Range& range)
+    {
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+        {
+            function(i);
+        }
+    };
+    if (threads == 1 || count < 2 * atOnce)
+    {
+        some(Range(0, count));
+        return;
+    }
+    tbb::task_arena arena(threads);
+    arena.execute([&] { tbb::parallel_for(Range(0, count, atOnce), some); });
+}
+
 void placeVertices(std::span<const Eigen::Vector3d> start,
                    std::span<const Eigen::Vector3d> end,
+                   int threads,
                    DeformableSurface::Data& data)
 {
-    Eigen::AlignedBox3d all;
-    for (std::size_t i = 0; i < data.steps.size(); ++i)
+    constexpr std::size_t kBlock = 1024;
+    std::vector<Eigen::AlignedBox3d> boxes((data.steps.size() + kBlock - 1) / kBlock);
+    const auto placeBlock = [&](std::size_t block)
     {
-        const auto v = static_cast<std::size_t>(data.meshVertex[i]);
-        const Eigen::Vector3d& p = start[v];
-        const Eigen::Vector3d& q = end[v];
-        data.steps[i] = {{p.x(), p.y(), p.z(), 0.0}, {q.x(), q.y(), q.z(), 0.0}};
-        all.extend(p);
-        all.extend(q);
+        const std::size_t last = std::min(data.steps.size(), (block + 1) * kBlock);
+        for (std::size_t i = block * kBlock; i < last; ++i)
+        {
+            const auto v = static_cast<std::size_t>(data.meshVertex[i]);
+            const Eigen::Vector3d& p = start[v];
+            const Eigen::Vector3d& q = end[v];
+            data.steps[i] = {{p.x(), p.y(), p.z(), 0.0}, {q.x(), q.y(), q.z(), 0.0}};
+            boxes[block].extend(p);
+            boxes[block].extend(q);
+        }
+    };
+    forAll(boxes.size(), threads, placeBlock, 1);
+    Eigen::AlignedBox3d all;
+    for (const Eigen::AlignedBox3d& box : boxes)
+    {
+        all.extend(box);
     }
     const Eigen::Vector3d c = 0.5 * all.min() + 0.5 * all.max();
     data.centre = c;
@@ -112,27 +145,6 @@ void refitNode(DeformableSurface::Data& data, std::size_t index)
     data.nodeBoxes[index] = box;
     data.nodeRests[index] = rests ? 1 : 0;
 }
-/// Calls the function for all indices below `count`; few are not worth a thread.
-template <class Function>
-void forAll(std::size_t count, int threads, const Function& function)
-{
-    constexpr std::size_t kAtOnce = 1024;
-    using Range = tbb::blocked_range<std::size_t>;
-    const auto some = [&](const Range& range)
-    {
-        for (std::size_t i = range.begin(); i < range.end(); ++i)
-        {
-            function(i);
-        }
-    };
-    if (threads == 1 || count < 2 * kAtOnce)
-    {
-        some(Range(0, count));
-        return;
-    }
-    tbb::task_arena arena(threads);
-    arena.execute([&] { tbb::parallel_for(Range(0, count, kAtOnce), some); });
-}
 }  // namespace
 
 void refitSurface(std::span<const Eigen::Vector3d> start,
@@ -140,7 +152,7 @@ void refitSurface(std::span<const Eigen::Vector3d> start,
                   int threads,
                   DeformableSurface::Data& data)
 {
-    placeVertices(start, end, data);
+    placeVertices(start, end, threads, data);
     forAll(data.lanes.size(), threads, [&](std::size_t i) { refitVertex(data, i); });
     forAll(data.patches.size(), threads, [&](std::size_t i) { refitPatch(data, i); });
     for (std::size_t i = data.nodes.size(); i-- > 0;)  // children before their parents

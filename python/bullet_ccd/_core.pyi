@@ -415,7 +415,7 @@ class Depth(_Enumeration):
 
     TOLERANCE: "Depth"  #: it is a contact
     DECIDE: "Depth"  #: it is followed further; what stays open is a contact
-    EXACT: "Depth"  #: a contact if and only if the features touch; no minimum separation
+    EXACT: "Depth"  #: a contact if and only if the features touch, or come within the minimum separation
 
 class DeformableSurface:
     """A mesh that deforms: its hierarchy, built once, and where its vertices are in a step. Threads may

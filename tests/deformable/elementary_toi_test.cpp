@@ -192,6 +192,82 @@ TEST(ElementaryToi, TellsAGapOfOneRoundingUnitFromATouchExactly)
     }
 }
 
+TEST(ElementaryToi, DecidesExactlyWhoComesWithinTheMinimumSeparation)
+{
+    // A vertex flies past a face in the plane 3 x + 4 z = 0, at exactly the distance 5.
+    const Eigen::Vector3d a(0.0, 0.0, 0.0);
+    const Eigen::Vector3d b(40.0, 0.0, -30.0);
+    const Eigen::Vector3d c(0.0, 50.0, 0.0);
+    const auto passes = [&](const Eigen::Vector3d& middle, const Eigen::Vector3d& way)
+    {
+        ElementaryPair pair{.kind = ElementaryKind::VertexFace};
+        pair.start = {middle - way, a, b, c};
+        pair.end = {middle + way, a, b, c};
+        return pair;
+    };
+    const auto isFound = [](const ElementaryPair& pair, double separation)
+    {
+        return isContact(elementaryToi(pair,
+                                       {.tolerance = 1e-3,
+                                        .minimumSeparation = separation,
+                                        .depth = ElementaryDepth::Exact})
+                             .status);
+    };
+    const double less = std::nextafter(5.0, 0.0);
+    const double more = std::nextafter(5.0, 6.0);
+    // Inside of the face, along it; across the edge a-c, whose outside is at -(4, 0, -3); past the
+    // corner a.
+    for (const ElementaryPair& pair : {passes({11.0, 10.0, -2.0}, {16.0, 5.0, -12.0}),
+                                       passes({-4.0, 10.0, 3.0}, {3.0, 7.0, 4.0}),
+                                       passes({-4.0, 0.0, 3.0}, {3.0, 0.0, 4.0}),
+                                       passes({-3.0, -4.0, 0.0}, {8.0, -6.0, 16.0})})
+    {
+        EXPECT_TRUE(isFound(pair, 5.0));
+        EXPECT_TRUE(isFound(pair, more));
+        EXPECT_FALSE(isFound(pair, less));
+    }
+}
+
+TEST(ElementaryToi, DecidesDistancesExactlyAsDoublePrecisionWhereThatSuffices)
+{
+    Random random(224);
+    const int count = longTests() ? 50'000 : 1'500;
+    int near = 0;
+    int compared = 0;
+    for (int i = 0; i < count; ++i)
+    {
+        ElementaryPair pair{.kind =
+                                i % 2 == 0 ? ElementaryKind::VertexFace : ElementaryKind::EdgeEdge};
+        const int size = 1 + i % 4;
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            pair.start[k] = wholePoint(random, size);
+            pair.end[k] = wholePoint(random, size);
+        }
+        const double separation = 0.25 * random.integer(1, 2 * size);
+        // Where a little more and a little less give one answer, that is the right one.
+        const auto comesWithin = [&](double distance)
+        {
+            return isContact(elementaryToi(pair,
+                                           {.tolerance = 1e-9,
+                                            .minimumSeparation = distance,
+                                            .depth = ElementaryDepth::Decide})
+                                 .status);
+        };
+        const bool expected = comesWithin(separation - 1e-6);
+        if (expected != comesWithin(separation + 1e-6))
+        {
+            continue;
+        }
+        ++compared;
+        near += expected ? 1 : 0;
+        ASSERT_EQ(featuresTouch(pair, separation), expected) << "pair " << i;
+    }
+    EXPECT_GT(compared, count * 9 / 10);
+    EXPECT_GT(near, count / 10);
+    EXPECT_LT(near, count * 9 / 10);
+}
+
 /// Smallest distance of the features at one time, by a fine search over their points: slow,
 /// obvious, never below the true one.
 double sampledDistance(const ElementaryPair& pair, double t)
@@ -374,9 +450,11 @@ TEST(ElementaryToi, RefusesWhatIsNoQuery)
     EXPECT_NO_THROW((void)elementaryToi(pair, {}));
     EXPECT_THROW((void)elementaryToi(pair, {.tolerance = 0.0}), std::invalid_argument);
     EXPECT_THROW((void)elementaryToi(pair, {.minimumSeparation = -1.0}), std::invalid_argument);
-    EXPECT_THROW(
-        (void)elementaryToi(pair, {.minimumSeparation = 0.1, .depth = ElementaryDepth::Exact}),
-        std::invalid_argument);
+    pair.end[1].x() = 0.9e12;
+    EXPECT_NO_THROW((void)elementaryToi(pair, {}));
+    pair.end[1].x() = -1.1e12;
+    EXPECT_THROW((void)elementaryToi(pair, {}), std::invalid_argument);
+    pair.end[1].x() = 0.0;
     pair.end[2].y() = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW((void)elementaryToi(pair, {}), std::invalid_argument);
 }

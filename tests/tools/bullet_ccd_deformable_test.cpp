@@ -99,6 +99,67 @@ TEST_F(DeformableProgram, KnowsObstaclesAndBodies)
     EXPECT_THAT(rows()[1], ::testing::MatchesRegex("0,0\\.952[0-9]*,vertex_face,.*,0,2,.*"));
 }
 
+TEST_F(DeformableProgram, KnowsObstaclesThatMove)
+{
+    // The small triangle rests at z = 1. A triangle comes up to it from z = 0.5 by 1 in each of two
+    // steps, by its frames and by its poses.
+    const auto at = [](double z)
+    { return fmt::format("v -1 -1 {0}\nv 2 -1 {0}\nv -1 2 {0}\nf 1 2 3\n", z); };
+    const std::string cloth = frame("cloth_0.obj", "v 0 0 1\nv 0.3 0 1\nv 0 0.3 1\nf 1 2 3\n");
+    const std::string steps = cloth + cloth + cloth + cloth + "--tolerance 1e-9 ";
+    (void)frame("lift_0.obj", at(-0.5));
+    (void)frame("lift_1.obj", at(0.5));
+    (void)frame("lift_2.obj", at(0.5));
+    (void)frame("lift_3.obj", at(1.5));
+    const std::string pattern = "'" + (m_temp.path() / "lift_*.obj").string() + "'";
+    const std::string lift = frame("lift.obj", at(0.0));
+    const std::string poses = frame("poses.csv",
+                                    "qw,qx,qy,qz,tx,ty,tz\n1,0,0,0,0,0,-0.5\n1,0,0,0,0,0,0.5\n"
+                                    "1,0,0,0,0,0,0.5\n1,0,0,0,0,0,1.5\n");
+    for (const std::string& option : {"--obstacle " + pattern, "--moving-obstacle " + lift + poses})
+    {
+        const Outcome outcome = deformable(steps + option);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+        ASSERT_EQ(rows().size(), 4U) << option;
+        for (int i = 0; i < 3; ++i)
+        {
+            EXPECT_THAT(rows()[static_cast<std::size_t>(i) + 1],
+                        ::testing::MatchesRegex(
+                            fmt::format("1,0\\.49999[0-9]*,vertex_face,{},0,1,2,0,1,.*", i)));
+        }
+    }
+    // A quarter turn about the line x = -1, z = 1 takes a blade through the triangle.
+    const std::string turning = frame("turn.csv",
+                                      "qw,qx,qy,qz,tx,ty,tz\n0.92388,0,-0.38268,0,-1,0,1\n"
+                                      "0.92388,0,0.38268,0,-1,0,1\n");
+    const std::string blade = frame("blade.obj", "v 0.5 -1 0\nv 2 -1 0\nv 1.2 3 0\nf 1 2 3\n");
+    const std::string turned = cloth + cloth + "--moving-obstacle " + blade + turning;
+    EXPECT_EQ(deformable(turned).exitCode, 0);
+    EXPECT_GT(rows().size(), 1U);
+    EXPECT_THAT(deformable(turned + " --exact").err, HasSubstr("needs straight paths"));
+
+    EXPECT_THAT(deformable(cloth + cloth + "--obstacle " + pattern).err,
+                HasSubstr("4 frames, but the mesh has 2"));
+    EXPECT_THAT(deformable(cloth + cloth + "--moving-obstacle " + lift + poses).err,
+                HasSubstr("4 poses, but the mesh has 2 frames"));
+    EXPECT_THAT(deformable(cloth + cloth + "--moving-obstacle " + lift + lift).err,
+                HasSubstr("qw, qx, qy, qz, tx, ty, tz"));
+    std::filesystem::remove(m_temp.path() / "lift_3.obj");
+    (void)frame("lift_3.obj", at(1.5) + "f 1 3 2\n");
+    EXPECT_THAT(deformable(steps + "--obstacle " + pattern).err, HasSubstr("2 faces instead of 1"));
+}
+
+TEST_F(DeformableProgram, EndsAtTheTimeLimit)
+{
+    const std::string high = frame("high.obj", twoTriangles(1.0));
+    const std::string low = frame("low.obj", twoTriangles(-1.0));
+    const Outcome outcome = deformable(high + low + "--time-limit 1e-9");
+    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_THAT(outcome.err, HasSubstr("stopped after 0 of 1 steps"));
+    EXPECT_EQ(rows().size(), 1U);
+    EXPECT_EQ(deformable(high + low + "--time-limit 100").err, "");
+}
+
 TEST_F(DeformableProgram, SaysWhatIsWrongWithFrames)
 {
     const std::string good = frame("good.obj", twoTriangles(1.0));
@@ -114,6 +175,7 @@ TEST_F(DeformableProgram, SaysWhatIsWrongWithFrames)
     const std::string fewer =
         frame("fewer.obj", twoTriangles(1.0).erase(twoTriangles(1.0).find("f 4")));
     const std::string nan = frame("nan.obj", "v nan 0 0\n" + twoTriangles(1.0).substr(8));
+    const std::string far = frame("far.obj", "v 1e15 0 0\n" + twoTriangles(1.0).substr(8));
     const std::string twice = frame(
         "twice.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 1 0 1\nv 0 1 1\nf 1 2 3\nf 4 5 6\n");
     const std::string empty = frame("empty.obj", "");
@@ -121,6 +183,8 @@ TEST_F(DeformableProgram, SaysWhatIsWrongWithFrames)
                           Case{good + other, 3, "other.obj: face 1 has other corners than in "},
                           Case{good + fewer, 3, "fewer.obj: 1 faces instead of 2 as in "},
                           Case{good + nan, 3, "nan"},
+                          Case{good + far, 3, "give finite coordinates within 1e12"},
+                          Case{far + good, 3, "give finite coordinates within 1e12"},
                           Case{twice + twice, 3, "vertices 0 and 3 are both at (0.0"},
                           Case{good + empty, 3, "empty.obj: has no faces: give a mesh"},
                           Case{good + "no.obj", 3, "no.obj"},

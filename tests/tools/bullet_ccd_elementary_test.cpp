@@ -100,7 +100,6 @@ TEST_F(ElementaryProgram, SaysWhatIsWrongWithAFile)
     EXPECT_EQ(unknown.exitCode, 3);
     EXPECT_THAT(unknown.err, HasSubstr("give --edge-edge or --vertex-face"));
     EXPECT_EQ(elementary("'" + loose.string() + "' --vertex-face").exitCode, 0);
-    EXPECT_EQ(elementary("'" + loose.string() + "' --exact --minimum-separation 1").exitCode, 2);
 }
 }  // namespace
 }  // namespace bullet_ccd::tools

@@ -28,6 +28,21 @@ double processorTime()
     return double(std::clock()) / double(CLOCKS_PER_SEC);
 }
 
+class TimedSolver : public btCcdDeformableBodySolver
+{
+public:
+    explicit TimedSolver(double& seconds) : m_seconds(seconds) {}
+    void applyTransforms(btScalar timeStep) override
+    {
+        const double begin = processorTime();
+        btCcdDeformableBodySolver::applyTransforms(timeStep);
+        m_seconds += processorTime() - begin;
+    }
+
+private:
+    double& m_seconds;
+};
+
 std::vector<Vector3d> placesOf(const btSoftBody& body)
 {
     std::vector<Vector3d> places;
@@ -133,7 +148,7 @@ SoftScene::SoftScene(SoftWorld kind, const btVector3& gravity)
     }
     else
     {
-        auto solver = std::make_unique<btCcdDeformableBodySolver>();
+        auto solver = std::make_unique<TimedSolver>(m_checkSeconds);
         m_ccdSolver = solver.get();
         m_solver = std::move(solver);
     }

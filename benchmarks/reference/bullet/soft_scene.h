@@ -68,6 +68,8 @@ public:
     /// Sum over nodes, rigid bodies and the base and links of multibodies [kg m/s].
     [[nodiscard]] Eigen::Vector3d momentum() const;
     [[nodiscard]] double seconds() const { return m_seconds; }  ///< processor time of all steps
+    /// Of them where the library's solver checks and answers, with Bullet's integration of nodes.
+    [[nodiscard]] double checkSeconds() const { return m_checkSeconds; }
 
 private:
     struct Judged
@@ -92,6 +94,7 @@ private:
     std::vector<Judged> m_judged;
     std::vector<std::vector<std::uint8_t>> m_through;  // by soft body and node
     double m_seconds = 0.0;
+    double m_checkSeconds = 0.0;
 
     void addSoft(btSoftBody* body, double mass, double stiffness);
 };

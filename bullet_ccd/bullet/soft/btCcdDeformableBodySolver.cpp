@@ -4,8 +4,29 @@
 #include "bullet_ccd/math/check.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 
 #include <cmath>
+
+namespace
+{
+bool hasConcavePart(const btCollisionShape& shape)
+{
+    if (!shape.isCompound())
+    {
+        return shape.isConcave();
+    }
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    {
+        if (hasConcavePart(*compound.getChildShape(i)))
+        {
+            return true;
+        }
+    }
+    return false;
+}
+}  // namespace
 
 btCcdDeformableBodySolver::btCcdDeformableBodySolver() : m_step(std::make_unique<btCcdSoftStep>())
 {
@@ -70,7 +91,7 @@ void btCcdDeformableBodySolver::processCollision(btSoftBody* softBody,
                                                  const btCollisionObjectWrapper* collider)
 {
     const btCollisionShape* shape = collider->getCollisionObject()->getCollisionShape();
-    if (!m_isEnabled || !shape->isConcave() || !m_step->m_obstacles.isCovered(shape))
+    if (!m_isEnabled || !hasConcavePart(*shape) || !m_step->m_obstacles.isCovered(shape))
     {
         btDeformableBodySolver::processCollision(softBody, collider);
     }

@@ -153,26 +153,42 @@ void btCcdSoftObstacles::addPart(btCollisionObject& object,
                                  const Eigen::Isometry3d& X_SG)
 {
     Entry& entry = m_entries[{&object, index, part.m_tree.get()}];
-    btCcdSoftPart& soft = entry.m_part;
-    const Pose& pose = m_poses.at(&object);
-    m_parts.push_back(&soft);
-    if (std::exchange(entry.m_round, m_round) == m_round)
+    if (std::exchange(entry.m_round, m_round) != m_round)
     {
+        placePart(object, part, X_SG, entry.m_part);
+        const auto isNear = [](const std::vector<Eigen::Vector3d>& places)
+        { return std::ranges::all_of(places, bullet_ccd::isPlace); };
+        entry.m_isFar =
+            !isNear(entry.m_part.m_start) || !isNear(entry.m_part.m_end) ||
+            (entry.m_part.m_surface == nullptr && !isNear(part.m_tree->mesh().vertices));
+    }
+    if (entry.m_isFar)
+    {
+        ++m_uncovered;
         return;
     }
+    if (entry.m_part.m_surface == nullptr)
+    {
+        entry.m_part.m_surface = std::make_unique<bullet_ccd::DeformableSurface>(
+            part.m_tree->mesh(), bullet_ccd::DeformableSurfaceOptions{.weldDuplicates = true});
+    }
+    m_parts.push_back(&entry.m_part);
+}
+
+void btCcdSoftObstacles::placePart(btCollisionObject& object,
+                                   const btCcdShapePart& part,
+                                   const Eigen::Isometry3d& X_SG,
+                                   btCcdSoftPart& soft)
+{
+    const Pose& pose = m_poses.at(&object);
     const bool rests = pose.m_start == pose.m_end;
     if (soft.m_surface != nullptr && rests && soft.m_startPose == pose.m_start &&
         soft.m_endPose == pose.m_end && soft.X_SG.matrix() == X_SG.matrix())
     {
         return;
     }
-    if (soft.m_surface == nullptr)
-    {
-        soft.m_object = &object;
-        soft.m_tree = part.m_tree;
-        soft.m_surface = std::make_unique<bullet_ccd::DeformableSurface>(
-            part.m_tree->mesh(), bullet_ccd::DeformableSurfaceOptions{.weldDuplicates = true});
-    }
+    soft.m_object = &object;
+    soft.m_tree = part.m_tree;
     soft.X_SG = X_SG;
     soft.m_radius = part.m_radius;
     soft.m_startPose = pose.m_start;

@@ -50,6 +50,7 @@ private:
     {
         btCcdSoftPart m_part;
         std::int64_t m_round = 0;
+        bool m_isFar = false;  ///< beyond kLargestCoordinate in this step
     };
     using Key = std::tuple<const btCollisionObject*, std::size_t, const void*>;
 
@@ -65,6 +66,11 @@ private:
                  std::size_t index,
                  const btCcdShapePart& part,
                  const Eigen::Isometry3d& X_SG);
+    /// Sets where the part is at both ends of the step, unless it still is there.
+    void placePart(btCollisionObject& object,
+                   const btCcdShapePart& part,
+                   const Eigen::Isometry3d& X_SG,
+                   btCcdSoftPart& soft);
 };
 
 #endif  // BT_CCD_SOFT_OBSTACLES_H

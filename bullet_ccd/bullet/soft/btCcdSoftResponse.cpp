@@ -175,23 +175,25 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
                             bool isForced)
 {
     Touch touch;
+    Path path;
     touch.m_isForced = isForced;
-    const int ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
-    touch.m_weights = contact.weights;
-    Vector3d start = Vector3d::Zero();
+    const std::size_t ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
     Vector3d motion = Vector3d::Zero();
-    for (int k = 0; k < 4; ++k)
+    for (std::size_t k = 0; k < 4; ++k)
     {
         btCcdSoftPart& part = k < ofA ? partA : partB;
-        const auto vertex = std::size_t(contact.vertices[std::size_t(k)]);
-        touch.m_part[std::size_t(k)] = &part;
-        touch.m_vertex[std::size_t(k)] = vertex;
-        const double w = touch.m_weights[k];
-        start += w * part.m_start[vertex];
+        const auto vertex = std::size_t(contact.vertices[k]);
+        touch.m_part[k] = &part;
+        touch.m_vertex[k] = vertex;
+        const double w = contact.weights[Eigen::Index(k)];
+        path.m_weight[k] = w;
+        path.m_end[k] = &part.m_end[vertex];
+        path.m_start += w * part.m_start[vertex];
         motion += w * (part.m_end[vertex] - part.m_start[vertex]);
         if (part.m_soft != nullptr)
         {
-            touch.m_response += w * w * part.m_inverseMass[vertex];
+            path.m_give[k] = w * part.m_inverseMass[vertex];
+            path.m_response += w * path.m_give[k];
         }
         else
         {
@@ -207,55 +209,48 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
         // They touch exactly: against the way they come.
         normal = -motion.stableNormalized();
     }
-    if (!(touch.m_response > 0.0) || !(normal.squaredNorm() > 0.5))
+    if (!(path.m_response > 0.0) || !(normal.squaredNorm() > 0.5))
     {
         return;
     }
-    touch.m_axes = axesOf(normal);
+    path.m_axes = axesOf(normal);
     const double rest = m_rest + partA.m_radius + partB.m_radius;
-    const double gap = normal.dot(start);
-    touch.m_goal = gap < rest ? gap + kRecovery * (rest - gap) : rest;
-    touch.m_friction = frictionOf(partA) * frictionOf(partB);
+    const double gap = normal.dot(path.m_start);
+    path.m_goal = gap < rest ? gap + kRecovery * (rest - gap) : rest;
+    path.m_friction = frictionOf(partA) * frictionOf(partB);
     touch.m_restitution =
         double(partA.m_object->getRestitution()) * double(partB.m_object->getRestitution());
-    m_touches.push_back(touch);
+    m_touches.push_back(std::move(touch));
+    m_paths.push_back(path);
 }
 
-void btCcdSoftResponse::pushPath(const Touch& touch, const Vector3d& push)
+double btCcdSoftResponse::solvePath(Path& path)
 {
-    const Vector3d impulse = touch.m_axes.transpose() * push;
-    for (std::size_t k = 0; k < 4; ++k)
+    const Vector3d end = path.m_weight[0] * *path.m_end[0] + path.m_weight[1] * *path.m_end[1] +
+                         path.m_weight[2] * *path.m_end[2] + path.m_weight[3] * *path.m_end[3];
+    const double beyond = path.m_axes.row(0).dot(end) - path.m_goal;
+    if (beyond >= 0.0 && path.m_push[0] == 0.0)
     {
-        btCcdSoftPart& part = *touch.m_part[k];
-        if (part.m_soft != nullptr)
-        {
-            part.m_end[touch.m_vertex[k]] +=
-                touch.m_weights[Eigen::Index(k)] * part.m_inverseMass[touch.m_vertex[k]] * impulse;
-        }
+        return 0.0;  // far enough, and nothing to take back
     }
-}
-
-double btCcdSoftResponse::solvePath(Touch& touch)
-{
-    Vector3d end = Vector3d::Zero();
-    Vector3d start = Vector3d::Zero();
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-        const double w = touch.m_weights[Eigen::Index(k)];
-        start += w * touch.m_part[k]->m_start[touch.m_vertex[k]];
-        end += w * touch.m_part[k]->m_end[touch.m_vertex[k]];
-    }
-    Vector3d excess = touch.m_axes * (end - start);
-    excess[0] = touch.m_axes.row(0).dot(end) - touch.m_goal;
-    const Vector3d wanted = limited(touch.m_push - excess / touch.m_response, touch.m_friction);
-    const Vector3d change = wanted - touch.m_push;
+    Vector3d excess = path.m_axes * (end - path.m_start);
+    excess[0] = beyond;
+    const Vector3d wanted = limited(path.m_push - excess / path.m_response, path.m_friction);
+    const Vector3d change = wanted - path.m_push;
     if (change.isZero(0.0))
     {
         return 0.0;
     }
-    pushPath(touch, change);
-    touch.m_push = wanted;
-    return change.norm() * touch.m_response;
+    const Vector3d push_W = path.m_axes.transpose() * change;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        if (path.m_give[k] != 0.0)
+        {
+            *path.m_end[k] += path.m_give[k] * push_W;
+        }
+    }
+    path.m_push = wanted;
+    return change.norm() * path.m_response;
 }
 
 void btCcdSoftResponse::solvePaths()
@@ -263,9 +258,9 @@ void btCcdSoftResponse::solvePaths()
     for (int sweep = 0; sweep < kPathSweeps; ++sweep)
     {
         double largest = 0.0;
-        for (Touch& touch : m_touches)
+        for (Path& path : m_paths)
         {
-            largest = std::max(largest, solvePath(touch));
+            largest = std::max(largest, solvePath(path));
         }
         if (largest < kSmallChange * m_rest)
         {
@@ -274,7 +269,7 @@ void btCcdSoftResponse::solvePaths()
     }
 }
 
-void btCcdSoftResponse::findMover(Touch& touch)
+void btCcdSoftResponse::findMover(Touch& touch, const Path& path)
 {
     if (touch.m_obstacle == nullptr)
     {
@@ -305,14 +300,16 @@ void btCcdSoftResponse::findMover(Touch& touch)
     {
         return;
     }
+    touch.m_rows = m_rows.size();
+    std::array<Row, 3>& rows = m_rows.emplace_back();
     for (int k = 0; k < 3; ++k)
     {
-        touch.m_rows[std::size_t(k)] =
-            touch.m_mover->row(*object, touch.m_point, touch.m_axes.row(k).transpose());
+        rows[std::size_t(k)] =
+            touch.m_mover->row(*object, touch.m_point, path.m_axes.row(k).transpose());
     }
 }
 
-Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch) const
+Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch, const Path& path) const
 {
     Vector3d v = Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k)
@@ -320,80 +317,85 @@ Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch) const
         const btCcdSoftPart& part = *touch.m_part[k];
         if (part.m_soft != nullptr)
         {
-            v += touch.m_weights[Eigen::Index(k)] * part.m_velocity[touch.m_vertex[k]];
+            v += path.m_weight[k] * part.m_velocity[touch.m_vertex[k]];
         }
     }
     if (touch.m_mover == nullptr)
     {
-        return touch.m_axes * (v + touch.m_pathVelocity);
+        return path.m_axes * (v + touch.m_pathVelocity);
     }
-    v = touch.m_axes * v;
+    v = path.m_axes * v;
     for (int k = 0; k < 3; ++k)
     {
-        v[k] +=
-            touch.m_sign * touch.m_rows[std::size_t(k)].m_jacobian.dot(touch.m_mover->m_velocity);
+        v[k] += touch.m_sign *
+                m_rows[touch.m_rows][std::size_t(k)].m_jacobian.dot(touch.m_mover->m_velocity);
     }
     return v;
 }
 
-void btCcdSoftResponse::applyImpulse(Touch& touch, const Vector3d& impulse)
+void btCcdSoftResponse::applyImpulse(Touch& touch, const Path& path, const Vector3d& impulse)
 {
-    const Vector3d J_W = touch.m_axes.transpose() * impulse;
+    const Vector3d J_W = path.m_axes.transpose() * impulse;
     for (std::size_t k = 0; k < 4; ++k)
     {
         btCcdSoftPart& part = *touch.m_part[k];
         if (part.m_soft != nullptr)
         {
-            part.m_velocity[touch.m_vertex[k]] +=
-                touch.m_weights[Eigen::Index(k)] * part.m_inverseMass[touch.m_vertex[k]] * J_W;
+            part.m_velocity[touch.m_vertex[k]] += path.m_give[k] * J_W;
         }
     }
     for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
     {
         touch.m_mover->m_velocity +=
-            touch.m_sign * impulse[k] * touch.m_rows[std::size_t(k)].m_response;
+            touch.m_sign * impulse[k] * m_rows[touch.m_rows][std::size_t(k)].m_response;
     }
 }
 
-double btCcdSoftResponse::solveVelocity(Touch& touch)
+double btCcdSoftResponse::solveVelocity(Touch& touch, const Path& path)
 {
-    Vector3d response = Vector3d::Constant(touch.m_response);
+    Vector3d response = Vector3d::Constant(path.m_response);
     for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
     {
-        const Row& row = touch.m_rows[std::size_t(k)];
+        const Row& row = m_rows[touch.m_rows][std::size_t(k)];
         response[k] += row.m_jacobian.dot(row.m_response);
     }
-    Vector3d excess = relativeVelocity(touch);
+    Vector3d excess = relativeVelocity(touch, path);
     excess[0] -= touch.m_goalSpeed;
     const Vector3d wanted =
-        limited(touch.m_impulse - excess.cwiseQuotient(response), touch.m_friction);
+        limited(touch.m_impulse - excess.cwiseQuotient(response), path.m_friction);
     const Vector3d change = wanted - touch.m_impulse;
     if (change.isZero(0.0))
     {
         return 0.0;
     }
-    applyImpulse(touch, change);
+    applyImpulse(touch, path, change);
     touch.m_impulse = wanted;
     return change.cwiseProduct(response).norm();
 }
 
 void btCcdSoftResponse::solveVelocities()
 {
-    std::erase_if(m_touches,
-                  [](const Touch& touch) { return !(touch.m_push[0] > 0.0 || touch.m_isForced); });
-    for (Touch& touch : m_touches)
+    std::vector<std::size_t> pushing;
+    for (std::size_t i = 0; i < m_touches.size(); ++i)
     {
-        findMover(touch);
-        const double speed = -relativeVelocity(touch)[0];
+        Touch& touch = m_touches[i];
+        const Path& path = m_paths[i];
+        if (!(path.m_push[0] > 0.0 || touch.m_isForced))
+        {
+            continue;
+        }
+        pushing.push_back(i);
+        findMover(touch, path);
+        const double speed = -relativeVelocity(touch, path)[0];
         touch.m_goalSpeed = speed > kBounceSpeed ? touch.m_restitution * speed : 0.0;
     }
     double first = 0.0;
     for (int sweep = 0; sweep < kVelocitySweeps; ++sweep)
     {
         double largest = 0.0;
-        for (Touch& touch : m_touches)
+        for (const std::size_t i : pushing)
         {
-            largest = std::max(largest, solveVelocity(touch));
+            largest = std::max(largest, solveVelocity(m_touches[i], m_paths[i]));
         }
         first = std::max(first, largest);
         if (largest <= kSmallChange * first)

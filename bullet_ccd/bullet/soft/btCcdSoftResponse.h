@@ -49,18 +49,25 @@ private:
         Eigen::VectorXd m_jacobian;
         Eigen::VectorXd m_response;
     };
+    /// What the sweeps over paths read and write of a contact; the rest of it is in Touch.
+    struct Path
+    {
+        Eigen::Matrix3d m_axes;            // rows: normal, two tangents
+        std::array<double, 4> m_weight{};  // of the vector between the nearest points
+        std::array<double, 4> m_give{};    // weight / mass, 0 of what is not soft
+        std::array<Eigen::Vector3d*, 4> m_end{};
+        Eigen::Vector3d m_start = Eigen::Vector3d::Zero();  // of that vector
+        Eigen::Vector3d m_push = Eigen::Vector3d::Zero();   // along the axes [kg m]
+        double m_goal = 0.0;                                // of the distance at the end [m]
+        double m_response = 0.0;                            // sum of w^2 / m over what is soft
+        double m_friction = 0.0;
+    };
     struct Touch
     {
         bool m_isForced = false;
         std::array<btCcdSoftPart*, 4> m_part{};
         std::array<std::size_t, 4> m_vertex{};
-        Eigen::Vector4d m_weights;  // of the vector between the nearest points
-        Eigen::Matrix3d m_axes;     // rows: normal, two tangents
-        double m_goal = 0.0;        // of the distance at the end [m]
-        double m_response = 0.0;    // sum of w^2 / m over what is soft
-        double m_friction = 0.0;
         double m_restitution = 0.0;
-        Eigen::Vector3d m_push = Eigen::Vector3d::Zero();     // along the axes [kg m]
         Eigen::Vector3d m_impulse = Eigen::Vector3d::Zero();  // along the axes [kg m/s]
         // Where one side is an obstacle.
         btCcdSoftPart* m_obstacle = nullptr;
@@ -68,23 +75,24 @@ private:
         double m_sign = 0.0;                                // of the obstacle's weights
         Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
         Mover* m_mover = nullptr;
-        std::array<Row, 3> m_rows;
+        std::size_t m_rows = 0;  // where m_rows has them, if there is a mover
         double m_goalSpeed = 0.0;
     };
 
     double m_rest;
     double m_timeStep;
     std::vector<Touch> m_touches;
+    std::vector<Path> m_paths;  // of the touches
+    std::vector<std::array<Row, 3>> m_rows;
     std::map<const void*, std::unique_ptr<Mover>> m_movers;
 
     /// One step of the iteration; returns by how much a distance changed [m].
-    double solvePath(Touch& touch);
-    void pushPath(const Touch& touch, const Eigen::Vector3d& push);
+    static double solvePath(Path& path);
     /// The same for velocities [m/s].
-    double solveVelocity(Touch& touch);
-    [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch) const;
-    void applyImpulse(Touch& touch, const Eigen::Vector3d& impulse);
-    void findMover(Touch& touch);
+    double solveVelocity(Touch& touch, const Path& path);
+    [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch, const Path& path) const;
+    void applyImpulse(Touch& touch, const Path& path, const Eigen::Vector3d& impulse);
+    void findMover(Touch& touch, const Path& path);
 };
 
 #endif  // BT_CCD_SOFT_RESPONSE_H

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 using bullet_ccd::DeformableContact;
@@ -30,6 +31,17 @@ std::size_t verticesOfA(const DeformableContact& contact)
     return contact.kind == ElementaryKind::VertexFace ? 1 : 2;
 }
 
+constexpr double kNoWeight = 1e-9;
+
+/// Two edges that are nearest at an end of each: then a node is as near to a face.
+bool isOfTwoNodes(const DeformableContact& contact)
+{
+    const auto isEnd = [&](Eigen::Index k) {
+        return std::min(std::abs(contact.weights[k]), std::abs(contact.weights[k + 1])) < kNoWeight;
+    };
+    return contact.kind == ElementaryKind::EdgeEdge && isEnd(0) && isEnd(2);
+}
+
 /// A rigid body whose pose the step may take back.
 btRigidBody* yielding(const btCcdSoftPart& part)
 {
@@ -48,6 +60,58 @@ btTransform between(const btTransform& start, const btTransform& end, double par
     return btTransform(start.getRotation().slerp(end.getRotation(), btScalar(part)),
                        start.getOrigin().lerp(end.getOrigin(), btScalar(part)));
 }
+
+/// Tells contacts between the same two points apart from others: a node above an inner node of
+/// another cloth touches all faces around it, and each edge of one all edges of the other.
+class SamePoints
+{
+public:
+    explicit SamePoints(std::size_t contacts) : m_table(std::bit_ceil(2 * contacts + 1), 0) {}
+
+    /// False if a contact of the same vertices with weights was there before. (Another one may be
+    /// taken for the same with a probability of 2^-64 a pair; then the next round finds it.)
+    bool isNew(const DeformableContact& contact)
+    {
+        const std::uint64_t key = std::max<std::uint64_t>(keyOf(contact), 1);
+        for (std::size_t i = key;; ++i)
+        {
+            std::uint64_t& entry = m_table[i & (m_table.size() - 1)];
+            if (entry == key)
+            {
+                return false;
+            }
+            if (entry == 0)
+            {
+                entry = key;
+                return true;
+            }
+        }
+    }
+
+private:
+    std::vector<std::uint64_t> m_table;
+
+    static std::uint64_t mixed(std::uint64_t x)
+    {
+        x = (x ^ (x >> 31U)) * 0x9E3779B97F4A7C15U;
+        return x ^ (x >> 29U);
+    }
+    /// Sums do not depend on the order of vertices, nor of the two sides.
+    static std::uint64_t keyOf(const DeformableContact& contact)
+    {
+        std::array<std::uint64_t, 2> side{};
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            if (std::abs(contact.weights[Eigen::Index(k)]) > kNoWeight)
+            {
+                const bool isOfA = k < verticesOfA(contact);
+                const auto body = std::uint64_t(isOfA ? contact.bodyA : contact.bodyB);
+                side[isOfA ? 0 : 1] += mixed(mixed(body + 1) + std::uint64_t(contact.vertices[k]));
+            }
+        }
+        return mixed(side[0]) + mixed(side[1]);
+    }
+};
 
 void round(btCcdSoftPart& part)
 {
@@ -68,7 +132,9 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
     }
     const double rest = 2.0 * m_keep;
     btCcdSoftResponse response(rest, double(timeStep));
-    const DeformableResult near = contacts(rest, 0.125 * rest);
+    const auto isOfNoUse = [this](const DeformableContact& contact)
+    { return isOfTwoNodes(contact) || isAnchored(contact) || !hasPlainNormal(contact); };
+    const DeformableResult near = contacts(rest, 0.125 * rest, isOfNoUse);
     if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
     {
         ++m_counters.m_unchecked;
@@ -76,9 +142,10 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         commit(timeStep);
         return;
     }
+    SamePoints points(near.contacts.size());
     for (const DeformableContact& contact : near.contacts)
     {
-        if (!isAnchored(contact) && hasPlainNormal(contact))
+        if (points.isNew(contact))
         {
             answer(contact, false, response);
         }
@@ -182,7 +249,10 @@ bool btCcdSoftStep::isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) con
            !excludes(b, a.m_object);
 }
 
-DeformableResult btCcdSoftStep::contacts(double separation, double tolerance)
+DeformableResult btCcdSoftStep::contacts(
+    double separation,
+    double tolerance,
+    const std::function<bool(const DeformableContact&)>& isExempt)
 {
     ++m_counters.m_queries;
     std::vector<bullet_ccd::DeformableBody> bodies;
@@ -199,7 +269,8 @@ DeformableResult btCcdSoftStep::contacts(double separation, double tolerance)
                                            .maxIterations = kMostPairs,
                                            .maxIterationsOfPair = kMostEvaluations,
                                            .threads = m_threads,
-                                           .isPairExempt = isPairExempt},
+                                           .isPairExempt = isPairExempt,
+                                           .isExempt = isExempt},
                                           m_work);
 }
 

@@ -7,6 +7,7 @@
 #include "bullet_ccd/bullet/soft/btCcdSoftResponse.h"
 #include "bullet_ccd/bullet/soft/btCcdSoftSurface.h"
 
+#include <functional>
 #include <vector>
 
 class btCcdSoftStep
@@ -44,7 +45,10 @@ private:
                 bool isForced,
                 btCcdSoftResponse& response);
     [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
-    [[nodiscard]] bullet_ccd::DeformableResult contacts(double separation, double tolerance);
+    [[nodiscard]] bullet_ccd::DeformableResult contacts(
+        double separation,
+        double tolerance,
+        const std::function<bool(const bullet_ccd::DeformableContact&)>& isExempt = nullptr);
     /// What a path must not do: contacts() less those that nothing can answer.
     [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations();
     [[nodiscard]] bool isBlocking(const bullet_ccd::DeformableContact& contact);

@@ -88,8 +88,8 @@ bool setStepOf(btSoftBody& body, btScalar timeStep, btCcdSoftPart& part)
         part.m_end[i] = btCcdToEigen(btCcdNextPlace(body, node, timeStep));
         part.m_velocity[i] = btCcdToEigen(node.m_v);
         part.m_inverseMass[i] = double(node.m_im);
-        isFinite = isFinite && part.m_start[i].allFinite() && part.m_end[i].allFinite() &&
-                   part.m_velocity[i].allFinite();
+        isFinite = isFinite && bullet_ccd::isPlace(part.m_start[i]) &&
+                   bullet_ccd::isPlace(part.m_end[i]) && part.m_velocity[i].allFinite();
     }
     for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
     {
@@ -182,7 +182,8 @@ btCcdSoftPart* btCcdSoftSurfaces::find(btSoftBody& body, btScalar timeStep)
         {
             std::fprintf(stderr,
                          "bullet_ccd: a soft body of %d nodes has places or velocities that are "
-                         "not finite. It is left to Bullet: take a smaller time step or softer "
+                         "not finite, or beyond 1e12 m. It is left to Bullet: take a smaller time "
+                         "step or softer "
                          "springs\n",
                          body.m_nodes.size());
         }

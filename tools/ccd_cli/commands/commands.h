@@ -26,8 +26,7 @@ void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);
 /// Options that all verbs share: tolerance and minimum separation.
 void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSeparation);
 
-/// --decide and --exact, of the verbs for features that deform. Not with --minimum-separation the
-/// latter.
+/// --decide and --exact, of the verbs for features that deform.
 void addDepthOptions(CLI::App& command, ElementaryDepth& depth);
 
 /// Options that the verbs for rigid bodies and robots share: tolerance, minimum separation,

@@ -1,7 +1,7 @@
 #include "bullet_ccd/deformable/deformable_toi.h"
-#include "bullet_ccd/io/mesh_file.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/ccd_cli/files/frame_files.h"
+#include "tools/ccd_cli/files/frame_obstacle.h"
 #include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
 #include "tools/support/stop_request.h"
@@ -24,27 +24,34 @@ struct DeformableArguments
     std::vector<std::string> frames;
     std::string sequence;
     std::vector<std::string> obstacles;
+    std::vector<std::pair<std::string, std::string>> moving;  ///< mesh and poses
     std::string output;
     DeformableOptions options;
     bool self = false;
     bool first = false;
     bool weld = false;
     bool summary = false;
+    double timeLimit = 0.0;
 };
 
-using FramePair = std::pair<std::filesystem::path, std::filesystem::path>;
-
-std::vector<FramePair> framePairs(const DeformableArguments& arguments)
+/// The files, and from which to which each step goes.
+struct Frames
 {
-    std::vector<FramePair> pairs;
+    std::vector<std::filesystem::path> files;
+    std::vector<std::pair<std::size_t, std::size_t>> steps;
+};
+
+Frames stepsOf(const DeformableArguments& arguments)
+{
+    Frames frames;
     if (!arguments.sequence.empty())
     {
-        const std::vector<std::filesystem::path> frames = framesOf(arguments.sequence);
-        for (std::size_t i = 1; i < frames.size(); ++i)
+        frames.files = framesOf(arguments.sequence);
+        for (std::size_t i = 1; i < frames.files.size(); ++i)
         {
-            pairs.emplace_back(frames[i - 1], frames[i]);
+            frames.steps.emplace_back(i - 1, i);
         }
-        return pairs;
+        return frames;
     }
     if (arguments.frames.empty() || arguments.frames.size() % 2 != 0)
     {
@@ -55,47 +62,39 @@ std::vector<FramePair> framePairs(const DeformableArguments& arguments)
                         arguments.frames.size(),
                         arguments.frames.size() == 1 ? "" : "s"));
     }
+    frames.files.assign(arguments.frames.begin(), arguments.frames.end());
     for (std::size_t i = 0; i < arguments.frames.size(); i += 2)
     {
-        pairs.emplace_back(arguments.frames[i], arguments.frames[i + 1]);
+        frames.steps.emplace_back(i, i + 1);
     }
-    return pairs;
-}
-
-DeformableSurface surfaceOf(const std::string& file, const TriangleMesh& mesh, bool weld)
-{
-    try
-    {
-        return DeformableSurface(mesh, {.weldDuplicates = weld});
-    }
-    catch (const std::invalid_argument& error)
-    {
-        throw std::runtime_error(
-            fmt::format("{}: {}{}",
-                        file,
-                        error.what(),
-                        weld ? "" : " (--weld lets vertices at one place count as one)"));
-    }
+    return frames;
 }
 
 /// The mesh that deforms, with the obstacles around it.
 class FrameSeries
 {
 public:
-    explicit FrameSeries(const DeformableArguments& arguments) : m_arguments(arguments)
+    FrameSeries(const DeformableArguments& arguments, Frames frames, StopCondition stop)
+        : m_arguments(arguments), m_frames(std::move(frames)), m_stop(stop)
     {
         for (const std::string& file : arguments.obstacles)
         {
-            m_obstacles.push_back(surfaceOf(file, loadMeshFile(file).mesh, true));
+            m_obstacles.emplace_back(file, m_frames.files.size());
+        }
+        for (const auto& [file, poses] : arguments.moving)
+        {
+            m_obstacles.emplace_back(file, poses, m_frames.files.size());
         }
     }
 
-    /// One row for every contact.
-    std::string step(std::size_t frame, const FramePair& files)
+    /// One row for every contact; nullopt if it was stopped.
+    std::optional<std::string> step(std::size_t frame)
     {
+        const auto& [first, second] = m_frames.steps[frame];
+        const std::filesystem::path& startFile = m_frames.files[first];
         FrameFile start =
-            m_last && m_last->path == files.first ? std::move(*m_last) : readFrame(files.first);
-        FrameFile end = readFrame(files.second);
+            m_last && m_last->path == startFile ? std::move(*m_last) : readFrame(startFile);
+        FrameFile end = readFrame(m_frames.files[second]);
         requireSameTopology(start, end);
         const Stopwatch buildWatch;
         const bool isNew = !m_surface || !start.hasTopologyOf(m_topology);
@@ -111,13 +110,21 @@ public:
         }
         catch (const std::invalid_argument& error)
         {
-            throw std::runtime_error(fmt::format(
-                "{} to {}: {}", files.first.string(), files.second.string(), error.what()));
+            throw std::runtime_error(
+                fmt::format("{} to {}: {}", start.path.string(), end.path.string(), error.what()));
+        }
+        for (FrameObstacle& obstacle : m_obstacles)
+        {
+            obstacle.setStep(first, second, m_arguments.options.threads);
         }
         const double refitSeconds = refitWatch.seconds();
         const Stopwatch queryWatch;
         const DeformableResult result = query();
         const double querySeconds = queryWatch.seconds();
+        if (result.status == ToiStatus::Stopped)
+        {
+            return std::nullopt;
+        }
         if (result.status == ToiStatus::IterationLimit && result.contacts.empty())
         {
             fmt::print(stderr,
@@ -164,12 +171,13 @@ private:
     DeformableResult query()
     {
         std::vector<DeformableBody> bodies{{.surface = &*m_surface}};
-        for (const DeformableSurface& obstacle : m_obstacles)
+        for (const FrameObstacle& obstacle : m_obstacles)
         {
-            bodies.push_back({.surface = &obstacle, .selfCollision = false});
+            bodies.push_back(obstacle.body());
         }
         bodies[0].selfCollision = m_arguments.self || m_partCount > 1;
         DeformableOptions options = m_arguments.options;
+        options.stop = m_stop;
         if (!m_arguments.self)
         {
             options.isExempt = [this](const DeformableContact& contact)
@@ -215,7 +223,9 @@ private:
     }
 
     const DeformableArguments& m_arguments;
-    std::vector<DeformableSurface> m_obstacles;
+    Frames m_frames;
+    StopCondition m_stop;
+    std::vector<FrameObstacle> m_obstacles;
     std::optional<DeformableSurface> m_surface;
     FrameFile m_topology;  ///< that the surface was built from
     std::optional<FrameFile> m_last;
@@ -227,24 +237,29 @@ private:
 
 int runDeformable(const DeformableArguments& arguments)
 {
-    const std::vector<FramePair> pairs = framePairs(arguments);
-    for (const auto& [start, end] : pairs)
+    const Frames frames = stepsOf(arguments);
+    for (const std::filesystem::path& file : frames.files)
     {
-        requireOtherFile(arguments.output, {start.string(), end.string()});
+        requireOtherFile(arguments.output, {file.string()});
     }
     requireWritable(arguments.output);
-    FrameSeries series(arguments);
-    const StopRequest stop;
+    const StopRequest stop(arguments.timeLimit);
+    FrameSeries series(arguments, frames, stop.condition());
     std::string table = "frame,toi,kind,a0,a1,a2,a3,body_a,body_b,gap\n";
     std::size_t done = 0;
-    for (; done < pairs.size() && !stop.isDue(); ++done)
+    for (; done < frames.steps.size() && !stop.isDue(); ++done)
     {
-        table += series.step(done, pairs[done]);
+        const std::optional<std::string> rows = series.step(done);
+        if (!rows)
+        {
+            break;
+        }
+        table += *rows;
     }
     writeWholeFile(arguments.output, table);
     return stop.finish("bullet-ccd deformable",
                        done,
-                       pairs.size(),
+                       frames.steps.size(),
                        "steps",
                        series.isComplete() ? kDone : kNothingFound);
 }
@@ -253,7 +268,13 @@ constexpr const char* kDeformableFooter =
     "FRAMES are OBJ files, two per step: the same mesh where the step begins and where it ends. "
     "Vertices move on straight lines over t = 0 to 1. Contacts of a vertex and a face and of two "
     "edges are found between connected parts of the mesh, with --self within them, too, and with "
-    "the obstacles, which rest. Features that share a vertex are neighbours and do not count.\n"
+    "the obstacles. Features that share a vertex are neighbours and do not count.\n"
+    "\n"
+    "An obstacle rests, or has frames of its own, or a pose in each frame. POSES has the columns "
+    "qw, qx, qy, qz, tx, ty, tz and one row per frame, also where a frame is given twice. Between "
+    "two poses it turns along the shortest arc. Its vertices go straight in a step, and what they "
+    "are off the arc is kept in addition to the minimum separation, so take steps with small "
+    "turns; --exact needs obstacles that do not turn.\n"
     "\n"
     "RESULTS has the columns frame, toi, kind, a0, a1, a2, a3, body_a, body_b, gap and one row per "
     "contact, sorted by step, then by toi, before which these two features certainly do not touch. "
@@ -265,11 +286,14 @@ constexpr const char* kDeformableFooter =
     "tolerance and does not touch.\n"
     "\n"
     "Exit codes: 0 if every step was checked, 1 if one has too many pairs, 2 for wrong options, 3 "
-    "for bad input, 130 after Ctrl-C.\n"
+    "for bad input, 130 after Ctrl-C. After Ctrl-C, or at the time limit, RESULTS has the steps "
+    "that "
+    "were done; the last line on stderr says how many.\n"
     "\n"
     "Examples:\n"
     "  bullet-ccd deformable f0.obj f1.obj --self -o contacts.csv\n"
-    "  bullet-ccd deformable --sequence 'f_*.obj' --obstacle table.obj -o c.csv";
+    "  bullet-ccd deformable --sequence 'f_*.obj' --obstacle table.obj -o c.csv\n"
+    "  bullet-ccd deformable --sequence 'f_*.obj' --moving-obstacle hand.stl poses.csv -o c.csv";
 
 void addDeformableFlags(CLI::App& command, DeformableArguments& arguments)
 {
@@ -320,9 +344,16 @@ void addDeformableCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--obstacle",
                      arguments->obstacles,
-                     "A mesh that rests. The option may be given several times.")
+                     "A mesh that rests; with one * in its name, in quotes, the OBJ frames of one "
+                     "that moves, as many as the mesh has. The option may be given several times.")
         ->type_name("MESH")
         ->allow_extra_args(false);
+    command
+        ->add_option("--moving-obstacle",
+                     arguments->moving,
+                     "A mesh and its pose in every frame. The option may be given several times.")
+        ->type_name("MESH POSES");
+    addTimeLimitOption(*command, arguments->timeLimit, "Stop the steps");
     command
         ->add_option(
             "-o,--output", arguments->output, "Where to write RESULTS, one row per contact.")

@@ -56,8 +56,8 @@ void addDepthOptions(CLI::App& command, ElementaryDepth& depth)
     CLI::Option* exact = command.add_flag_callback(
         "--exact",
         [&depth] { depth = ElementaryDepth::Exact; },
-        "Decide without rounding whether features touch: no hit is false.");
-    exact->excludes("--minimum-separation");
+        "Decide without rounding whether features touch, or come within the minimum separation: "
+        "no hit is false.");
     command
         .add_flag_callback(
             "--decide",
