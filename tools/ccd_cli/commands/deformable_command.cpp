@@ -293,7 +293,7 @@ constexpr const char* kDeformableFooter =
     "Examples:\n"
     "  bullet-ccd deformable f0.obj f1.obj --self -o contacts.csv\n"
     "  bullet-ccd deformable --sequence 'f_*.obj' --obstacle table.obj -o c.csv\n"
-    "  bullet-ccd deformable --sequence 'f_*.obj' --moving-obstacle hand.stl poses.csv -o c.csv";
+    "  bullet-ccd deformable --sequence 'f_*.obj' --moving-obstacle a.stl a.csv";
 
 void addDeformableFlags(CLI::App& command, DeformableArguments& arguments)
 {
