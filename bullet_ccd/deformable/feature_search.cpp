@@ -57,20 +57,20 @@ void FeatureSearch::examine(const PatchTask& task)
     for (int i = 0; i < m_candidates.edgePairs; ++i)
     {
         const auto& [indexA, indexB] = m_candidates.edgePair[i];
-        const auto& edgeA = a.edges[static_cast<std::size_t>(patchA.firstEdge + indexA)];
-        const auto& edgeB = b.edges[static_cast<std::size_t>(patchB.firstEdge + indexB)];
+        const auto& edgeA = a.edges[static_cast<std::size_t>(patchA.firstEdge) + indexA];
+        const auto& edgeB = b.edges[static_cast<std::size_t>(patchB.firstEdge) + indexB];
         add(m_edges, a, b, {edgeA[0], edgeA[1], edgeB[0], edgeB[1]}, false);
     }
     for (int i = 0; i < m_candidates.vertexFaces; ++i)
     {
         const auto& [vertex, index] = m_candidates.vertexFace[i];
-        const auto& face = b.faces[static_cast<std::size_t>(patchB.firstFace + index)];
+        const auto& face = b.faces[static_cast<std::size_t>(patchB.firstFace) + index];
         add(m_vertexFaces, a, b, {patchA.vertex[vertex], face[0], face[1], face[2]}, false);
     }
     for (int i = 0; i < m_candidates.faceVertices; ++i)
     {
         const auto& [vertex, index] = m_candidates.faceVertex[i];
-        const auto& face = a.faces[static_cast<std::size_t>(patchA.firstFace + index)];
+        const auto& face = a.faces[static_cast<std::size_t>(patchA.firstFace) + index];
         add(m_vertexFaces, b, a, {patchB.vertex[vertex], face[0], face[1], face[2]}, true);
     }
 }

@@ -46,12 +46,14 @@ struct DeformableSurface::Data
 
     [[nodiscard]] const MovingBox& box(std::int32_t child) const
     {
-        return child < 0 ? patchBoxes[static_cast<std::size_t>(~child)]
+        const std::int32_t leaf = ~child;
+        return child < 0 ? patchBoxes[static_cast<std::size_t>(leaf)]
                          : nodeBoxes[static_cast<std::size_t>(child)];
     }
     [[nodiscard]] bool rests(std::int32_t child) const
     {
-        return (child < 0 ? patchRests[static_cast<std::size_t>(~child)]
+        const std::int32_t leaf = ~child;
+        return (child < 0 ? patchRests[static_cast<std::size_t>(leaf)]
                           : nodeRests[static_cast<std::size_t>(child)]) != 0;
     }
     [[nodiscard]] const SurfacePatch& patch(std::int32_t index) const

@@ -2,6 +2,8 @@
 /// points that they are.
 #pragma once
 
+#include "bullet_ccd/export.h"
+
 #include <Eigen/Core>
 
 #include <array>
@@ -21,8 +23,8 @@ struct TriangleDistance
 /// Distance of two triangles given in one common frame. Never throws, allocates nothing.
 [[nodiscard]] TriangleDistance triangleDistance(const TriangleCorners& a, const TriangleCorners& b);
 /// Closest points of a point and a triangle (B).
-[[nodiscard]] TriangleDistance pointToTriangle(const Eigen::Vector3d& point,
-                                               const TriangleCorners& triangle);
+[[nodiscard]] BULLET_CCD_API TriangleDistance pointToTriangle(const Eigen::Vector3d& point,
+                                                              const TriangleCorners& triangle);
 
 /// Closest points of the segments from p0 to p1 (A) and from q0 to q1 (B), which may be points.
 [[nodiscard]] TriangleDistance segmentToSegment(const Eigen::Vector3d& p0,

@@ -9,6 +9,7 @@
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 
@@ -83,7 +84,8 @@ public:
 
     void run(double seconds)
     {
-        for (int i = 0; i < int(seconds / kTimeStep + 0.5); ++i)
+        const long steps = std::lround(seconds / kTimeStep);
+        for (long i = 0; i < steps; ++i)
         {
             m_world->stepSimulation(btScalar(kTimeStep), 0);
         }
