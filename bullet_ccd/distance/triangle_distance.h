@@ -21,7 +21,8 @@ struct TriangleDistance
 };
 
 /// Distance of two triangles given in one common frame. Never throws, allocates nothing.
-[[nodiscard]] TriangleDistance triangleDistance(const TriangleCorners& a, const TriangleCorners& b);
+[[nodiscard]] BULLET_CCD_API TriangleDistance triangleDistance(const TriangleCorners& a,
+                                                               const TriangleCorners& b);
 /// Closest points of a point and a triangle (B).
 [[nodiscard]] BULLET_CCD_API TriangleDistance pointToTriangle(const Eigen::Vector3d& point,
                                                               const TriangleCorners& triangle);

@@ -15,7 +15,7 @@ cmake --build "$build" --target "${targets[@]}"
 core=$build/bullet_ccd/libbullet_ccd_core.so
 nm -DC --defined-only "$core" >"$build/symbols"
 grep -q ' T bullet_ccd::rigidToi(' "$build/symbols"
-if grep ' T bullet_ccd::triangleDistance(' "$build/symbols"; then
+if grep ' T bullet_ccd::segmentToSegment(' "$build/symbols"; then
     echo "a private function is visible"
     exit 1
 fi
