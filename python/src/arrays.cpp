@@ -87,6 +87,18 @@ Eigen::Vector3d vectorOf(const py::handle& value, const char* name)
     return {array.at(0), array.at(1), array.at(2)};
 }
 
+std::vector<Eigen::Vector3d> placesOf(const py::handle& value, const char* name)
+{
+    const DoubleArray array = doublesOf(value, name);
+    checkShape(array, {-1, 3}, name);
+    std::vector<Eigen::Vector3d> places;
+    for (py::ssize_t i = 0; i < array.shape(0); ++i)
+    {
+        places.emplace_back(Eigen::Map<const Eigen::Vector3d>(array.data(i)));
+    }
+    return places;
+}
+
 Eigen::Isometry3d poseOf(const py::handle& value, const char* name)
 {
     if (value.is_none())

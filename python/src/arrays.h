@@ -33,6 +33,9 @@ void checkShape(const py::array& array, std::vector<py::ssize_t> sizes, const ch
 /// Three numbers.
 [[nodiscard]] Eigen::Vector3d vectorOf(const py::handle& value, const char* name);
 
+/// n x 3 numbers.
+[[nodiscard]] std::vector<Eigen::Vector3d> placesOf(const py::handle& value, const char* name);
+
 /// A 4 x 4 homogeneous matrix as a pose; None is the identity. That its rotation is one is checked
 /// by the queries.
 [[nodiscard]] Eigen::Isometry3d poseOf(const py::handle& value, const char* name);

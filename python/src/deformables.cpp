@@ -27,15 +27,6 @@ struct Surface
     bool selfCollision = true;
 };
 
-std::vector<Eigen::Vector3d> placesOf(const py::handle& value, const char* name)
-{
-    const DoubleArray array = doublesOf(value, name);
-    checkShape(array, {-1, 3}, name);
-    std::vector<Eigen::Vector3d> places(static_cast<std::size_t>(array.shape(0)));
-    std::copy_n(array.data(), array.size(), places.data()->data());
-    return places;
-}
-
 std::unique_ptr<Surface> makeSurface(const SsvTree& mesh,
                                      bool selfCollision,
                                      bool weldDuplicates,

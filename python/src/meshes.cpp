@@ -17,13 +17,10 @@ namespace
 {
 TriangleMesh meshOf(const py::handle& vertices, const py::handle& triangles)
 {
-    const DoubleArray points = doublesOf(vertices, "vertices");
-    checkShape(points, {-1, 3}, "vertices");
+    TriangleMesh mesh;
+    mesh.vertices = placesOf(vertices, "vertices");
     const IndexArray indices = indicesOf(triangles, "triangles");
     checkShape(indices, {-1, 3}, "triangles");
-    TriangleMesh mesh;
-    mesh.vertices.resize(static_cast<std::size_t>(points.shape(0)));
-    std::copy_n(points.data(), points.size(), mesh.vertices.data()->data());
     mesh.triangles.resize(static_cast<std::size_t>(indices.shape(0)));
     for (py::ssize_t i = 0; i < indices.shape(0); ++i)
     {
