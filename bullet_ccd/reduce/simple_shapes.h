@@ -27,7 +27,7 @@ struct MeshFrame
 /// The frame's half extents must be positive.
 [[nodiscard]] ReducedModel boxAround(const MeshFrame& frame);
 
-/// Deviations of a capsule or sphere: those of its facets, which are outside of it, and of the round
-/// surface. The bounds end early at `limit`.
+/// Deviations of a capsule or sphere: those of its facets, which are outside of it, and of the
+/// round surface. The bounds end early at `limit`.
 void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, ReducedModel& model);
 }  // namespace bullet_ccd

@@ -200,8 +200,7 @@ void TrialWorld::addTable(const Eigen::Vector3d& point, const Eigen::Vector3d& u
     m_tableShape = btCcdMeshShape::fromMesh(makeBox(Eigen::Vector3d(half, half, kTableDepth)));
     m_tableShape->setMargin(m_margin);
     Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
-    X_WT.linear() =
-        rotationBetween(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+    X_WT.linear() = rotationBetween(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
     X_WT.translation() = point - up.normalized() * kTableDepth;
     m_table = std::make_unique<btRigidBody>(
         rigidInfo(0.0, *m_tableShape, btVector3(0, 0, 0), btCcdToBullet(X_WT)));

@@ -278,8 +278,9 @@ public:
     static std::optional<std::uint64_t> keyOf(const btCollisionShape& shape)
     {
         const int type = shape.getShapeType();
-        const bool isHull = type == CONVEX_HULL_SHAPE_PROXYTYPE &&
-                            static_cast<const btConvexHullShape&>(shape).getNumPoints() > kFewPoints;
+        const bool isHull =
+            type == CONVEX_HULL_SHAPE_PROXYTYPE &&
+            static_cast<const btConvexHullShape&>(shape).getNumPoints() > kFewPoints;
         if (!isHull && type != TRIANGLE_MESH_SHAPE_PROXYTYPE)
         {
             return std::nullopt;
