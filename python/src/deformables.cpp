@@ -59,14 +59,11 @@ void setMotion(Surface& surface, const SsvTree& mesh, const py::object& motion)
     surface.deviation = step.deviation;
 }
 
-py::dict contactArrays(const std::vector<DeformableContact>& contacts)
+/// What contacts of surfaces and of single features have in common; one row for each.
+py::dict answerArrays(const std::vector<DeformableContact>& contacts)
 {
     const auto count = static_cast<py::ssize_t>(contacts.size());
     py::array_t<std::uint8_t> status(count);
-    py::array_t<bool> isEdgeEdge(count);
-    py::array_t<std::int32_t> bodyA(count);
-    py::array_t<std::int32_t> bodyB(count);
-    py::array_t<std::int32_t> vertices({count, py::ssize_t{4}});
     py::array_t<double> time(count);
     py::array_t<double> gap(count);
     py::array_t<double> normal({count, py::ssize_t{3}});
@@ -75,10 +72,6 @@ py::dict contactArrays(const std::vector<DeformableContact>& contacts)
     {
         const DeformableContact& contact = contacts[static_cast<std::size_t>(i)];
         status.mutable_at(i) = static_cast<std::uint8_t>(contact.status);
-        isEdgeEdge.mutable_at(i) = contact.kind == ElementaryKind::EdgeEdge;
-        bodyA.mutable_at(i) = contact.bodyA;
-        bodyB.mutable_at(i) = contact.bodyB;
-        std::copy_n(contact.vertices.data(), 4, vertices.mutable_data(i, 0));
         time.mutable_at(i) = contact.time;
         gap.mutable_at(i) = contact.gap;
         std::copy_n(contact.normal.data(), 3, normal.mutable_data(i, 0));
@@ -86,14 +79,33 @@ py::dict contactArrays(const std::vector<DeformableContact>& contacts)
     }
     py::dict arrays;
     arrays["status"] = status;
-    arrays["is_edge_edge"] = isEdgeEdge;
-    arrays["body_a"] = bodyA;
-    arrays["body_b"] = bodyB;
-    arrays["vertices"] = vertices;
     arrays["time"] = time;
     arrays["gap"] = gap;
     arrays["normal"] = normal;
     arrays["weights"] = weights;
+    return arrays;
+}
+
+py::dict contactArrays(const std::vector<DeformableContact>& contacts)
+{
+    const auto count = static_cast<py::ssize_t>(contacts.size());
+    py::array_t<bool> isEdgeEdge(count);
+    py::array_t<std::int32_t> bodyA(count);
+    py::array_t<std::int32_t> bodyB(count);
+    py::array_t<std::int32_t> vertices({count, py::ssize_t{4}});
+    for (py::ssize_t i = 0; i < count; ++i)
+    {
+        const DeformableContact& contact = contacts[static_cast<std::size_t>(i)];
+        isEdgeEdge.mutable_at(i) = contact.kind == ElementaryKind::EdgeEdge;
+        bodyA.mutable_at(i) = contact.bodyA;
+        bodyB.mutable_at(i) = contact.bodyB;
+        std::copy_n(contact.vertices.data(), 4, vertices.mutable_data(i, 0));
+    }
+    py::dict arrays = answerArrays(contacts);
+    arrays["is_edge_edge"] = isEdgeEdge;
+    arrays["body_a"] = bodyA;
+    arrays["body_b"] = bodyB;
+    arrays["vertices"] = vertices;
     return arrays;
 }
 
@@ -158,10 +170,7 @@ py::tuple deformableContactsOf(const std::vector<std::shared_ptr<Surface>>& surf
         result = firstOnly ? deformableToi(bodies, options, scratch)
                            : deformableContacts(bodies, options, scratch);
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     return py::make_tuple(result.status, result.time, contactArrays(result.contacts));
 }
 
@@ -214,24 +223,16 @@ py::dict elementaryToiOf(const py::object& start,
                                                                       .weights = result.weights};
                           });
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
-    py::dict arrays = contactArrays(answers);
-    py::dict kept;
-    for (const char* name : {"status", "time", "gap", "normal", "weights"})
-    {
-        kept[name] = arrays[name];
-    }
+    runInterruptibly(work);
+    py::dict arrays = answerArrays(answers);
     py::array_t<bool> isContact(count);
     for (py::ssize_t i = 0; i < count; ++i)
     {
         isContact.mutable_at(i) =
             bullet_ccd::isContact(answers[static_cast<std::size_t>(i)].status);
     }
-    kept["is_contact"] = isContact;
-    return kept;
+    arrays["is_contact"] = isContact;
+    return arrays;
 }
 }  // namespace
 

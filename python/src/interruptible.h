@@ -43,4 +43,15 @@ template <class Work>
     done.get();
     return true;
 }
+
+/// The same for work of which nothing is kept if Ctrl-C ends it: throws what Python's handlers
+/// raised.
+template <class Work>
+void runInterruptibly(const Work& work)
+{
+    if (!interruptible(work))
+    {
+        throw pybind11::error_already_set();
+    }
+}
 }  // namespace bullet_ccd::python

@@ -70,10 +70,7 @@ std::vector<AccuracyCost> advise(const SsvTree& meshA, const SsvTree& meshB, dou
                                  [&](std::size_t /*done*/, std::size_t /*all*/)
                                  { return !stop && !limit.isDue(); });
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     return rows;
 }
 

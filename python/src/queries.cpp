@@ -229,10 +229,7 @@ py::dict toiBatch(const SsvTree& meshA,
                 }
             });
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     return arraysOf(results);
 }
 

@@ -53,16 +53,6 @@ std::vector<double> positionsOf(const Robot& robot, const py::handle& value, con
     return positions;
 }
 
-std::vector<LinkPair> linkPairs(const Robot& robot, const std::vector<LinkNames>& names)
-{
-    std::vector<LinkPair> pairs;
-    for (const auto& [a, b] : names)
-    {
-        pairs.emplace_back(robot.link(a), robot.link(b));
-    }
-    return pairs;
-}
-
 std::vector<RigidBody> bodiesOf(const Obstacles& obstacles, const char* argument)
 {
     std::vector<RigidBody> bodies;
@@ -77,6 +67,17 @@ std::vector<RigidBody> bodiesOf(const Obstacles& obstacles, const char* argument
                           .motion = motionOf(obstacles[i].second, name.c_str())});
     }
     return bodies;
+}
+
+RobotScene::RobotScene(const Robot& theRobot,
+                       const Obstacles& theObstacles,
+                       const std::vector<LinkNames>& selfPairs)
+    : robot(theRobot), obstacles(bodiesOf(theObstacles, "obstacles"))
+{
+    for (const auto& [a, b] : selfPairs)
+    {
+        pairs.emplace_back(robot.link(a), robot.link(b));
+    }
 }
 
 std::vector<NamedContact> namedContacts(const Robot& robot, std::span<const LinkContact> contacts)
@@ -207,8 +208,7 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
                                    double timeLimit)
 {
     const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
-    const std::vector<LinkPair> pairs = linkPairs(robot, selfPairs);
-    const std::vector<RigidBody> bodies = bodiesOf(obstacles, "obstacles");
+    const RobotScene scene(robot, obstacles, selfPairs);
     const ToiOptions options{.tolerance = tolerance,
                              .minimumSeparation = minimumSeparation,
                              .maxIterations = maxIterations,
@@ -217,13 +217,7 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
     {
         const py::gil_scoped_release release;
         ToiWorkspace work;
-        result = articulatedToi({.tree = &robot.model.tree,
-                                 .linkTrees = robot.linkTrees,
-                                 .motion = &motion,
-                                 .selfPairs = pairs},
-                                bodies,
-                                options,
-                                work);
+        result = articulatedToi(scene.body(&motion), scene.obstacles, options, work);
     }
     return {.status = result.status,
             .time = result.time,

@@ -84,12 +84,29 @@ struct Robot
                                         const py::object& rootStart,
                                         const py::object& rootEnd);
 
-/// Throws KeyError for a name that is no link.
-[[nodiscard]] std::vector<LinkPair> linkPairs(const Robot& robot,
-                                              const std::vector<LinkNames>& names);
-
 /// Throws TypeError "<argument>[<index>]: ..." for None.
 [[nodiscard]] std::vector<RigidBody> bodiesOf(const Obstacles& obstacles, const char* argument);
+
+/// A robot among obstacles, and which of its links are tested against each other.
+struct RobotScene
+{
+    /// Throws KeyError for a name that is no link, and as bodiesOf() does.
+    RobotScene(const Robot& robot,
+               const Obstacles& obstacles,
+               const std::vector<LinkNames>& selfPairs);
+
+    [[nodiscard]] ArticulatedBody body(const JointMotion* motion = nullptr) const
+    {
+        return {.tree = &robot.model.tree,
+                .linkTrees = robot.linkTrees,
+                .motion = motion,
+                .selfPairs = pairs};
+    }
+
+    const Robot& robot;
+    std::vector<LinkPair> pairs;
+    std::vector<RigidBody> obstacles;
+};
 
 /// A contact with names in place of indices.
 struct NamedContact : LinkContact

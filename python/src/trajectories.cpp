@@ -134,8 +134,7 @@ TrajectoryAnswer trajectoryToiOf(const RobotTrajectory& trajectory,
                                  int jobs)
 {
     const Robot& robot = *trajectory.robot;
-    const std::vector<LinkPair> pairs = linkPairs(robot, selfPairs);
-    const std::vector<RigidBody> bodies = bodiesOf(obstacles, "obstacles");
+    const RobotScene scene(robot, obstacles, selfPairs);
     std::vector<ToiWorkspace> scratch = workspaces(jobs);
     TrajectoryToiResult result;
     const auto work = [&](const std::atomic<bool>& stop)
@@ -145,18 +144,11 @@ TrajectoryAnswer trajectoryToiOf(const RobotTrajectory& trajectory,
                            .maxIterations = maxIterations,
                            .stop = stopAfter(timeLimit)};
         options.stop.isCancelled = &stop;
-        const Environment environment(bodies);
-        result = trajectoryToi(
-            {.tree = &robot.model.tree, .linkTrees = robot.linkTrees, .selfPairs = pairs},
-            environment,
-            trajectory.path,
-            {.toi = options},
-            scratch);
+        const Environment environment(scene.obstacles);
+        result =
+            trajectoryToi(scene.body(), environment, trajectory.path, {.toi = options}, scratch);
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     TrajectoryAnswer answer;
     answer.status = result.status;
     answer.time = result.time;
@@ -191,25 +183,16 @@ NamedLeastDistance trajectoryLeastDistance(const RobotTrajectory& trajectory,
                                            int jobs)
 {
     const Robot& robot = *trajectory.robot;
-    const std::vector<LinkPair> pairs = linkPairs(robot, selfPairs);
-    const std::vector<RigidBody> bodies = bodiesOf(obstacles, "obstacles");
+    const RobotScene scene(robot, obstacles, selfPairs);
     std::vector<ToiWorkspace> scratch = workspaces(jobs);
     TrajectoryLeastDistance least;
     const auto work = [&](const std::atomic<bool>& stop)
     {
         LeastDistanceOptions options = optionsOf(tolerance, enough, timeLimit);
         options.stop.isCancelled = &stop;
-        least = leastDistance(
-            {.tree = &robot.model.tree, .linkTrees = robot.linkTrees, .selfPairs = pairs},
-            bodies,
-            trajectory.path,
-            options,
-            scratch);
+        least = leastDistance(scene.body(), scene.obstacles, trajectory.path, options, scratch);
     };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     return named(robot, least);
 }
 
@@ -225,20 +208,13 @@ NamedLeastDistance articulatedLeastDistance(const Robot& robot,
                                             double timeLimit)
 {
     const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
-    const std::vector<LinkPair> pairs = linkPairs(robot, selfPairs);
-    const std::vector<RigidBody> bodies = bodiesOf(obstacles, "obstacles");
+    const RobotScene scene(robot, obstacles, selfPairs);
     TrajectoryLeastDistance least;
     {
         const py::gil_scoped_release release;
         ToiWorkspace work;
-        static_cast<ArticulatedLeastDistance&>(least) =
-            leastDistance({.tree = &robot.model.tree,
-                           .linkTrees = robot.linkTrees,
-                           .motion = &motion,
-                           .selfPairs = pairs},
-                          bodies,
-                          optionsOf(tolerance, enough, timeLimit),
-                          work);
+        static_cast<ArticulatedLeastDistance&>(least) = leastDistance(
+            scene.body(&motion), scene.obstacles, optionsOf(tolerance, enough, timeLimit), work);
     }
     least.seconds = least.time;
     return named(robot, least);

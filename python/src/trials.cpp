@@ -171,10 +171,7 @@ py::dict trial(const Hand& hand,
     grasp::TrialResult result;
     const auto work = [&](const std::atomic<bool>& /*stop*/)
     { result = grasp::runTrial(hand.model, object.model, held, what, options); };
-    if (!interruptible(work))
-    {
-        throw py::error_already_set();
-    }
+    runInterruptibly(work);
     return answerOf(hand, result);
 }
 
