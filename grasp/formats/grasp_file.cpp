@@ -285,8 +285,6 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     return grasp;
 }
 
-/// Calls `record(json, place)` for every line that is not blank, until it returns false.
-/// A line of a file as JSON, with the schema that is known.
 Json recordFrom(const std::string& line, const Place& place)
 {
     Json json = Json::parse(line, nullptr, false);
@@ -303,8 +301,11 @@ Json recordFrom(const std::string& line, const Place& place)
     return json;
 }
 
+/// Calls `record(json, place)` for every line that is not blank, until it returns false.
+/// @param damaged  not null: an error goes there, and the next line is read
 void forEachRecord(const std::filesystem::path& path,
-                   const std::function<bool(const Json&, const Place&)>& record)
+                   const std::function<bool(const Json&, const Place&)>& record,
+                   std::vector<std::string>* damaged = nullptr)
 {
     std::ifstream in(path);
     if (!in)
@@ -320,13 +321,35 @@ void forEachRecord(const std::filesystem::path& path,
             continue;
         }
         const Place place{.file = path, .line = number};
-        if (!record(recordFrom(line, place), place))
+        try
         {
-            return;
+            if (!record(recordFrom(line, place), place))
+            {
+                return;
+            }
+        }
+        catch (const std::runtime_error& error)
+        {
+            if (damaged == nullptr)
+            {
+                throw;
+            }
+            damaged->emplace_back(error.what());
         }
     }
 }
 }  // namespace
+
+Grasp asRecorded(Grasp grasp)
+{
+    for (Eigen::Isometry3d* const X : {&grasp.X_WH, &grasp.X_WStart})
+    {
+        // As the recorder writes it, and as it is read.
+        const Eigen::Quaterniond written = Eigen::Quaterniond(X->linear()).normalized();
+        X->linear() = written.normalized().toRotationMatrix();
+    }
+    return grasp;
+}
 
 void writeGrasps(std::ostream& out,
                  const GraspRun& run,
@@ -342,15 +365,22 @@ void writeGrasps(std::ostream& out,
     }
 }
 
-GraspFileSource readGraspSource(const std::filesystem::path& path)
+GraspFileSource readGraspSource(const std::filesystem::path& path, bool skipDamaged)
 {
     std::optional<GraspFileSource> source;
-    forEachRecord(path,
-                  [&](const Json& json, const Place& place)
-                  {
-                      source = sourceFrom(json, place);
-                      return false;
-                  });
+    std::vector<std::string> damaged;
+    forEachRecord(
+        path,
+        [&](const Json& json, const Place& place)
+        {
+            source = sourceFrom(json, place);
+            return false;
+        },
+        skipDamaged ? &damaged : nullptr);
+    if (!source && !damaged.empty())
+    {
+        throw std::runtime_error(damaged.front());
+    }
     if (!source)
     {
         throw std::runtime_error(path.string() + ":1: no records: plan grasps first");
@@ -358,7 +388,9 @@ GraspFileSource readGraspSource(const std::filesystem::path& path)
     return *source;
 }
 
-std::vector<Grasp> readGrasps(const std::filesystem::path& path, const HandModel& hand)
+std::vector<Grasp> readGrasps(const std::filesystem::path& path,
+                              const HandModel& hand,
+                              std::vector<std::string>* damaged)
 {
     std::vector<Grasp> grasps;
     std::optional<GraspFileSource> first;
@@ -376,7 +408,8 @@ std::vector<Grasp> readGrasps(const std::filesystem::path& path, const HandModel
             }
             grasps.push_back(graspFrom(json, hand, place));
             return true;
-        });
+        },
+        damaged);
     return grasps;
 }
 

@@ -46,6 +46,10 @@ struct GraspRun
     std::map<std::int64_t, std::vector<TrialNote>> trials{};
 };
 
+/// The grasp as it is when its record is read back: rotations have been through quaternions, which
+/// moves their last bits.
+[[nodiscard]] BULLET_CCD_API Grasp asRecorded(Grasp grasp);
+
 /// Writes the grasps in the order given; the first has rank 1.
 BULLET_CCD_API void writeGrasps(std::ostream& out,
                                 const GraspRun& run,
@@ -63,14 +67,20 @@ struct GraspFileSource
 };
 
 /// Reads hand, object and options from the first record of a file.
+/// @param skipDamaged  from the first record that can be read
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>".
-[[nodiscard]] BULLET_CCD_API GraspFileSource readGraspSource(const std::filesystem::path& path);
+[[nodiscard]] BULLET_CCD_API GraspFileSource readGraspSource(const std::filesystem::path& path,
+                                                             bool skipDamaged = false);
 
 /// Reads all grasps of a file; `hand` must be the hand that it was written for.
+/// @param damaged  not null: lines that cannot be read are left out, and what would have been
+///                 thrown is added here
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also if a line has another hand or
 /// object than the first line.
-[[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(const std::filesystem::path& path,
-                                                           const HandModel& hand);
+[[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(
+    const std::filesystem::path& path,
+    const HandModel& hand,
+    std::vector<std::string>* damaged = nullptr);
 
 /// Reads the grasp of one record, a line of a file, which was written for `hand`.
 /// Throws as readGrasps() does, with "record" in place of the file.

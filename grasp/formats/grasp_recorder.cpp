@@ -3,6 +3,7 @@
 #include "grasp/force/grasp_forces.h"
 #include "grasp/formats/content_hash.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -145,28 +146,33 @@ Json stopsToJson(const HandModel& hand, const std::vector<StopEvent>& stops)
 }
 
 /// Null for what is no force closure.
-Json weightToJson(const GraspQuality& quality, const PlannerOptions& options)
+Json weightToJson(const GraspQuality& quality, const PlannerOptions& options, const HandModel& hand)
 {
     if (!quality.largestMass)
     {
         return {};
     }
     const double margin = *quality.largestMass / options.mass;
+    const bool isAssumed =
+        options.efforts.empty() &&
+        std::ranges::any_of(jointEfforts(hand), [](const JointEffort& e) { return e.isAssumed; });
     return {{"mass_kg", options.mass},
             {"held_in_any_direction", margin >= 1.0},
             {"margin", std::isfinite(margin) ? Json(margin) : Json()},
-            {"largest_mass_kg", std::isfinite(margin) ? Json(*quality.largestMass) : Json()}};
+            {"largest_mass_kg", std::isfinite(margin) ? Json(*quality.largestMass) : Json()},
+            {"effort_assumed", isAssumed}};
 }
 
 Json qualityToJson(const GraspQuality& quality,
                    const PlannerOptions& options,
+                   const HandModel& hand,
                    const GraspObject& object)
 {
     return {{"epsilon", quality.epsilon},
             {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
             {"force_closure", quality.forceClosure},
             {"class", quality.forceClosure ? Json(epsilonClass(quality.epsilon)) : Json()},
-            {"weight", weightToJson(quality, options)},
+            {"weight", weightToJson(quality, options, hand)},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"torque_scale_m", object.radius}};
@@ -242,7 +248,7 @@ Json recordOf(const Grasp& grasp,
         {"rank", Json()},
         {"candidate", grasp.candidate},
         {"reject", grasp.reject == RejectReason::None ? Json() : Json(toString(grasp.reject))},
-        {"quality", qualityToJson(grasp.quality, run.options, object)},
+        {"quality", qualityToJson(grasp.quality, run.options, hand, object)},
         {"hand_pose_in_object", closed ? poseToJson(grasp.X_WH) : Json()},
         {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
         {"contacts", contactsToJson(hand, grasp.contacts)},

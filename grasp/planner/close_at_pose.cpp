@@ -119,8 +119,8 @@ Grasp closeAfter(const Move& move,
             addVolume(grasp, object, options);
             if (grasp.reject == RejectReason::None)
             {
-                grasp.quality.largestMass =
-                    largestMassHeld(hand, object, grasp, options.friction, options.coneEdges);
+                grasp.quality.largestMass = largestMassHeld(
+                    hand, object, grasp, options.friction, options.coneEdges, options.efforts);
             }
         }
     }

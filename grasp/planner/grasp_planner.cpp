@@ -158,17 +158,18 @@ void addLargestMasses(std::span<Grasp> grasps,
                       const GraspObject& object,
                       const PlannerOptions& options)
 {
-    tbb::parallel_for(std::size_t{0},
-                      grasps.size(),
-                      [&](std::size_t k)
-                      {
-                          Grasp& grasp = grasps[k];
-                          if (grasp.reject == RejectReason::None)
-                          {
-                              grasp.quality.largestMass = largestMassHeld(
-                                  hand, object, grasp, options.friction, options.coneEdges);
-                          }
-                      });
+    tbb::parallel_for(
+        std::size_t{0},
+        grasps.size(),
+        [&](std::size_t k)
+        {
+            Grasp& grasp = grasps[k];
+            if (grasp.reject == RejectReason::None)
+            {
+                grasp.quality.largestMass = largestMassHeld(
+                    hand, object, grasp, options.friction, options.coneEdges, options.efforts);
+            }
+        });
 }
 
 bool ranksBefore(const Grasp& a, const Grasp& b)

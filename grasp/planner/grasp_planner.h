@@ -28,6 +28,9 @@ struct PlannerOptions
     int coneEdges = 8;
     /// Of the object, for the question whether a grasp holds its weight [kg]. It changes no grasp.
     double mass = 0.5;
+    /// For the same question: efforts of the independent joints in place of those of the hand
+    /// [N m or N]; empty: jointEfforts().
+    std::vector<double> efforts{};
     double forceClosureThreshold = 0.005;
     double minContactSpacing = 1e-3;  ///< closer contacts of one link become one [m]
 };

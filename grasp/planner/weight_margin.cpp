@@ -1,14 +1,17 @@
 #include "grasp/planner/weight_margin.h"
 
+#include "bullet_ccd/math/check.h"
 #include "grasp/force/contact_models.h"
 #include "grasp/force/grasp_forces.h"
 #include "grasp/force/linear_program.h"
+#include "grasp/squeeze/squeeze.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -46,10 +49,22 @@ LinearProgram balance(const HandModel& hand,
                       const GraspObject& object,
                       const Grasp& grasp,
                       const ContactLaw& law,
-                      int edges)
+                      int edges,
+                      std::span<const double> efforts)
 {
     const KinematicTree& tree = hand.robot.tree;
-    const std::vector<double> limits = effortLimits(tree);
+    std::vector<double> limits(efforts.begin(), efforts.end());
+    if (limits.empty())
+    {
+        for (const JointEffort& effort : jointEfforts(hand))
+        {
+            limits.push_back(effort.limit);
+        }
+    }
+    require(limits.size() == independentJoints(tree).size(),
+            "largestMassHeld: " + std::to_string(limits.size()) + " efforts for " +
+                std::to_string(independentJoints(tree).size()) +
+                " joints: give one per independent joint");
     const std::vector<Twist> twists =
         handJacobian(tree, grasp.X_WH, grasp.positions, grasp.contacts);
     const auto contacts = static_cast<Eigen::Index>(grasp.contacts.size());
@@ -93,14 +108,15 @@ double largestMassHeld(const HandModel& hand,
                        const GraspObject& object,
                        const Grasp& grasp,
                        double friction,
-                       int coneEdges)
+                       int coneEdges,
+                       std::span<const double> efforts)
 {
     if (grasp.contacts.empty())
     {
         return 0.0;
     }
     const ContactLaw law = simplified({.friction = friction});
-    LinearProgram program = balance(hand, object, grasp, law, coneEdges);
+    LinearProgram program = balance(hand, object, grasp, law, coneEdges, efforts);
     const Eigen::Index last = program.cost.size() - 1;
     const std::array<Eigen::Vector3d, 12> directions = icosahedron();
     std::array<double, 12> weights{};

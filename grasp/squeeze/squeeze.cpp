@@ -20,16 +20,37 @@ std::string number(double value)
     std::string text = std::to_string(value);
     return text.substr(0, text.find('.') + 3);
 }
+
+/// A joint that does not close and carries all that do: of a wrist or an arm, not of a finger.
+bool carriesTheFingers(const HandModel& hand, std::int32_t link)
+{
+    const std::vector<Link>& links = hand.robot.tree.links;
+    for (std::size_t finger = 0; finger < links.size(); ++finger)
+    {
+        auto above = static_cast<std::int32_t>(finger);
+        while (hand.closingDirections[finger] != 0 && above != link && above >= 0)
+        {
+            above = links[static_cast<std::size_t>(above)].parent;
+        }
+        if (above < 0)
+        {
+            return false;
+        }
+    }
+    return hand.closingDirections[static_cast<std::size_t>(link)] == 0;
+}
 }  // namespace
 
-std::vector<JointEffort> jointEfforts(const KinematicTree& tree)
+std::vector<JointEffort> jointEfforts(const HandModel& hand)
 {
+    const KinematicTree& tree = hand.robot.tree;
     std::vector<JointEffort> efforts;
     for (const std::int32_t link : independentJoints(tree))
     {
         const Joint& joint = tree.links[static_cast<std::size_t>(link)].joint;
         const bool slides = joint.type == JointType::Prismatic;
-        const double most = slides ? kMostForce : kMostTorque;
+        const double mostTorque = carriesTheFingers(hand, link) ? kMostArmTorque : kMostTorque;
+        const double most = slides ? kMostForce : mostTorque;
         const bool isAssumed = !(joint.maxEffort > 0.0 && joint.maxEffort <= most);
         const double usual = slides ? kUsualForce : kUsualTorque;
         double limit = isAssumed ? usual : joint.maxEffort;
@@ -56,7 +77,7 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
     const KinematicTree& tree = hand.robot.tree;
     const std::vector<std::int32_t> joints = independentJoints(tree);
     Squeeze squeeze;
-    squeeze.efforts = jointEfforts(tree);
+    squeeze.efforts = jointEfforts(hand);
     require(options.efforts.empty() || options.efforts.size() == joints.size(),
             "squeeze: " + std::to_string(options.efforts.size()) + " efforts for " +
                 std::to_string(joints.size()) + " joints: give one per independent joint");

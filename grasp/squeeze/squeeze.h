@@ -27,17 +27,19 @@ struct SqueezeOptions
 struct JointEffort
 {
     double limit = 0.0;  ///< [N m or N]
-    /// The robot says none, 0, or more than any finger has (kMostTorque, kMostForce): the limit is
-    /// kUsualTorque or kUsualForce then.
+    /// The robot says none, 0, or more than such a joint has: kMostArmTorque for joints that turn,
+    /// do not close and carry all that close (wrists, arms), else kMostTorque or kMostForce. The
+    /// limit is kUsualTorque or kUsualForce then.
     bool isAssumed = false;
 };
-inline constexpr double kMostTorque = 20.0;  ///< [N m]
-inline constexpr double kMostForce = 500.0;  ///< [N]
-inline constexpr double kUsualTorque = 1.0;  ///< [N m]
-inline constexpr double kUsualForce = 40.0;  ///< [N]
+inline constexpr double kMostTorque = 8.0;       ///< [N m]
+inline constexpr double kMostArmTorque = 400.0;  ///< [N m]
+inline constexpr double kMostForce = 500.0;      ///< [N]
+inline constexpr double kUsualTorque = 1.0;      ///< [N m]
+inline constexpr double kUsualForce = 40.0;      ///< [N]
 
 /// One entry per independent joint (independentJoints()).
-[[nodiscard]] BULLET_CCD_API std::vector<JointEffort> jointEfforts(const KinematicTree& tree);
+[[nodiscard]] BULLET_CCD_API std::vector<JointEffort> jointEfforts(const HandModel& hand);
 
 /// A controller of this stiffness gives the full effort at such an error of position.
 inline constexpr double kFullEffortAngle = 0.2;  ///< [rad]

@@ -7,7 +7,9 @@
 #include "grasp/trial/trial_start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -31,7 +33,16 @@ constexpr double kSettleTime = 1.0;           // [s]
 constexpr double kRestSpeed = 5e-3;           // [m/s]
 constexpr double kRestSpin = 0.1;             // [rad/s]
 constexpr double kDampingTime = 0.02;         // damping over stiffness of the drives [s]
-constexpr double kJointSpeed = 2.0;           // where the robot states none [rad/s or m/s]
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kJointSpeed = 2.0;  // where the robot states none [rad/s or m/s]
+
+/// Three digits.
+std::string figure(double value)
+{
+    std::array<char, 32> buffer{};
+    (void)std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+    return buffer.data();
+}
 
 /// A trial under way.
 class Trial
@@ -61,7 +72,8 @@ public:
                   start.X_WH,
                   start.positions),
           m_check(hand, object),
-          m_timeStep(1.0 / options.rate)
+          m_timeStep(1.0 / options.rate),
+          m_stop(options.stop)
     {
         m_R_WP = rotationBetween(Eigen::Vector3d::UnitZ(), options.up).toRotationMatrix();
         m_result.peakTorques.assign(m_joints.size(), 0.0);
@@ -72,12 +84,20 @@ public:
         }
     }
 
-    TrialResult run(std::span<const TrialPhase> phases)
+    /// @param before  how many phases of the protocol other worlds have
+    TrialResult run(std::span<const TrialPhase> phases, std::ptrdiff_t before)
     {
+        m_before = before;
         m_result.outcome = begin();
         if (m_result.outcome == TrialOutcome::Held)
         {
             m_result.outcome = load(phases);
+        }
+        if (m_isStopped)
+        {
+            m_result.outcome = TrialOutcome::Stopped;
+            m_result.reason.clear();
+            return m_result;
         }
         m_result.inexactSolves = m_world.solverCounters().failures;
         checkPenetration();
@@ -103,7 +123,7 @@ private:
             close();
         }
         const double began = m_result.seconds;
-        while (!isLost() && m_result.seconds < began + kRampTime + kSettleTime &&
+        while (goesOn() && m_result.seconds < began + kRampTime + kSettleTime &&
                !(m_result.seconds > began + 1.5 * kRampTime && isAtRest()))
         {
             press(std::min(1.0, (m_result.seconds - began) / kRampTime));
@@ -112,13 +132,26 @@ private:
         if (isLost())
         {
             m_result.lostAt = m_result.seconds;
+            m_result.reason =
+                m_result.seconds > began
+                    ? "the squeeze pushed it away within " + figure(m_result.seconds - began) + " s"
+                    : "closing pushed it away within " + figure(m_result.seconds) + " s";
             return TrialOutcome::Ejected;
         }
         if (!m_touched)
         {
+            m_result.reason = "no contact pressed on it before the load";
             return TrialOutcome::NeverTouched;
         }
-        return isAtRest() ? TrialOutcome::Held : TrialOutcome::NotSettled;
+        if (!isAtRest())
+        {
+            m_result.reason = "it still moved at " + figure(1e3 * m_world.objectVelocity().norm()) +
+                              " mm/s and " + figure(kDegrees * m_world.objectSpin().norm()) +
+                              " degrees/s " + figure(m_result.seconds - began) +
+                              " s after the squeeze began";
+            return TrialOutcome::NotSettled;
+        }
+        return TrialOutcome::Held;
     }
 
     void addTable(double skin)
@@ -135,7 +168,7 @@ private:
     bool stands()
     {
         holdJoints();
-        while (m_result.seconds < kStandTime)
+        while (!m_isStopped && m_result.seconds < kStandTime)
         {
             step(m_gravity);
         }
@@ -153,7 +186,7 @@ private:
     /// the squeeze presses.
     void reach()
     {
-        while (m_result.seconds < kTouchTime)
+        while (!m_isStopped && m_result.seconds < kTouchTime)
         {
             const double share = std::min(1.0, 2.0 * m_result.seconds / kTouchTime);
             for (std::size_t j = 0; j < m_joints.size(); ++j)
@@ -184,7 +217,7 @@ private:
             }
         }
         bool isMoving = true;
-        while (isMoving && !isLost() && m_result.seconds < began + kMostCloseTime)
+        while (isMoving && goesOn() && m_result.seconds < began + kMostCloseTime)
         {
             const std::vector<double> before = m_world.positions();
             step(m_gravity);
@@ -207,6 +240,8 @@ private:
         long steps = 0;
         for (const TrialPhase& phase : phases)
         {
+            const std::string place =
+                "phase " + std::to_string(&phase - phases.data() + m_before + 1);
             TrialPull pull{.wrench = phase.wrench};
             if (phase.kind == Kind::Pull)
             {
@@ -215,12 +250,18 @@ private:
             }
             const double seconds = phase.kind == Kind::Pull ? 1.0 / kPullRate : phase.time;
             const long count = std::max(1L, std::lround(seconds / m_timeStep));
-            for (long k = 0; k < count; ++k)
+            for (long k = 0; k < count && !m_isStopped; ++k)
             {
                 apply(phase, pull, static_cast<double>(k) * m_timeStep);
                 force += m_world.holdingForces().sum;
                 m_result.meanForce = force / static_cast<double>(++steps);
+                const bool wasHeld = isWithin();
                 watch();
+                if (wasHeld && !isWithin())
+                {
+                    m_result.reason = "first in " + place + ", after " +
+                                      figure(static_cast<double>(k + 1) * m_timeStep) + " s";
+                }
                 const bool moved = way() > m_protocol.heldWay || turned() > m_protocol.heldTurn;
                 if (phase.kind == Kind::Pull && moved)
                 {
@@ -243,9 +284,13 @@ private:
                 m_result.pulls.push_back(pull);
             }
         }
-        return m_result.slip > m_protocol.heldWay || m_result.turn > m_protocol.heldTurn
-                   ? TrialOutcome::Slipped
-                   : TrialOutcome::Held;
+        return isWithin() ? TrialOutcome::Held : TrialOutcome::Slipped;
+    }
+
+    /// It has been held so far.
+    [[nodiscard]] bool isWithin() const
+    {
+        return m_result.slip <= m_protocol.heldWay && m_result.turn <= m_protocol.heldTurn;
     }
 
     /// One step of a phase, `time` after it began.
@@ -336,6 +381,11 @@ private:
               const Eigen::Vector3d& force = Eigen::Vector3d::Zero(),
               const Eigen::Vector3d& moment = Eigen::Vector3d::Zero())
     {
+        m_isStopped = m_isStopped || m_stop.isDue();
+        if (m_isStopped)
+        {
+            return;
+        }
         m_world.step(m_timeStep, acceleration, force, moment);
         ++m_result.steps;
         m_result.seconds = static_cast<double>(m_result.steps) * m_timeStep;
@@ -362,6 +412,7 @@ private:
         return Eigen::AngleAxisd(R).angle();
     }
     [[nodiscard]] bool isLost() const { return !(way() <= m_protocol.lostWay); }
+    [[nodiscard]] bool goesOn() const { return !m_isStopped && !isLost(); }
     [[nodiscard]] bool isAtRest() const
     {
         return m_world.objectVelocity().norm() < kRestSpeed &&
@@ -394,14 +445,17 @@ private:
     Eigen::Isometry3d m_reference = Eigen::Isometry3d::Identity();
     Eigen::Vector3d m_center = Eigen::Vector3d::Zero();
     double m_normalForce = 0.0;  ///< before a pull [N]
+    std::ptrdiff_t m_before = 0;
     bool m_touched = false;
+    const StopCondition& m_stop;
+    bool m_isStopped = false;
     TrialResult m_result;
 };
 
 /// Adds what another world of the same trial came to.
 void merge(TrialResult& all, const TrialResult& part)
 {
-    if (all.outcome == TrialOutcome::Held)
+    if (all.outcome == TrialOutcome::Held || part.outcome == TrialOutcome::Stopped)
     {
         all.outcome = part.outcome;
         all.reason = part.reason;
@@ -447,6 +501,8 @@ const char* toString(TrialOutcome outcome)
             return "never touched";
         case TrialOutcome::NotSettled:
             return "did not settle";
+        case TrialOutcome::Stopped:
+            return "stopped";
         case TrialOutcome::NoSqueeze:
             break;
     }
@@ -496,7 +552,11 @@ TrialResult runTrial(const HandModel& hand,
         const auto end =
             isPull(*first) ? first + 1 : std::find_if(first, protocol.phases.end(), isPull);
         Trial trial(hand, object, grasp, squeeze, protocol, options, start);
-        merge(result, trial.run({first, end}));
+        merge(result, trial.run({first, end}, first - protocol.phases.begin()));
+        if (result.outcome == TrialOutcome::Stopped)
+        {
+            break;
+        }
         first = end;
     }
     return result;

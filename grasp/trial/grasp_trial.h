@@ -19,10 +19,12 @@
 ///     Ejected         lost before the load began;
 ///     NeverTouched    no contact pressed on it before the load began;
 ///     NotSettled      it still moved when the load should have begun, or does not stand by itself;
-///     NoSqueeze       there are no torques to hold it with.
+///     NoSqueeze       there are no torques to hold it with;
+///     Stopped         the caller ended the trial (TrialOptions::stop): it says nothing.
 #pragma once
 
 #include "bullet_ccd/export.h"
+#include "bullet_ccd/math/stop_condition.h"
 #include "grasp/check/penetration_check.h"
 #include "grasp/squeeze/squeeze.h"
 #include "grasp/trial/protocol.h"
@@ -42,6 +44,7 @@ enum class TrialOutcome : std::uint8_t
     NeverTouched,
     NotSettled,
     NoSqueeze,
+    Stopped,
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(TrialOutcome outcome);
 
@@ -55,6 +58,7 @@ struct TrialOptions
     std::uint64_t seed = 1;                         ///< of errors of the pose
     double skin = 1e-3;                             ///< [m]
     double skinStiffness = 2e4;  ///< of a contact point that hardly gives way [N/m]
+    StopCondition stop{};        ///< looked at before every step
 };
 
 /// What one pull came to.
@@ -71,7 +75,7 @@ struct TrialPull
 struct TrialResult
 {
     TrialOutcome outcome = TrialOutcome::NoSqueeze;
-    std::string reason;       ///< of NoSqueeze, and of other outcomes where there is one to tell
+    std::string reason;       ///< of every outcome but Held and Stopped
     double slip = 0.0;        ///< largest way of the centre of mass under load [m]
     double turn = 0.0;        ///< largest turn of the object under load [rad]
     double lostAt = 0.0;      ///< since the trial began, of Dropped and Ejected [s]

@@ -66,12 +66,11 @@ grasp::SqueezeOptions squeezeOptions(
     grasp::SqueezeOptions options{.mass = mass, .friction = friction, .firmness = firmness};
     if (!efforts.empty())
     {
-        const KinematicTree& tree = hand.model.robot.tree;
-        for (const grasp::JointEffort& effort : grasp::jointEfforts(tree))
+        for (const grasp::JointEffort& effort : grasp::jointEfforts(hand.model))
         {
             options.efforts.push_back(effort.limit);
         }
-        replaceEfforts(independentNames(tree), efforts, options.efforts);
+        replaceEfforts(independentNames(hand.model.robot.tree), efforts, options.efforts);
     }
     return options;
 }
@@ -162,15 +161,17 @@ py::dict trial(const Hand& hand,
 {
     const Grasp held = closedGrasp(hand, record);
     const grasp::TrialProtocol what = grasp::namedProtocol(protocol);
-    const grasp::TrialOptions options{
-        .squeeze = squeezeOptions(hand, mass, friction, firmness, efforts),
-        .friction = surfaceFriction,
-        .rate = rate,
-        .up = vectorOf(up, "up"),
-        .seed = seed};
+    grasp::TrialOptions options{.squeeze = squeezeOptions(hand, mass, friction, firmness, efforts),
+                                .friction = surfaceFriction,
+                                .rate = rate,
+                                .up = vectorOf(up, "up"),
+                                .seed = seed};
     grasp::TrialResult result;
-    const auto work = [&](const std::atomic<bool>& /*stop*/)
-    { result = grasp::runTrial(hand.model, object.model, held, what, options); };
+    const auto work = [&](const std::atomic<bool>& stop)
+    {
+        options.stop = {.isCancelled = &stop};
+        result = grasp::runTrial(hand.model, object.model, held, what, options);
+    };
     runInterruptibly(work);
     return answerOf(hand, result);
 }

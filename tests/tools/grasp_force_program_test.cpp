@@ -200,13 +200,44 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
     EXPECT_TRUE(records[3]["trials"].is_null());
 
     const std::string file = (folder.path() / "grasps.jsonl").string();
-    const Outcome tried = runProgram(program + " trial '" + file + "' --rank 1 --json --mass 0.1 " +
-                                     "--protocol '" + protocol.string() + "'");
+    // The mass is that of the plan.
+    const std::string trial = program + " trial '" + file + "' --json -j 1 --protocol '";
+    const Outcome tried = runProgram(trial + protocol.string() + "' --rank 1");
     EXPECT_EQ(tried.exitCode, 0) << tried.err;
     const std::vector<nlohmann::json> trials = jsonLines(tried.out);
     ASSERT_EQ(trials.size(), 1U);
     EXPECT_EQ(trials[0]["outcome"], "held");
     EXPECT_LT(trials[0]["slip_m"].get<double>(), 1e-3);
+    // Bit for bit, although the record has turned the rotation into a quaternion.
+    EXPECT_EQ(trials[0]["slip_m"], best["trials"][0]["slip_m"]);
+    EXPECT_EQ(trials[0]["turn_rad"], best["trials"][0]["turn_rad"]);
+
+    // A stop ends what runs and keeps what is done.
+    const fs::path endless = folder.path() / "endless.yaml";
+    std::ofstream(endless) << "phases:\n  - load: {seconds: 600}\n";
+    const std::string out = (folder.path() / "out.jsonl").string();
+    const Outcome stopped = runProgram("{ " + trial + protocol.string() + "," + endless.string() +
+                                       "' > '" + out + "' & pid=$!; turn=0; until test -s '" + out +
+                                       "' || ! kill -0 $pid || test $turn = 600; do sleep 0.05; " +
+                                       "turn=$((turn + 1)); done; kill -TERM $pid; wait $pid; }");
+    EXPECT_EQ(stopped.exitCode, 128 + 15);
+    EXPECT_THAT(stopped.err, HasSubstr("stopped after 0 of 4 grasps"));
+    ASSERT_EQ(jsonLines(contentOf(out)).size(), 1U);
+    EXPECT_EQ(jsonLines(contentOf(out))[0], trials[0]);
+
+    // A damaged record does not take the others with it.
+    std::string damaged = contentOf(file);
+    damaged.insert(0, "{\"schema\": \"bullet_ccd.grasp/1\"\n");
+    std::ofstream(file) << damaged;
+    const Outcome others = runProgram(trial + protocol.string() + "' --rank 1");
+    EXPECT_EQ(others.exitCode, 3);
+    EXPECT_THAT(others.err, HasSubstr("left out: " + file + ":1: not a JSON record"));
+    ASSERT_EQ(jsonLines(others.out).size(), 1U);
+    EXPECT_EQ(jsonLines(others.out)[0], trials[0]);
+
+    const Outcome empty = runProgram(trial + "lift,,six'");
+    EXPECT_EQ(empty.exitCode, 3);
+    EXPECT_THAT(empty.err, HasSubstr("--protocol lift,,six: a name is missing"));
 
     const Outcome unknown = runProgram(program + " trial '" + file + "' --protocol lfit");
     EXPECT_EQ(unknown.exitCode, 3);

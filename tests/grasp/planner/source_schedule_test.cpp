@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <stdexcept>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -152,7 +154,14 @@ TEST(LargestMass, IsThatOfAPinchInClosedForm)
     grasp.positions = {0.0, 0.02, 0.02};
     grasp.contacts = {{.link = 1, .point = {-0.02, 0.0, 0.0}, .normal = Eigen::Vector3d::UnitX()},
                       {.link = 2, .point = {0.02, 0.0, 0.0}, .normal = -Eigen::Vector3d::UnitX()}};
-    EXPECT_TRUE(std::isinf(largestMassHeld(hand, object, grasp, kMu, 8)));
+    // No efforts are stated: 40 N a jaw are assumed, which is what one may say, too.
+    const std::vector<double> usual{40.0, 40.0};
+    EXPECT_EQ(largestMassHeld(hand, object, grasp, kMu, 8),
+              largestMassHeld(hand, object, grasp, kMu, 8, usual));
+    const std::vector<double> unlimited(2, std::numeric_limits<double>::infinity());
+    EXPECT_TRUE(std::isinf(largestMassHeld(hand, object, grasp, kMu, 8, unlimited)));
+    EXPECT_THROW((void)largestMassHeld(hand, object, grasp, kMu, 8, {usual.data(), 1}),
+                 std::invalid_argument);
     for (std::size_t link = 1; link <= 2; ++link)
     {
         hand.robot.tree.links[link].joint.maxEffort = kForce;

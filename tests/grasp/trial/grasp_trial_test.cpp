@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <thread>
@@ -88,8 +89,8 @@ TEST(Squeeze, AMotorBearsTheEffortsOfAllJointsThatItMoves)
 {
     // Each jaw may press by 8 N, so the motor of both gives 16 N.
     const PinchedCube coupled(true, 8.0);
-    ASSERT_EQ(jointEfforts(coupled.hand.robot.tree).size(), 1U);
-    EXPECT_EQ(jointEfforts(coupled.hand.robot.tree)[0].limit, 16.0);
+    ASSERT_EQ(jointEfforts(coupled.hand).size(), 1U);
+    EXPECT_EQ(jointEfforts(coupled.hand)[0].limit, 16.0);
     const Squeeze squeeze = squeezeOf(coupled.hand, coupled.grasp, kThreeHundredGrams);
     ASSERT_TRUE(squeeze.exists()) << squeeze.reason;
     EXPECT_NEAR(squeeze.normalForce, 16.0, 1e-3);
@@ -107,10 +108,42 @@ TEST(Squeeze, SaysWhyThereIsNone)
     for (const double effort : {0.0, 1000.0, std::numeric_limits<double>::infinity()})
     {
         const PinchedCube strange(false, effort);
-        EXPECT_TRUE(jointEfforts(strange.hand.robot.tree)[0].isAssumed);
+        EXPECT_TRUE(jointEfforts(strange.hand)[0].isAssumed);
     }
     EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {.mass = 0.0}), std::invalid_argument);
     EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {.friction = -1.0}), std::invalid_argument);
+}
+
+/// Files state 0, 10, 100 and 1,000 N m for fingers.
+TEST(Squeeze, EffortsThatNoFingerHasAreAssumed)
+{
+    HandModel hand = tests::makeThreeFingers();
+    const auto effortOf = [&](double stated)
+    {
+        hand.robot.tree.links[1].joint.maxEffort = stated;
+        return jointEfforts(hand).front();
+    };
+    for (const double stated : {0.0, 10.0, 100.0, 1000.0})
+    {
+        EXPECT_EQ(effortOf(stated).limit, kUsualTorque);
+        EXPECT_TRUE(effortOf(stated).isAssumed);
+    }
+    EXPECT_EQ(effortOf(5.0).limit, 5.0);
+    EXPECT_FALSE(effortOf(5.0).isAssumed);
+    // A joint that spreads a finger is one of the finger.
+    hand.closingDirections[1] = 0;
+    EXPECT_EQ(effortOf(30.0).limit, kUsualTorque);
+    // A wrist is not: it carries all fingers.
+    for (std::size_t link = 0; link < hand.robot.tree.links.size(); ++link)
+    {
+        if (hand.robot.tree.links[link].parent != 1)
+        {
+            hand.closingDirections[link] = 0;
+        }
+    }
+    EXPECT_EQ(effortOf(30.0).limit, 30.0);
+    EXPECT_FALSE(effortOf(30.0).isAssumed);
+    EXPECT_EQ(effortOf(1000.0).limit, kUsualTorque);
 }
 
 TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)
@@ -250,6 +283,7 @@ TEST(GraspTrial, SaysHowItFails)
     const TrialResult dropped = pinched.run(fall, slippery);
     EXPECT_EQ(dropped.outcome, TrialOutcome::Dropped);
     EXPECT_GT(dropped.lostAt, 0.3);
+    EXPECT_EQ(dropped.reason.rfind("first in phase 1, after 0.0", 0), 0U) << dropped.reason;
     constexpr double kBrief = 15.0 / 240.0;
     fall.phases[0].time = kBrief;
     const TrialResult slipped = pinched.run(fall, slippery);
@@ -285,6 +319,23 @@ TEST(GraspTrial, WhatIsSqueezedOutIsEjected)
                                         {.squeeze = kThreeHundredGrams, .friction = 0.01});
     EXPECT_EQ(result.outcome, TrialOutcome::Ejected);
     EXPECT_GT(result.lostAt, 0.0);
+    EXPECT_NE(result.reason, "");
+}
+
+TEST(GraspTrial, EndsWhenTheCallerSaysSo)
+{
+    const PinchedCube pinched(false, 100.0);
+    const std::atomic<bool> yes = true;
+    const TrialResult never = pinched.run(
+        shippedProtocol("hover"), {.squeeze = kThreeHundredGrams, .stop = {.isCancelled = &yes}});
+    EXPECT_EQ(never.outcome, TrialOutcome::Stopped);
+    EXPECT_EQ(never.steps, 0);
+    // Every pull has a world of its own; one deadline ends all of them.
+    TrialProtocol pulls{.name = "pulls", .phases = randomPulls(1000, 1)};
+    const TrialResult some =
+        pinched.run(pulls, {.squeeze = kThreeHundredGrams, .stop = stopAfter(0.3)});
+    EXPECT_EQ(some.outcome, TrialOutcome::Stopped);
+    EXPECT_LT(some.pulls.size(), 1000U);
 }
 
 TEST(GraspTrial, AHandThatIsOffStillCloses)

@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -178,6 +180,79 @@ TEST(TrialWorld, AFormClosureHoldsWithoutFriction)
         }
         EXPECT_LT(world.objectCenter().norm(), 1.5e-3) << direction;
     }
+}
+
+/// A jaw with one point, which looks along +-x.
+TriangleMesh pointedJaw(double side)
+{
+    TriangleMesh mesh;
+    mesh.vertices = {{side * 0.005, 0.0, 0.0}};
+    for (const auto& [y, z] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+    {
+        mesh.vertices.emplace_back(-side * 0.005, 0.005 * y, 0.005 * z);
+    }
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {1, 3, 2}, {1, 4, 3}};
+    if (side < 0.0)
+    {
+        for (Triangle& triangle : mesh.triangles)
+        {
+            std::swap(triangle[1], triangle[2]);
+        }
+    }
+    return mesh;
+}
+
+/// A cube held at two points, d above its centre, swings about the line between them with the
+/// period 2 pi sqrt((I + m d^2) / (m g d)) and keeps its amplitude: friction at a point resists no
+/// turn.
+TEST(TrialWorld, ACubeSwingsAboutTwoPointsAsAPendulum)
+{
+    constexpr double kDistance = 0.012;  // [m]
+    constexpr double kTilt = 0.1;        // of gravity: half of the way that it swings [rad]
+    HandModel hand = tests::makeGripper(false);
+    for (const std::size_t jaw : {1U, 2U})
+    {
+        hand.robot.linkMeshes[jaw] = pointedJaw(jaw == 1 ? 1.0 : -1.0);
+        hand.trees[jaw] = buildSsvTree(hand.robot.linkMeshes[jaw]);
+        hand.robot.tree.links[jaw].X_PL0.translation().y() = kDistance;
+        hand.robot.tree.links[jaw].X_PL0.translation().z() = 0.035;
+    }
+    const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    const double closed = 0.02 - 1.6 * kMargin;
+    TrialWorld world(hand,
+                     cube,
+                     {.mass = 0.3, .friction = 1.0},
+                     Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, -0.035)),
+                     {0.0, closed, closed});
+    world.drive(1, {.effort = 2000.0, .stiffness = 1e6, .damping = 1e4, .maxSpeed = 1.0}, closed);
+    world.drive(2, {.effort = 20.0, .stiffness = 1e6, .damping = 1e3, .maxSpeed = 0.1}, 0.039);
+    for (int k = 0; k < 60; ++k)
+    {
+        world.step(kStep, Eigen::Vector3d::Zero(), kNoForce);
+    }
+    const Eigen::Vector3d gravity =
+        kGravity * Eigen::Vector3d(0.0, -std::cos(kTilt), std::sin(kTilt));
+    std::vector<double> turns;  // when it turns back [s]
+    std::vector<double> angles;
+    double before = 0.0;
+    for (int k = 0; turns.size() < 6 && k < 480; ++k)
+    {
+        world.step(kStep, gravity, kNoForce);
+        const double spin = world.objectSpin().x();
+        if (k > 2 && before * spin < 0.0)
+        {
+            turns.push_back((k + 1 - spin / (spin - before)) * kStep);
+            angles.push_back(Eigen::AngleAxisd(world.objectPose().linear()).angle());
+        }
+        before = spin;
+    }
+    ASSERT_EQ(turns.size(), 6U);
+    const double inertia = 0.04 * 0.04 / 6.0;  // per mass
+    const double period = 2.0 * std::numbers::pi *
+                          std::sqrt((inertia + kDistance * kDistance) / (kGravity * kDistance));
+    EXPECT_NEAR(turns[4] - turns[0], 2.0 * period, 0.02 * 2.0 * period);
+    EXPECT_NEAR(angles[0], 2.0 * kTilt, 0.05 * 2.0 * kTilt);
+    EXPECT_NEAR(angles[4], angles[0], 0.05 * angles[0]);
 }
 
 TEST(TrialWorld, SkinsGiveWayByTheirStiffnessAndGetHarder)

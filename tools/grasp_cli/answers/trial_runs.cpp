@@ -30,62 +30,79 @@ std::vector<grasp::TrialProtocol> protocolsNamed(const std::vector<std::string>&
     return protocols;
 }
 
-TrialRows runTrials(const grasp::HandModel& hand,
-                    const grasp::GraspObject& object,
-                    std::span<const grasp::Grasp* const> grasps,
-                    const std::vector<grasp::TrialProtocol>& protocols,
-                    const grasp::TrialOptions& options,
-                    int jobs,
-                    const StopRequest& stop)
+bool TrialRow::isDone() const
 {
-    TrialRows rows(grasps.size());
+    return !error.empty() ||
+           std::ranges::all_of(results, [](const auto& result) { return result.has_value(); });
+}
+
+std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
+                                const grasp::GraspObject& object,
+                                std::span<const grasp::Grasp* const> grasps,
+                                const std::vector<grasp::TrialProtocol>& protocols,
+                                grasp::TrialOptions options,
+                                int jobs,
+                                const StopRequest& stop,
+                                const std::function<void(const std::vector<TrialRow>&)>& ended)
+{
+    options.stop = stop.condition();
+    std::vector<TrialRow> rows(grasps.size());
+    for (TrialRow& row : rows)
+    {
+        row.results.resize(protocols.size());
+    }
+    const std::size_t count = grasps.size() * protocols.size();
     std::atomic<std::size_t> next = 0;
     std::mutex mutex;
-    std::exception_ptr error;
     const auto work = [&]
     {
-        try
+        while (!stop.isDue())
         {
-            while (!stop.isDue())
+            const std::size_t turn = next++;
+            if (turn >= count)
             {
-                const std::size_t k = next++;
-                if (k >= grasps.size())
-                {
-                    return;
-                }
-                std::vector<grasp::TrialResult> row;
-                for (const grasp::TrialProtocol& protocol : protocols)
-                {
-                    row.push_back(grasp::runTrial(hand, object, *grasps[k], protocol, options));
-                }
-                rows[k] = std::move(row);
+                return;
             }
-        }
-        catch (...)
-        {
+            const std::size_t k = turn / protocols.size();
+            const std::size_t p = turn % protocols.size();
+            std::optional<grasp::TrialResult> result;
+            std::string error;
+            try
+            {
+                result = grasp::runTrial(hand, object, *grasps[k], protocols[p], options);
+            }
+            catch (const std::exception& reason)
+            {
+                error = reason.what();
+            }
             const std::lock_guard lock(mutex);
-            error = std::current_exception();
-            next = grasps.size();
+            if (result && result->outcome != grasp::TrialOutcome::Stopped)
+            {
+                rows[k].results[p] = std::move(result);
+            }
+            else if (!error.empty())
+            {
+                rows[k].error = error;
+            }
+            if (ended)
+            {
+                ended(rows);
+            }
         }
     };
     const std::size_t threads =
         jobs > 0 ? static_cast<std::size_t>(jobs) : std::thread::hardware_concurrency();
     {
         std::vector<std::jthread> others;
-        for (std::size_t k = 1; k < std::min(threads, grasps.size()); ++k)
+        for (std::size_t k = 1; k < std::min(threads, count); ++k)
         {
             others.emplace_back(work);
         }
         work();
     }
-    if (error)
-    {
-        std::rethrow_exception(error);
-    }
-    while (!rows.empty() && rows.back().empty())
-    {
-        rows.pop_back();
-    }
+    // Grasps are begun in their order.
+    const std::size_t begun = std::min<std::size_t>(next, count);
+    rows.resize(protocols.empty() ? 0 : (begun + protocols.size() - 1) / protocols.size());
     return rows;
 }
 }  // namespace bullet_ccd::tools

@@ -4,6 +4,8 @@
 #include "grasp/trial/grasp_trial.h"
 #include "tools/support/stop_request.h"
 
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,18 +18,29 @@ namespace bullet_ccd::tools
 [[nodiscard]] std::vector<grasp::TrialProtocol> protocolsNamed(
     const std::vector<std::string>& lists, const std::string& option);
 
-/// One entry per grasp and protocol.
-using TrialRows = std::vector<std::vector<grasp::TrialResult>>;
+/// What became of one grasp.
+struct TrialRow
+{
+    /// One entry per protocol; none for a trial that was not begun or was stopped.
+    std::vector<std::optional<grasp::TrialResult>> results;
+    std::string error;  ///< why it could not be tried; else empty
 
-/// Tries the grasps in their order. A grasp that was begun is finished; those behind the last one
-/// that was begun before the stop have no row. Results do not depend on the number of threads.
+    /// Everything that was asked is known.
+    [[nodiscard]] bool isDone() const;
+};
+
+/// Tries the grasps in their order. A stop ends the trials that run; those that ended before are
+/// kept, and grasps that were not begun have no row. Results do not depend on the number of
+/// threads. A grasp that cannot be tried has an error and does not end the others.
 /// @param jobs  threads; 0: one per core
-/// Throws as runTrial() does.
-[[nodiscard]] TrialRows runTrials(const grasp::HandModel& hand,
-                                  const grasp::GraspObject& object,
-                                  std::span<const grasp::Grasp* const> grasps,
-                                  const std::vector<grasp::TrialProtocol>& protocols,
-                                  const grasp::TrialOptions& options,
-                                  int jobs,
-                                  const StopRequest& stop);
+/// @param ended  is called after each trial, never by two threads at once, with the rows so far
+[[nodiscard]] std::vector<TrialRow> runTrials(
+    const grasp::HandModel& hand,
+    const grasp::GraspObject& object,
+    std::span<const grasp::Grasp* const> grasps,
+    const std::vector<grasp::TrialProtocol>& protocols,
+    grasp::TrialOptions options,
+    int jobs,
+    const StopRequest& stop,
+    const std::function<void(const std::vector<TrialRow>&)>& ended = {});
 }  // namespace bullet_ccd::tools

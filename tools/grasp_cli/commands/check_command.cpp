@@ -107,8 +107,11 @@ int check(const CheckArguments& arguments)
                    object.name);
     }
     const bool isSound = done == grasps.size() && summary.penetrating == 0 && summary.tooWide == 0;
-    return stop.finish(
-        "grasp check", done, grasps.size(), "grasps", isSound ? kDone : kNothingFound);
+    return stop.finish("grasp check",
+                       done,
+                       grasps.size(),
+                       "grasps",
+                       records.exitCode(isSound ? kDone : kNothingFound));
 }
 }  // namespace
 

@@ -144,8 +144,11 @@ int force(const ForceArguments& arguments)
     {
         fmt::print("{} of {} grasps balance the load\n", balanced, done);
     }
-    return stop.finish(
-        "grasp force", done, chosen.size(), "grasps", balanced > 0 ? kDone : kNothingFound);
+    return stop.finish("grasp force",
+                       done,
+                       chosen.size(),
+                       "grasps",
+                       records.exitCode(balanced > 0 ? kDone : kNothingFound));
 }
 
 void addLoadOptions(CLI::App& command, ForceArguments& arguments)

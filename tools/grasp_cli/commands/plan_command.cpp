@@ -10,6 +10,7 @@
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
 #include "tools/support/obstacles/obstacle_list.h"
+#include "tools/support/progress_line.h"
 #include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
@@ -82,26 +83,52 @@ std::pair<std::size_t, std::size_t> tryGrasps(const PlanArguments& arguments,
     const std::vector<grasp::TrialProtocol> protocols = protocolsNamed(arguments.trials, "--trial");
     const std::size_t count =
         std::min(forceClosures(run.grasps), static_cast<std::size_t>(arguments.tried));
+    std::vector<Grasp> recorded;  // so that grasp trial gives the same bits
     std::vector<const Grasp*> chosen;
+    recorded.reserve(count);
     for (std::size_t k = 0; k < count; ++k)
     {
-        chosen.push_back(&run.grasps[k]);
+        recorded.push_back(grasp::asRecorded(run.grasps[k]));
+        chosen.push_back(&recorded.back());
     }
-    const TrialRows rows =
+    std::optional<ProgressLine> progress;
+    if (!arguments.quiet)
+    {
+        progress.emplace(count * protocols.size(), "trials");
+    }
+    std::size_t ended = 0;
+    const std::vector<TrialRow> rows =
         runTrials(run.hand.hand,
                   run.object.object,
                   chosen,
                   protocols,
                   {.squeeze = *description.squeeze, .up = arguments.options.approach.up},
                   arguments.options.jobs,
-                  stop);
+                  stop,
+                  [&](const std::vector<TrialRow>&)
+                  {
+                      if (progress)
+                      {
+                          progress->show(++ended);
+                      }
+                  });
+    std::size_t done = 0;
     std::map<std::int64_t, int> held;
     for (std::size_t k = 0; k < rows.size(); ++k)
     {
         const std::int64_t candidate = run.grasps[k].candidate;
-        for (std::size_t p = 0; p < rows[k].size(); ++p)
+        if (!rows[k].error.empty())
         {
-            const grasp::TrialResult& result = rows[k][p];
+            throw std::runtime_error(rows[k].error);
+        }
+        done += rows[k].isDone() ? 1 : 0;
+        for (std::size_t p = 0; p < protocols.size(); ++p)
+        {
+            if (!rows[k].results[p])
+            {
+                continue;
+            }
+            const grasp::TrialResult& result = *rows[k].results[p];
             const bool isHeld = result.outcome == grasp::TrialOutcome::Held;
             held[candidate] += isHeld ? 1 : 0;
             description.trials[candidate].push_back({.protocol = protocols[p].name,
@@ -115,7 +142,7 @@ std::pair<std::size_t, std::size_t> tryGrasps(const PlanArguments& arguments,
                      run.grasps.begin() + static_cast<std::ptrdiff_t>(rows.size()),
                      [&](const Grasp& a, const Grasp& b)
                      { return held[a.candidate] > held[b.candidate]; });
-    return {rows.size(), count};
+    return {done, count};
 }
 
 /// Such as "lift held, six slipped"; empty for a grasp that was not tried.
@@ -222,6 +249,14 @@ void printSummary(const PlanArguments& arguments,
     {
         fmt::print(
             "{}\n{}\n", epsilonClasses(run.grasps), weightText(run.grasps, arguments.options.mass));
+        if (const std::string assumed = assumedEfforts(*description.squeeze, run.hand.hand);
+            !assumed.empty())
+        {
+            fmt::print(
+                "efforts assumed, since the robot states none that a finger has (--effort "
+                "sets them): {}\n",
+                assumed);
+        }
         fmt::print("\n{}", bestGrasps(description, run.grasps, kRows));
         if (found > kRows)
         {
@@ -288,14 +323,16 @@ int plan(const PlanArguments& arguments)
     const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     SqueezeArguments squeeze = arguments.squeeze;
     squeeze.mass = arguments.options.mass;
-    grasp::GraspRun description{
-        .handFile = run.hand.file,
-        .srdfFile = hand.srdfFile,
-        .objectFile = run.object.file,
-        .objectScale = arguments.pair.objectScale,
-        .obstaclesHash = grasp::contentHash(bodies),
-        .options = arguments.options,
-        .squeeze = squeezeOptionsOf(squeeze, arguments.options.friction, hand.robot)};
+    grasp::PlannerOptions options = arguments.options;
+    grasp::GraspRun description{.handFile = run.hand.file,
+                                .srdfFile = hand.srdfFile,
+                                .objectFile = run.object.file,
+                                .objectScale = arguments.pair.objectScale,
+                                .obstaclesHash = grasp::contentHash(bodies),
+                                .options = options,
+                                .squeeze = squeezeOptionsOf(squeeze, options.friction, hand)};
+    options.efforts = description.squeeze->efforts;
+    description.options = options;
     (void)protocolsNamed(arguments.trials, "--trial");  // an error comes before the plan
     OutputFolder output(arguments.output);
     PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
@@ -305,7 +342,7 @@ int plan(const PlanArguments& arguments)
     }
     const StopRequest stop;  // the planner itself keeps the time limit
     runPlan(run,
-            arguments.options,
+            options,
             arguments.quiet,
             {.progress = [&](const Grasp& grasp) { journal.append(grasp); },
              .obstacles = bodies,

@@ -140,8 +140,11 @@ int quality(const QualityArguments& arguments)
         table.rows.back().insert(table.rows.back().end(), cells.begin(), cells.end());
     }
     fmt::print("{}\n{} of {} grasps are force closures\n", alignedText(table), closures, done);
-    return stop.finish(
-        "grasp quality", done, chosen.size(), "grasps", closures > 0 ? kDone : kNothingFound);
+    return stop.finish("grasp quality",
+                       done,
+                       chosen.size(),
+                       "grasps",
+                       records.exitCode(closures > 0 ? kDone : kNothingFound));
 }
 }  // namespace
 

@@ -4,11 +4,13 @@
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/support/option_values.h"
+#include "tools/support/progress_line.h"
 #include "tools/support/stop_request.h"
 #include "tools/support/stopwatch.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <fmt/format.h>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -30,7 +32,8 @@ struct TrialArguments
     RecordChoice choice;
     std::vector<std::string> protocols{"six"};
     SqueezeArguments squeeze;
-    std::optional<double> friction;  ///< else that of the plan
+    std::optional<double> mass;      ///< else that of the plan
+    std::optional<double> friction;  ///< same
     std::optional<double> surfaceFriction;
     int pulls = 0;
     double rate = grasp::TrialOptions{}.rate;
@@ -45,18 +48,19 @@ struct TrialArguments
 /// Options of all trials; says which efforts are assumed.
 grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRecords& records)
 {
-    const RobotModel& robot = records.hand.hand.robot;
+    const grasp::HandModel& hand = records.hand.hand;
     const grasp::PlannerOptions& plan = records.source.run.options;
     grasp::TrialOptions options;
-    options.squeeze =
-        squeezeOptionsOf(arguments.squeeze, arguments.friction.value_or(plan.friction), robot);
+    SqueezeArguments squeeze = arguments.squeeze;
+    squeeze.mass = arguments.mass.value_or(plan.mass);
+    options.squeeze = squeezeOptionsOf(squeeze, arguments.friction.value_or(plan.friction), hand);
     options.friction = arguments.surfaceFriction;
     options.rate = arguments.rate;
     options.up = plan.approach.up;
     options.seed = arguments.seed;
     options.skin = arguments.skin;
     options.skinStiffness = arguments.skinStiffness;
-    if (const std::string assumed = assumedEfforts(options.squeeze, robot.tree); !assumed.empty())
+    if (const std::string assumed = assumedEfforts(options.squeeze, hand); !assumed.empty())
     {
         fmt::print(stderr,
                    "effort missing, 0 or more than a finger has, so assumed (--effort sets it): "
@@ -141,7 +145,7 @@ std::vector<std::string> trialRow(std::size_t rank,
             result.pulls.empty() ? result.reason : pullText(result)};
 }
 
-std::vector<TrialProtocol> protocolsOf(const TrialArguments& arguments)
+std::vector<TrialProtocol> chosenProtocols(const TrialArguments& arguments)
 {
     std::vector<TrialProtocol> protocols = protocolsNamed(arguments.protocols, "--protocol");
     for (TrialProtocol& protocol : protocols)
@@ -154,27 +158,75 @@ std::vector<TrialProtocol> protocolsOf(const TrialArguments& arguments)
     return protocols;
 }
 
-int trial(const TrialArguments& arguments)
+/// Runs the trials with progress on stderr. JSON records are printed as soon as those before them
+/// are.
+std::vector<TrialRow> tryAll(const TrialArguments& arguments,
+                             const GraspRecords& records,
+                             const std::vector<std::size_t>& chosen,
+                             const std::vector<TrialProtocol>& protocols,
+                             const StopRequest& stop)
 {
-    const std::vector<TrialProtocol> protocols = protocolsOf(arguments);
-    const GraspRecords records = loadGraspRecords(arguments.records);
-    const std::vector<std::size_t> chosen =
-        chosenGrasps(records, arguments.records, arguments.choice);
     const std::vector<std::string> joints = independentJointNames(records.hand.hand.robot.tree);
-    const StopRequest stop(arguments.timeLimit);
-    const Stopwatch watch;
     std::vector<const grasp::Grasp*> grasps;
     for (const std::size_t index : chosen)
     {
         grasps.push_back(&records.grasps[index]);
     }
-    const TrialRows results = runTrials(records.hand.hand,
-                                        records.object.object,
-                                        grasps,
-                                        protocols,
-                                        trialOptions(arguments, records),
-                                        arguments.jobs,
-                                        stop);
+    std::size_t ended = 0;
+    std::size_t row = 0;
+    std::size_t column = 0;
+    // Of the results that are there and were not printed yet; at the end, behind gaps as well.
+    const auto print = [&](const std::vector<TrialRow>& rows, bool isEnd)
+    {
+        for (; row < rows.size(); ++row, column = 0)
+        {
+            for (; column < protocols.size(); ++column)
+            {
+                const std::optional<TrialResult>& result = rows[row].results[column];
+                if (!result && rows[row].error.empty() && !isEnd)
+                {
+                    return;
+                }
+                if (result && arguments.json)
+                {
+                    const std::size_t index = chosen[row];
+                    fmt::print(
+                        "{}",
+                        trialJson(
+                            index + 1, records.grasps[index], protocols[column], *result, joints));
+                    std::fflush(stdout);
+                }
+            }
+        }
+    };
+    ProgressLine progress(
+        grasps.size() * protocols.size(),
+        fmt::format("trials of {} x {}", records.hand.hand.robot.name, records.object.object.name));
+    std::vector<TrialRow> rows = runTrials(records.hand.hand,
+                                           records.object.object,
+                                           grasps,
+                                           protocols,
+                                           trialOptions(arguments, records),
+                                           arguments.jobs,
+                                           stop,
+                                           [&](const std::vector<TrialRow>& soFar)
+                                           {
+                                               print(soFar, false);
+                                               progress.show(++ended);
+                                           });
+    print(rows, true);
+    return rows;
+}
+
+int trial(const TrialArguments& arguments)
+{
+    const std::vector<TrialProtocol> protocols = chosenProtocols(arguments);
+    const GraspRecords records = loadGraspRecords(arguments.records);
+    const std::vector<std::size_t> chosen =
+        chosenGrasps(records, arguments.records, arguments.choice);
+    const StopRequest stop(arguments.timeLimit);
+    const Stopwatch watch;
+    const std::vector<TrialRow> rows = tryAll(arguments, records, chosen, protocols, stop);
     TextTable table{.header = {"rank",
                                "epsilon",
                                "protocol",
@@ -187,45 +239,48 @@ int trial(const TrialArguments& arguments)
                                "why"},
                     .rows = {}};
     std::map<std::string, int> counts;
+    std::map<std::string, int> tried;
     const double seconds = watch.seconds();
     double simulated = 0.0;
-    for (std::size_t k = 0; k < results.size(); ++k)
+    bool isHeld = false;
+    bool hasFailed = false;
+    for (std::size_t k = 0; k < rows.size(); ++k)
     {
         const grasp::Grasp& grasp = records.grasps[chosen[k]];
-        for (std::size_t p = 0; p < results[k].size(); ++p)
+        if (!rows[k].error.empty())
         {
-            const TrialResult& result = results[k][p];
-            simulated += result.seconds;
-            ++counts[protocols[p].name + ": " + toString(result.outcome)];
-            if (arguments.json)
+            fmt::print(stderr, "left out: rank {}: {}\n", chosen[k] + 1, rows[k].error);
+            hasFailed = true;
+        }
+        for (std::size_t p = 0; p < protocols.size(); ++p)
+        {
+            if (const std::optional<TrialResult>& result = rows[k].results[p])
             {
-                fmt::print("{}", trialJson(chosen[k] + 1, grasp, protocols[p], result, joints));
-            }
-            else
-            {
-                table.rows.push_back(trialRow(chosen[k] + 1, grasp, protocols[p], result));
+                simulated += result->seconds;
+                isHeld = isHeld || result->outcome == TrialOutcome::Held;
+                ++tried[protocols[p].name];
+                ++counts[protocols[p].name + ": " + toString(result->outcome)];
+                table.rows.push_back(trialRow(chosen[k] + 1, grasp, protocols[p], *result));
             }
         }
     }
-    bool isHeld = false;
     if (!arguments.json)
     {
         fmt::print("{}", alignedText(table));
-    }
-    for (const auto& [outcome, count] : counts)
-    {
-        isHeld = isHeld || outcome.ends_with(toString(TrialOutcome::Held));
-        if (!arguments.json)
+        for (const auto& [outcome, count] : counts)
         {
-            fmt::print("{}: {} of {}\n", outcome, count, results.size());
+            fmt::print(
+                "{}: {} of {}\n", outcome, count, tried[outcome.substr(0, outcome.rfind(": "))]);
         }
-    }
-    if (!arguments.json)
-    {
         fmt::print("simulated {:.1f} s in {:.1f} s\n", simulated, seconds);
     }
-    return stop.finish(
-        "grasp trial", results.size(), chosen.size(), "grasps", isHeld ? kDone : kNothingFound);
+    const int exitCode =
+        hasFailed ? static_cast<int>(kBadInput) : records.exitCode(isHeld ? kDone : kNothingFound);
+    return stop.finish("grasp trial",
+                       static_cast<std::size_t>(std::ranges::count_if(rows, &TrialRow::isDone)),
+                       chosen.size(),
+                       "grasps",
+                       exitCode);
 }
 }  // namespace
 
@@ -251,8 +306,12 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         "100 "
         "mm.\n"
         "\n"
+        "After Ctrl-C, or at the time limit, the trials that were done are printed; JSON records "
+        "are printed as they come. Records that are damaged and grasps that never closed are "
+        "named and left out.\n"
+        "\n"
         "Exit codes: 0 if a trial held, 1 if none did, 130 after Ctrl-C, 2 for wrong options, 3 "
-        "for bad input.\n"
+        "for bad input, also if something was left out.\n"
         "\n"
         "Example:\n"
         "  grasp trial out/grasps.jsonl --protocol lift,six --mass 0.25");
@@ -268,10 +327,11 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->type_name("NAME")
         ->capture_default_str()
         ->group("Load");
-    command->add_option("--mass", arguments->squeeze.mass, "The mass of the object [kg].")
+    command
+        ->add_option(
+            "--mass", arguments->mass, "The mass of the object [kg]. Default: that of the plan.")
         ->type_name("KG")
         ->check(within(1e-6, 1e3))
-        ->capture_default_str()
         ->group("Squeeze");
     addSqueezeOptions(*command, arguments->squeeze);
     command

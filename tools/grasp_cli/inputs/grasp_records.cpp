@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/inputs/grasp_records.h"
 
 #include "grasp/formats/content_hash.h"
+#include "tools/support/command_line.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -30,21 +31,31 @@ void requireSameContent(const fs::path& file, const std::string& now, const std:
 
 GraspRecords loadGraspRecords(const RecordArguments& arguments)
 {
-    grasp::GraspFileSource source = grasp::readGraspSource(arguments.file);
+    grasp::GraspFileSource source = grasp::readGraspSource(arguments.file, true);
     const grasp::GraspRun& run = source.run;
     // An SRDF that is gone may have moved with its hand; the content hash tells another one.
-    LoadedHand hand =
-        loadNamedHand(arguments.hand.empty() ? run.handFile.string() : arguments.hand,
-                      fs::exists(run.srdfFile) ? run.srdfFile : fs::path());
+    LoadedHand hand = loadNamedHand(arguments.hand.empty() ? run.handFile.string() : arguments.hand,
+                                    fs::exists(run.srdfFile) ? run.srdfFile : fs::path());
     LoadedObject object = loadNamedObject(
         arguments.object.empty() ? run.objectFile.string() : arguments.object, run.objectScale);
     requireSameContent(hand.file, grasp::contentHash(hand.hand), source.handHash);
     requireSameContent(object.file, grasp::contentHash(object.object), source.objectHash);
-    std::vector<grasp::Grasp> grasps = grasp::readGrasps(arguments.file, hand.hand);
+    std::vector<std::string> damaged;
+    std::vector<grasp::Grasp> grasps = grasp::readGrasps(arguments.file, hand.hand, &damaged);
+    for (const std::string& line : damaged)
+    {
+        fmt::print(stderr, "left out: {}\n", line);
+    }
     return {.source = std::move(source),
             .hand = std::move(hand),
             .object = std::move(object),
-            .grasps = std::move(grasps)};
+            .grasps = std::move(grasps),
+            .isDamaged = !damaged.empty()};
+}
+
+int GraspRecords::exitCode(int code) const
+{
+    return isDamaged ? kBadInput : code;
 }
 
 std::vector<std::size_t> chosenGrasps(const GraspRecords& records,

@@ -24,8 +24,13 @@ struct GraspRecords
     LoadedHand hand;
     LoadedObject object;
     std::vector<grasp::Grasp> grasps;  ///< rank 1 first
+    bool isDamaged = false;            ///< lines were left out
+
+    /// The exit code of a command that has done its work: kBadInput if lines were left out.
+    [[nodiscard]] int exitCode(int code) const;
 };
 
+/// Lines that cannot be read are named on stderr and left out; the others are ranked without them.
 /// Throws std::runtime_error "<file>: <what>: <remedy>", also where hand or object have another
 /// content than the grasps were planned with.
 [[nodiscard]] GraspRecords loadGraspRecords(const RecordArguments& arguments);

@@ -5,6 +5,7 @@
 #include "tools/support/option_values.h"
 #include "tools/support/text_table.h"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace bullet_ccd::tools
@@ -21,12 +22,13 @@ void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments)
         ->capture_default_str()
         ->group("Squeeze");
     command
-        .add_option("--effort",
-                    arguments.efforts,
-                    "The largest torque [N m] or force [N] of all joints, or JOINT=E of one. It "
-                    "may be repeated; the last one counts. Default: the efforts of the URDF, and "
-                    "1 N m or 40 N where it says none, 0, or more than 20 N m or 500 N. A motor "
-                    "that moves several joints gives what all of them may bear.")
+        .add_option(
+            "--effort",
+            arguments.efforts,
+            "The largest torque [N m] or force [N] of all joints, or JOINT=E of one. It "
+            "may be repeated; the last one counts. Default: the efforts of the URDF; where "
+            "it says none, 0, or more than 8 N m or 500 N of a finger: 1 N m or 40 N. A motor "
+            "that moves several joints gives what all of them may bear.")
         ->type_name("E")
         ->check(parsedBy(parseEffort))
         ->group("Squeeze");
@@ -44,32 +46,39 @@ std::vector<std::string> independentJointNames(const KinematicTree& tree)
 
 grasp::SqueezeOptions squeezeOptionsOf(const SqueezeArguments& arguments,
                                        double friction,
-                                       const RobotModel& robot)
+                                       const grasp::HandModel& hand)
 {
     grasp::SqueezeOptions options{
         .mass = arguments.mass, .friction = friction, .firmness = arguments.firmness};
     if (!arguments.efforts.empty())
     {
         grasp::ForceProblem problem;
-        problem.jointNames = independentJointNames(robot.tree);
-        for (const grasp::JointEffort& effort : grasp::jointEfforts(robot.tree))
+        problem.jointNames = independentJointNames(hand.robot.tree);
+        for (const grasp::JointEffort& effort : grasp::jointEfforts(hand))
         {
             problem.torqueLimits.push_back(effort.limit);
         }
-        applyEfforts(arguments.efforts, robot, problem);
+        applyEfforts(arguments.efforts, hand.robot, problem);
         options.efforts = problem.torqueLimits;
     }
     return options;
 }
 
-std::string assumedEfforts(const grasp::SqueezeOptions& options, const KinematicTree& tree)
+std::string assumedEfforts(const grasp::SqueezeOptions& options, const grasp::HandModel& hand)
 {
     if (!options.efforts.empty())
     {
         return {};
     }
-    const std::vector<std::string> names = independentJointNames(tree);
-    const std::vector<grasp::JointEffort> efforts = grasp::jointEfforts(tree);
+    const std::vector<std::string> names = independentJointNames(hand.robot.tree);
+    const std::vector<grasp::JointEffort> efforts = grasp::jointEfforts(hand);
+    const double first = efforts.empty() ? 0.0 : efforts.front().limit;
+    if (!efforts.empty() &&
+        std::ranges::all_of(
+            efforts, [&](const grasp::JointEffort& e) { return e.isAssumed && e.limit == first; }))
+    {
+        return fmt::format("{} for all joints", first);
+    }
     std::vector<std::string> assumed;
     for (std::size_t j = 0; j < names.size(); ++j)
     {

@@ -23,12 +23,13 @@ void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments);
 /// Throws std::runtime_error for a joint that the robot does not have, or an effort that is 0.
 [[nodiscard]] grasp::SqueezeOptions squeezeOptionsOf(const SqueezeArguments& arguments,
                                                      double friction,
-                                                     const RobotModel& robot);
+                                                     const grasp::HandModel& hand);
 
 /// Names of the joints that move by themselves, in the order of independentJoints().
 [[nodiscard]] std::vector<std::string> independentJointNames(const KinematicTree& tree);
 
-/// Efforts that the squeeze assumes, such as "finger=1, thumb=1"; empty if the robot states all.
+/// Efforts that the squeeze assumes, such as "finger=1, thumb=1" or "1 for all joints"; empty if
+/// the robot states all.
 [[nodiscard]] std::string assumedEfforts(const grasp::SqueezeOptions& options,
-                                         const KinematicTree& tree);
+                                         const grasp::HandModel& hand);
 }  // namespace bullet_ccd::tools
