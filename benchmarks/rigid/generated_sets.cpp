@@ -1,5 +1,6 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "benchmarks/reference/scenes/split_mix.h"
 #include "benchmarks/rigid/rigid_sets.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/pose.h"
@@ -22,26 +23,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-/// The engine of these sets: with another they would be other queries.
-class SplitMix64
-{
-public:
-    explicit SplitMix64(std::uint64_t seed) : m_state(seed) {}
-
-    std::uint64_t operator()()
-    {
-        m_state += 0x9e3779b97f4a7c15ULL;
-        std::uint64_t z = m_state;
-        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-        return z ^ (z >> 31U);
-    }
-
-private:
-    std::uint64_t m_state;
-};
-
-class Random : public reference::RandomFrom<SplitMix64>
+class Random : public reference::RandomFrom<reference::SplitMix64>
 {
 public:
     using RandomFrom::RandomFrom;

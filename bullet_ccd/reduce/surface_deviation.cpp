@@ -1,7 +1,6 @@
-#include "bullet_ccd/reduce/surface_deviation.h"
-
 #include "bullet_ccd/distance/triangle_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/reduce/reduce_mesh.h"
 
 #include <algorithm>
 #include <array>

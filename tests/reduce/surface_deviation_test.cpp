@@ -1,4 +1,4 @@
-#include "bullet_ccd/reduce/surface_deviation.h"
+#include "bullet_ccd/reduce/reduce_mesh.h"
 
 #include <gtest/gtest.h>
 
