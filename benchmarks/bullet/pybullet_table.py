@@ -334,53 +334,6 @@ def pick(run):
     return int(height(p, thing) < 0.28)
 
 
-def shots(make):
-    """Forty shots at a plate of 0.5 mm, at 10, 30, 100 and 300 m/s with 60 and 240 steps a second, at five
-    phases of the step each: how many went through."""
-    def run_all(run):
-        p, through = run.p, 0
-        for speed in (10, 30, 100, 300):
-            for rate in (60, 240):
-                for phase in range(5):
-                    p.resetSimulation()
-                    p.setTimeStep(1 / rate)
-                    box(p, [0.5, 0.5, scenes.PLATE])
-                    way = 0.1 + phase / 5 * speed / rate
-                    place = make(p, run.folder, way, speed)
-                    run.steps(math.ceil((way + 0.1) / (speed / rate)) + 2)
-                    through += place() < 0
-        return through
-    run_all.__doc__ = shots.__doc__
-    return run_all
-
-
-def shot_body(shape_of, spin=(0, 0, 0)):
-    """A body of a shape that flies down; returns how to ask its height."""
-    def make(p, folder, start, speed):
-        body = p.createMultiBody(0.1, shape_of(p, folder), -1, [0.01, 0.02, start + 0.05])
-        p.resetBaseVelocity(body, [0, 0, -speed], spin)
-        return lambda: height(p, body)
-    return make
-
-
-def shot_link(p, folder, start, speed):
-    """A link that flies down on its joint."""
-    body = scenes.sliding_box(p, [0.1, 0.005, 0.0005], [0, 0, start + 0.05])
-    p.resetJointState(body, 0, 0, speed)
-    return lambda: p.getLinkState(body, 0)[0][2]
-
-
-SHAPES = {
-    "boxes": lambda p, folder: p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.01, 0.01, 0.0005]),
-    "balls": lambda p, folder: p.createCollisionShape(p.GEOM_SPHERE, radius=0.005),
-    "capsules": lambda p, folder: p.createCollisionShape(p.GEOM_CAPSULE, radius=0.003, height=0.05),
-    "hulls": lambda p, folder: p.createCollisionShape(
-        p.GEOM_MESH, fileName=str(scenes.write_ring(folder / "shot.obj")), meshScale=[0.2] * 3),
-    "meshes": lambda p, folder: p.createCollisionShape(
-        p.GEOM_MESH, fileName=str(scenes.write_ring(folder / "shot.obj")), meshScale=[0.2] * 3,
-        flags=p.GEOM_FORCE_CONCAVE_TRIMESH),
-}
-
 SITUATIONS = {  # name: function, files that it needs, whether its number must be 0 with the plugin
     "stack of ten": (stack, None, False),
     "ball and wall": (wall, None, True),
@@ -393,9 +346,6 @@ SITUATIONS = {  # name: function, files that it needs, whether its number must b
     "chain and curtain": (whip, None, True),
     "KUKA arm and paddle": (kuka, "arms/combined", True),
     "Panda picks a box": (pick, "arms/panda", True),
-    **{f"shots: {name}": (shots(shot_body(shape)), None, True) for name, shape in SHAPES.items()},
-    "shots: spinning boxes": (shots(shot_body(SHAPES["boxes"], (200, 0, 30))), None, True),
-    "shots: links": (shots(shot_link), None, True),
 }
 
 

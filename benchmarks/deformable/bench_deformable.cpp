@@ -1,4 +1,4 @@
-// Contacts of deforming meshes: ours against union boxes with bisection and with advancement.
+// Contacts of deforming meshes: ours against union boxes with advancement.
 #include "benchmarks/deformable/deforming_scenes.h"
 #include "benchmarks/deformable/plain_method.h"
 #include "benchmarks/support/program.h"
@@ -89,8 +89,7 @@ public:
 
         const std::vector<FeaturePair> candidates =
             overlappingFeatures(m_scene.mesh, start, end, m_arguments.tolerance);
-        const PlainTime bisection = plain(candidates, step, all, bisectionToi);
-        const PlainTime advancement = plain(candidates, step, all, advancementToi);
+        const PlainTime advancement = plain(candidates, step, all);
         const double ours = refit + query;
         table.print({{"scene", m_name},
                      {"step", step},
@@ -103,11 +102,10 @@ public:
                      {"all", ours},
                      {"first", refit + firstOnly},
                      {"2 threads", gain},
-                     {"Y1/all", bisection.milliseconds / ours},
-                     {"Y2/all", advancement.milliseconds / ours},
+                     {"plain/all", advancement.milliseconds / ours},
                      {"bytes", double(surface.memory()) / double(m_scene.mesh.triangles.size())},
-                     {"missed", bisection.missed + advancement.missed}});
-        return m_isSame && bisection.missed + advancement.missed == 0;
+                     {"missed", advancement.missed}});
+        return m_isSame && advancement.missed == 0;
     }
 
 private:
@@ -144,11 +142,10 @@ private:
         return medianOf(one) / medianOf(two);
     }
 
-    /// Every n-th candidate by the method, its time for all of them.
+    /// Every n-th candidate by advancement, its time for all of them.
     PlainTime plain(const std::vector<FeaturePair>& candidates,
                     std::size_t step,
-                    const DeformableResult& all,
-                    double (*method)(const ElementaryPair&, double))
+                    const DeformableResult& all)
     {
         std::set<std::pair<ElementaryKind, std::array<std::int32_t, 4>>> found;
         for (const DeformableContact& contact : all.contacts)
@@ -168,7 +165,7 @@ private:
                            {
                                const ElementaryPair pair = pairOf(candidates[i], m_scene, step);
                                ++asked;
-                               if (method(pair, m_arguments.tolerance) <= 1.0)
+                               if (advancementToi(pair, m_arguments.tolerance) <= 1.0)
                                {
                                    touching.push_back(candidates[i]);
                                }
@@ -202,15 +199,15 @@ bool run(const Arguments& arguments)
 {
     fmt::print(
         "kernels: {}; tolerance {}; ms of processor time on one core, medians of {} passes; "
-        "Y1 is bisection, Y2 advancement on the pairs of boxes over the step (every n-th, at most "
-        "about {}), without finding them\n",
+        "plain is advancement on the pairs of boxes over the step (every n-th, at most about {}), "
+        "without finding them\n",
         surfaceKernels().level,
         arguments.tolerance,
         arguments.passes,
         arguments.sample);
     const Table table(
         "scene:<9|step:>4|triangles:>9|contacts:>8|pairs:>9|union pairs:>11|build:>7.1f|"
-        "refit:>6.2f|all:>7.2f|first:>7.2f|2 threads:>9.2f|Y1/all:>7.1f|Y2/all:>7.1f|"
+        "refit:>6.2f|all:>7.2f|first:>7.2f|2 threads:>9.2f|plain/all:>9.1f|"
         "bytes:>6.0f|missed:>6");
     bool isRight = true;
     for (const std::string& name : arguments.scenes)
@@ -237,12 +234,12 @@ int main(int argc, char** argv)
         argc,
         argv,
         {.name = "bench_deformable",
-         .about = "Contacts of deforming meshes in a step, beside plain methods.",
+         .about = "Contacts of deforming meshes in a step, beside a plain method.",
          .options = {{"--scenes", &arguments.scenes, "breaking, falling, layers; default: all"},
                      {"-n,--triangles", &arguments.triangles, "about how many a scene has", 100},
                      {"--steps", &arguments.steps, "of each scene"},
                      {"--passes", &arguments.passes, "of which the median is shown"},
-                     {"--sample", &arguments.sample, "pairs that the plain methods are asked"},
+                     {"--sample", &arguments.sample, "pairs that the plain method is asked"},
                      {"--tolerance", &arguments.tolerance, "of all methods"}},
          .run = [&] { return run(arguments); }});
 }

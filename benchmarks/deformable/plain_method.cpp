@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <queue>
 #include <utility>
 
 namespace bullet_ccd::benchmarks
@@ -68,32 +67,6 @@ void meetFrom(Features::const_iterator first,
         }
     }
 }
-
-/// Difference of the features at one time and place: u, v of the face, or of the two edges.
-Eigen::Vector3d differenceAt(const ElementaryPair& pair, double t, double u, double v)
-{
-    FourPoints x;
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-        x[k] = (1.0 - t) * pair.start[k] + t * pair.end[k];
-    }
-    return pair.kind == ElementaryKind::VertexFace
-               ? Eigen::Vector3d((1.0 - u - v) * x[1] + u * x[2] + v * x[3] - x[0])
-               : Eigen::Vector3d((1.0 - v) * x[2] + v * x[3] - (1.0 - u) * x[0] - u * x[1]);
-}
-
-/// A box of time and the two parameters.
-struct Cell
-{
-    std::array<double, 3> low{};
-    std::array<double, 3> size{1.0, 1.0, 1.0};
-
-    /// The earliest first; of equal ones the smallest, so that one is followed to its end.
-    friend bool operator<(const Cell& a, const Cell& b)
-    {
-        return std::pair(a.low[0], a.size[0]) > std::pair(b.low[0], b.size[0]);
-    }
-};
 
 double distanceNow(const FourPoints& x, ElementaryKind kind)
 {
@@ -159,65 +132,6 @@ std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
         meetFrom(edge + 1, edges, *edge, addEdges);
     }
     return pairs;
-}
-
-double bisectionToi(const ElementaryPair& pair, double tolerance)
-{
-    constexpr int kMostCells = 100'000;
-    std::priority_queue<Cell> cells;
-    cells.push({});
-    for (int count = 0; !cells.empty(); ++count)
-    {
-        const Cell cell = cells.top();
-        cells.pop();
-        if (count > kMostCells)
-        {
-            return cell.low[0];
-        }
-        Eigen::AlignedBox3d box;
-        std::array<double, 3> spread{};
-        std::array<Eigen::Vector3d, 8> corner;
-        for (std::size_t i = 0; i < 8; ++i)
-        {
-            std::array<double, 3> at{};
-            for (std::size_t k = 0; k < 3; ++k)
-            {
-                at[k] = cell.low[k] + ((i >> k & 1U) != 0 ? cell.size[k] : 0.0);
-            }
-            corner[i] = differenceAt(pair, at[0], at[1], at[2]);
-            box.extend(corner[i]);
-            for (std::size_t k = 0; k < 3; ++k)
-            {
-                if ((i >> k & 1U) != 0)
-                {
-                    const double move =
-                        (corner[i] - corner[i ^ (1U << k)]).lpNorm<Eigen::Infinity>();
-                    spread[k] = std::max(spread[k], move);
-                }
-            }
-        }
-        if (box.squaredExteriorDistance(Eigen::Vector3d::Zero()) > 1e-28)
-        {
-            continue;
-        }
-        if (box.sizes().maxCoeff() <= tolerance)
-        {
-            return cell.low[0];
-        }
-        const auto axis =
-            static_cast<std::size_t>(std::ranges::max_element(spread) - spread.begin());
-        for (const double side : {0.0, 0.5})
-        {
-            Cell half = cell;
-            half.size[axis] *= 0.5;
-            half.low[axis] += side * cell.size[axis];
-            if (pair.kind == ElementaryKind::EdgeEdge || half.low[1] + half.low[2] <= 1.0)
-            {
-                cells.push(half);
-            }
-        }
-    }
-    return 2.0;
 }
 
 double advancementToi(const ElementaryPair& pair, double tolerance)

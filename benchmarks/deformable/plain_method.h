@@ -27,11 +27,7 @@ struct FeaturePair
                                                            std::span<const Eigen::Vector3d> end,
                                                            double distance);
 
-/// Time of contact, or 2 without one, by bisection of time and of the places on both features in
-/// boxes. Never late.
-[[nodiscard]] double bisectionToi(const ElementaryPair& pair, double tolerance);
-
-/// The same by advancement. Never late: nothing can meet before the distance has been
-/// used up at the largest relative speed.
+/// Time of contact, or 2 without one, by advancement. Never late: nothing can meet before the
+/// distance has been used up at the largest relative speed.
 [[nodiscard]] double advancementToi(const ElementaryPair& pair, double tolerance);
 }  // namespace bullet_ccd::benchmarks

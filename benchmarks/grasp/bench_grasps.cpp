@@ -1,7 +1,6 @@
 // Closings and plans of many hands and objects: judged, counted, timed.
 #include "benchmarks/grasp/grasp_table.h"
 #include "benchmarks/grasp/judged_rows.h"
-#include "benchmarks/grasp/pose_errors.h"
 #include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
 #include "grasp/hand/hand_model.h"
@@ -208,13 +207,6 @@ bool runPlans(const BenchArguments& arguments)
     return run("planning", arguments, judge, &summarizePlans);
 }
 
-bool runPoseErrors(const BenchArguments& arguments)
-{
-    const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
-    { return judgePoseErrors(hand, object, alone(arguments.planner)); };
-    return run("errors", arguments, judge, &summarizePoseErrors);
-}
-
 bool runInference(const BenchArguments& arguments)
 {
     BenchArguments both = arguments;
@@ -287,7 +279,6 @@ int main(int argc, char** argv)
              verbOf("inference",
                     "force closures of hands with their SRDF and without it",
                     &runInference),
-             verbOf("errors", "force closures repeated with the pose a little off", &runPoseErrors),
              verbOf("table",
                     "plan every hand with every object and compare",
                     [](const BenchArguments& arguments) { return tableGrasps(arguments); })}});
