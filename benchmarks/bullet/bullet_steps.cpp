@@ -246,12 +246,8 @@ bool run(const Options& options)
         "first ms=first:>9.2f|MB=memory:>7.1f|all=all:>6.2f|"
         "without impacts=quiet:>15.2f|with=busy:>7.2f|of allowed=allowed:>10.2f");
     bool good = true;
-    for (const StepScene& scene : stepScenes())
+    for (const StepScene& scene : bullet_ccd::benchmarks::only(stepScenes(), options.only))
     {
-        if (scene.name.find(options.only) == std::string::npos)
-        {
-            continue;
-        }
         std::array<Cost, kKinds.size()> costs;
         for (int i = 0; i < options.runs; ++i)
         {

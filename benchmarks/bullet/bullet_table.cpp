@@ -159,15 +159,13 @@ bool fallsFreely(Kind kind)
 
 bool run(const Options& options)
 {
+    const std::vector<TunnellingRow> rows =
+        bullet_ccd::benchmarks::only(tunnellingRows(), options.only);
     fmt::print("btScalar {}\n", kDouble ? "double" : "float");
     const Table table(columns());
     std::vector<Cell> all(kAllKinds.size());
-    for (const TunnellingRow& row : tunnellingRows())
+    for (const TunnellingRow& row : rows)
     {
-        if (row.name.find(options.only) == std::string::npos)
-        {
-            continue;
-        }
         std::vector<Cell> cells(kAllKinds.size());
         for (const Setting& setting : row.settings)
         {

@@ -382,6 +382,8 @@ def main():
     options = parser.parse_args()
     if options.runs < 1:
         parser.error("--runs must be at least 1")
+    if not any(options.only in title for title in SITUATIONS):
+        parser.error(f"--only {options.only}: no such situation; there are {', '.join(SITUATIONS)}")
 
     failed = False
     with tempfile.TemporaryDirectory() as name:

@@ -63,12 +63,8 @@ nlohmann::json runAll(const Arguments& arguments)
         "turn [rad]=turn:>10.1e|kinetic [J]=maxKinetic:>11.1e|gain=energyGain:>7.1e|"
         "depth [m]=depth:>9.1e|at rest [m]=restDepth:>11.1e|s/s=realTime:>7.1e");
     nlohmann::json rows = nlohmann::json::array();
-    for (const StabilityWorld& world : stabilityWorlds())
+    for (const StabilityWorld& world : only(stabilityWorlds(), arguments.only))
     {
-        if (world.name.find(arguments.only) == std::string::npos)
-        {
-            continue;
-        }
         for (const reference::Kind kind : world.kinds)
         {
             for (const int rate : arguments.rates)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -51,4 +52,23 @@ struct Program
 /// @return exit code: 0 if all that must hold does, 1 if not, 2 for usage and exceptions, whose
 ///         messages go to stderr with the name of the program
 [[nodiscard]] int runProgram(int argc, char** argv, const Program& program);
+
+/// Those whose name contains the text of --only. Throws std::invalid_argument, which names all, if
+/// there is none.
+template <typename Named>
+std::vector<Named> only(std::vector<Named> all, const std::string& text)
+{
+    std::string names;
+    for (const Named& one : all)
+    {
+        names += "\n  " + std::string(one.name);
+    }
+    std::erase_if(all, [&](const Named& one) { return one.name.find(text) == std::string::npos; });
+    if (all.empty())
+    {
+        throw std::invalid_argument("--only " + text + ": none has this in its name; there are" +
+                                    names);
+    }
+    return all;
+}
 }  // namespace bullet_ccd::benchmarks

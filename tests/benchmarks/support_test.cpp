@@ -1,5 +1,6 @@
-// What all benchmarks rest on: calls in processes of their own.
+// What all benchmarks rest on: calls in processes of their own, choosing by name.
 #include "benchmarks/support/chart.h"
+#include "benchmarks/support/program.h"
 #include "benchmarks/support/sandbox.h"
 
 #include <chrono>
@@ -94,6 +95,18 @@ TEST(RunWithLimit, EndsACallThatTakesTooLongAndGoesOn)
     EXPECT_TRUE(answers[1].timedOut);
     EXPECT_FALSE(answers[2].timedOut);
     EXPECT_DOUBLE_EQ(answers[3].time, 0.1 * 3.0);
+}
+
+TEST(Only, ChoosesByPartsOfNamesAndSaysWhatThereIs)
+{
+    const std::vector<ChartScene> all{{.name = "rods at sheets", .title = "", .methods = {}},
+                                      {.name = "balls at sheets", .title = "", .methods = {}}};
+    EXPECT_EQ(only(all, "").size(), 2u);
+    EXPECT_EQ(only(all, "ball").at(0).name, "balls at sheets");
+    EXPECT_THAT([&] { static_cast<void>(only(all, "thin")); },
+                testing::ThrowsMessage<std::invalid_argument>(
+                    testing::AllOf(testing::HasSubstr("--only thin"),
+                                   testing::HasSubstr("rods at sheets\n  balls at sheets"))));
 }
 }  // namespace
 }  // namespace bullet_ccd::benchmarks
