@@ -2,16 +2,17 @@
 
 Lengths are in metres, angles in radians. Poses are 4 x 4 homogeneous matrices of NumPy; None stands
 for the identity. Motions run over a step of time from 0 to 1, and velocities are per step. Queries
-release Python's lock, so threads run in parallel. Wrong arguments raise TypeError, ValueError or
-KeyError with the name of the argument; bad files raise RuntimeError.
+release Python's lock, so threads run in parallel, and Ctrl-C ends those that take long. Wrong
+arguments raise TypeError, ValueError or KeyError with the name of the argument; bad files raise
+RuntimeError.
 """
 from . import grasp, moveit
 from ._arguments import as_mesh
-from ._core import (DEFAULT_TOLERANCE, AccuracyCost, ArticulatedToiResult, Contact,
+from ._core import (DEFAULT_TOLERANCE, AccuracyCost, ArticulatedToiResult, Contact, ConvexShape,
                     DeformableSurface, Depth, Deviation, Distance, FirstContact, LeastDistance,
                     LinkContact, Mesh, Motion, Motions, ReducedModel, Robot, RobotLeastDistance,
                     Status, Strategy, ToiResult, Trajectory, TrajectoryToiResult, __version__,
-                    advise, articulated_least_distance, articulated_toi, contacts,
+                    advise, articulated_least_distance, articulated_toi, contacts, convex_toi,
                     deformable_contacts, distance, elementary_toi, first_contact, least_distance,
                     reduce, surface_deviation, toi, toi_batch, trajectory_least_distance,
                     trajectory_toi)
@@ -19,11 +20,11 @@ from .collision_manager import CollisionManager, ContactData, DistanceData
 
 __all__ = [
     "DEFAULT_TOLERANCE", "AccuracyCost", "ArticulatedToiResult", "CollisionManager", "Contact",
-    "ContactData", "DeformableSurface", "Depth", "Deviation", "Distance", "DistanceData",
+    "ContactData", "ConvexShape", "DeformableSurface", "Depth", "Deviation", "Distance", "DistanceData",
     "FirstContact", "LeastDistance", "LinkContact", "Mesh", "Motion", "Motions", "ReducedModel",
     "Robot", "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory",
     "TrajectoryToiResult", "__version__", "advise", "articulated_least_distance",
-    "articulated_toi", "as_mesh", "contacts", "deformable_contacts", "distance", "elementary_toi",
+    "articulated_toi", "as_mesh", "contacts", "convex_toi", "deformable_contacts", "distance", "elementary_toi",
     "first_contact", "grasp", "least_distance", "moveit", "reduce", "surface_deviation", "toi",
     "toi_batch", "trajectory_least_distance", "trajectory_toi",
 ]

@@ -245,6 +245,44 @@ def first_contact(bodies: Sequence[Tuple[Mesh, Union[Motion, Pose]]],
                   time_limit: float = ...) -> FirstContact:
     """The first contact among many moving bodies; pairs are indices, by default all pairs."""
 
+class ConvexShape:
+    """An exact convex solid without triangles, in its own frame; lengths are along z. It never changes.
+    Sizes may be 0, and ValueError says which are negative or not finite."""
+
+    @staticmethod
+    def sphere(radius: float) -> "ConvexShape": ...
+    @staticmethod
+    def capsule(radius: float, half_length: float) -> "ConvexShape":
+        """A cylinder of that half length with a half sphere on either end [m]."""
+    @staticmethod
+    def box(half_extents: ArrayLike) -> "ConvexShape": ...
+    @staticmethod
+    def cylinder(radius: float, half_length: float) -> "ConvexShape": ...
+    @staticmethod
+    def cone(radius: float, half_length: float) -> "ConvexShape":
+        """The tip is at +half_length, the base at -half_length."""
+    @staticmethod
+    def hull(points: ArrayLike) -> "ConvexShape":
+        """The convex hull of n x 3 points [m]; beyond a hundred of them a Mesh is faster."""
+    @staticmethod
+    def half_space(normal: ArrayLike, offset: float = 0.0) -> "ConvexShape":
+        """All x with normal . x <= offset [m], like the ground below a plane; any length of normal."""
+    def rounded(self, radius: float) -> "ConvexShape":
+        """The shape swept by a ball: larger by its radius on all sides [m]."""
+    @property
+    def kind(self) -> str:
+        """point, segment, box, cylinder, cone, hull or half_space: what a ball of the radius sweeps"""
+    @property
+    def radius(self) -> float:
+        """Of that ball [m]: a sphere is a point, a capsule a segment."""
+
+def convex_toi(shape_a: ConvexShape, shape_b: ConvexShape, motion_a: Union[Motion, Pose] = None,
+               motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
+               minimum_separation: float = 0.0, max_iterations: int = ...,
+               time_limit: float = ...) -> ToiResult:
+    """toi() for exact convex solids: one inside the other is Status.OVERLAPPING. At most one of them is a
+    half-space. The result names no triangles."""
+
 class LinkContact:
     @property
     def link(self) -> str: ...
@@ -542,7 +580,7 @@ class AccuracyCost:
 
 def advise(mesh_a: Mesh, mesh_b: Mesh, *, time_limit: float = 50.0) -> List[AccuracyCost]:
     """Measures on random motions of two bodies what accuracies from 1 um to 5 mm cost: first the meshes
-    themselves, then coarser and coarser models. No row is begun after the time limit [s]."""
+    themselves, then coarser and coarser models. No row is begun after the time limit [s] or Ctrl-C."""
 
 class Hand:
     """A hand from a URDF, and an SRDF that names its fingers; what is missing is inferred."""

@@ -58,7 +58,7 @@ class CollisionManager:
     def add_object(self, name: str, mesh: Any, transform: Optional[Pose] = None) -> None:
         """Adds an object, or replaces the one of that name."""
         converted = as_mesh(mesh, name=name)
-        self._poses[name] = _pose(transform)
+        self._poses[name] = _pose(transform, name)
         self._meshes[name] = converted
 
     def remove_object(self, name: str) -> None:
@@ -67,9 +67,9 @@ class CollisionManager:
         del self._meshes[name], self._poses[name]
 
     def set_transform(self, name: str, transform: Optional[Pose]) -> None:
-        """Raises KeyError if there is none of that name."""
+        """Raises KeyError if there is none of that name, ValueError for what is no pose."""
         self._known(name)
-        self._poses[name] = _pose(transform)
+        self._poses[name] = _pose(transform, name)
 
     def transform(self, name: str) -> Pose:
         """The pose of an object in the world (a copy)."""
@@ -226,8 +226,12 @@ class CollisionManager:
         return tuple(answer) if len(answer) > 1 else answer[0]
 
 
-def _pose(transform: Optional[Pose]) -> Pose:
-    return np.eye(4) if transform is None else np.array(transform, dtype=np.float64)
+def _pose(transform: Optional[Pose], name: str = "transform") -> Pose:
+    pose: Pose = np.eye(4) if transform is None else np.array(transform, dtype=np.float64)
+    if pose.shape != (4, 4) or not (np.isfinite(pose).all() and (pose[3] == (0, 0, 0, 1)).all()):
+        raise ValueError(f"{name}: expected a 4 x 4 pose of finite numbers whose last row is 0, 0, 0, 1, "
+                         f"but got {pose.tolist()}")
+    return pose
 
 
 def _outer(name: str) -> str:

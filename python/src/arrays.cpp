@@ -33,13 +33,17 @@ py::array arrayOfKind(const py::handle& value,
 
 std::string shapeText(const std::vector<py::ssize_t>& sizes)
 {
+    if (sizes.empty())
+    {
+        return "()";
+    }
     std::string text = "(";
     for (const py::ssize_t size : sizes)
     {
         text += size < 0 ? "n" : std::to_string(size);
         text += ", ";
     }
-    text.resize(std::max<std::size_t>(text.size(), 3) - (sizes.size() > 1 ? 2 : 1));
+    text.resize(text.size() - (sizes.size() > 1 ? 2 : 1));
     return text + ")";
 }
 

@@ -129,7 +129,12 @@ std::pair<std::string, bool> plan(const Hand& hand,
     {
         throw py::error_already_set(std::move(*problem));
     }
-    // The caller raises KeyboardInterrupt with what is complete.
+    // The caller raises KeyboardInterrupt with what is complete. Other handlers raise what they
+    // like.
+    if (!complete && PyErr_ExceptionMatches(PyExc_KeyboardInterrupt) == 0)
+    {
+        throw py::error_already_set();
+    }
     PyErr_Clear();
     return {recordsOf(hand, object, options, grasps), complete};
 }

@@ -1,6 +1,10 @@
 /// Long work that Ctrl-C ends.
 #pragma once
 
+#include "bullet_ccd/math/stop_condition.h"
+#include "bullet_ccd/toi/toi.h"
+
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -53,5 +57,36 @@ void runInterruptibly(const Work& work)
     {
         throw pybind11::error_already_set();
     }
+}
+
+/// A query that is short as a rule. It is asked on this thread, which costs nothing; if it takes
+/// longer than a moment, it begins again on a thread of its own, where Ctrl-C ends it.
+/// @param ask ask(StopCondition) returns the answer, which says by its status or by isComplete
+///            whether the condition ended it
+template <class Ask>
+[[nodiscard]] auto askInterruptibly(const StopCondition& limit, const Ask& ask)
+{
+    constexpr std::chrono::milliseconds kMoment(20);
+    const auto askHere = [&]
+    {
+        const pybind11::gil_scoped_release release;
+        return ask({.deadline = std::min(limit.deadline, StopCondition::Clock::now() + kMoment)});
+    };
+    auto answer = askHere();
+    bool isStopped = false;
+    if constexpr (requires { answer.isComplete; })
+    {
+        isStopped = !answer.isComplete;
+    }
+    else
+    {
+        isStopped = answer.status == ToiStatus::Stopped;
+    }
+    if (isStopped && !limit.isDue())
+    {
+        runInterruptibly([&](const std::atomic<bool>& stop)
+                         { answer = ask({.deadline = limit.deadline, .isCancelled = &stop}); });
+    }
+    return answer;
 }
 }  // namespace bullet_ccd::python

@@ -25,13 +25,21 @@ py::tuple reduceOf(const py::object& self, int /*protocol*/)
                           self.attr("__getstate__")());
 }
 
-void guardCopies(const py::module_& module)
+/// Where a C++ half is asked for that was never made, pybind11 would make one of memory as it is.
+void* refuseUnmade(std::size_t /*size*/)
+{
+    throw py::type_error("this object was never made: call its type, not __new__()");
+}
+
+void guardObjects(const py::module_& module)
 {
     for (const auto& [name, member] : module.attr("__dict__").cast<py::dict>())
     {
         if (py::isinstance<py::type>(member))
         {
             const auto type = py::reinterpret_borrow<py::object>(member);
+            py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(type.ptr()))->operator_new =
+                &refuseUnmade;
             type.attr("__reduce_ex__") = py::cpp_function(&reduceOf, py::is_method(type));
             type.attr("__reduce__") = py::cpp_function(
                 [](const py::object& self) { return reduceOf(self, 2); }, py::is_method(type));
@@ -47,11 +55,12 @@ PYBIND11_MODULE(_core, module)
     module.attr("__version__") = BULLET_CCD_VERSION;
     bullet_ccd::python::addMeshes(module);
     bullet_ccd::python::addQueries(module);
+    bullet_ccd::python::addConvexShapes(module);
     bullet_ccd::python::addRobots(module);
     bullet_ccd::python::addTrajectories(module);
     bullet_ccd::python::addDeformables(module);
     bullet_ccd::python::addModels(module);
     bullet_ccd::python::addGrasps(module);
     bullet_ccd::python::addTrials(module);
-    bullet_ccd::python::guardCopies(module);
+    bullet_ccd::python::guardObjects(module);
 }

@@ -7,6 +7,7 @@ namespace bullet_ccd::python
 {
 void addMeshes(pybind11::module_& module);
 void addQueries(pybind11::module_& module);
+void addConvexShapes(pybind11::module_& module);
 void addRobots(pybind11::module_& module);
 void addTrajectories(pybind11::module_& module);
 void addDeformables(pybind11::module_& module);

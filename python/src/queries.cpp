@@ -29,19 +29,6 @@ RigidBody bodyOf(const SsvTree& tree, const RigidMotion& motion)
     return {.tree = &tree, .motion = motion};
 }
 
-ToiOptions optionsOf(double tolerance,
-                     double minimumSeparation,
-                     ToiStrategy strategy,
-                     std::int64_t maxIterations,
-                     double timeLimit)
-{
-    return {.tolerance = tolerance,
-            .minimumSeparation = minimumSeparation,
-            .strategy = strategy,
-            .maxIterations = maxIterations,
-            .stop = stopAfter(timeLimit)};
-}
-
 ToiResult toi(const SsvTree& meshA,
               const SsvTree& meshB,
               const py::object& motionA,
@@ -54,10 +41,16 @@ ToiResult toi(const SsvTree& meshA,
 {
     const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
     const RigidBody b = bodyOf(meshB, motionOf(motionB, "motion_b"));
-    const py::gil_scoped_release release;
-    const ToiOptions options =
-        optionsOf(tolerance, minimumSeparation, strategy, maxIterations, timeLimit);
-    return rigidToi(a, b, options, workspace());
+    return askInterruptibly(stopAfter(timeLimit),
+                            [&](const StopCondition& stop)
+                            {
+                                const ToiOptions options{.tolerance = tolerance,
+                                                         .minimumSeparation = minimumSeparation,
+                                                         .strategy = strategy,
+                                                         .maxIterations = maxIterations,
+                                                         .stop = stop};
+                                return rigidToi(a, b, options, workspace());
+                            });
 }
 
 /// Many motions: n of them, or one for all queries.
@@ -212,8 +205,11 @@ py::dict toiBatch(const SsvTree& meshA,
     const Motions b = motionsOf(motionsB, "motions_b");
     const std::size_t count =
         commonSize({{"motions_a", a.items.size()}, {"motions_b", b.items.size()}});
-    ToiOptions options =
-        optionsOf(tolerance, minimumSeparation, strategy, maxIterations, timeLimit);
+    ToiOptions options{.tolerance = tolerance,
+                       .minimumSeparation = minimumSeparation,
+                       .strategy = strategy,
+                       .maxIterations = maxIterations,
+                       .stop = stopAfter(timeLimit)};
     std::vector<ToiResult> results(count);
     const auto work = [&](const std::atomic<bool>& stop)
     {
@@ -251,8 +247,12 @@ Distance distance(const SsvTree& meshA,
 {
     const Eigen::Isometry3d X_WA = poseOf(poseA, "pose_a");
     const Eigen::Isometry3d X_WB = poseOf(poseB, "pose_b");
-    const py::gil_scoped_release release;
-    const TrianglePair pair = treeDistance(meshA, meshB, X_WB.inverse() * X_WA, upperBound);
+    const TrianglePair pair =
+        askInterruptibly(
+            StopCondition{},
+            [&](const StopCondition& stop)
+            { return distanceBounds(meshA, meshB, X_WB.inverse() * X_WA, upperBound, stop); })
+            .nearest;
     return {.distance = pair.distance,
             .triangleA = pair.triangleA,
             .triangleB = pair.triangleB,
@@ -322,13 +322,16 @@ FirstContact firstContactOf(
             }
         }
     }
-    const ToiOptions options =
-        optionsOf(tolerance, minimumSeparation, ToiStrategy::BestFirst, maxIterations, timeLimit);
-    FirstContactResult result;
-    {
-        const py::gil_scoped_release release;
-        result = firstContact(moving, tested, options, workspace());
-    }
+    const FirstContactResult result =
+        askInterruptibly(stopAfter(timeLimit),
+                         [&](const StopCondition& stop)
+                         {
+                             const ToiOptions options{.tolerance = tolerance,
+                                                      .minimumSeparation = minimumSeparation,
+                                                      .maxIterations = maxIterations,
+                                                      .stop = stop};
+                             return firstContact(moving, tested, options, workspace());
+                         });
     FirstContact first{result};
     if (result.pair != kNone)
     {
@@ -348,11 +351,13 @@ LeastDistanceResult leastDistanceOf(const SsvTree& meshA,
 {
     const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
     const RigidBody b = bodyOf(meshB, motionOf(motionB, "motion_b"));
-    const py::gil_scoped_release release;
-    return leastDistance(a,
-                         b,
-                         {.tolerance = tolerance, .enough = enough, .stop = stopAfter(timeLimit)},
-                         workspace());
+    return askInterruptibly(
+        stopAfter(timeLimit),
+        [&](const StopCondition& stop)
+        {
+            return leastDistance(
+                a, b, {.tolerance = tolerance, .enough = enough, .stop = stop}, workspace());
+        });
 }
 
 void addQueryResults(py::module_& module)

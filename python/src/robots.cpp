@@ -4,6 +4,7 @@
 #include "bullet_ccd/io.h"
 
 #include "python/src/arrays.h"
+#include "python/src/interruptible.h"
 #include "python/src/module.h"
 
 #include <algorithm>
@@ -209,16 +210,17 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
 {
     const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
     const RobotScene scene(robot, obstacles, selfPairs);
-    const ToiOptions options{.tolerance = tolerance,
-                             .minimumSeparation = minimumSeparation,
-                             .maxIterations = maxIterations,
-                             .stop = stopAfter(timeLimit)};
-    ArticulatedToiResult result;
-    {
-        const py::gil_scoped_release release;
-        ToiWorkspace work;
-        result = articulatedToi(scene.body(&motion), scene.obstacles, options, work);
-    }
+    const ArticulatedToiResult result = askInterruptibly(
+        stopAfter(timeLimit),
+        [&](const StopCondition& stop)
+        {
+            const ToiOptions options{.tolerance = tolerance,
+                                     .minimumSeparation = minimumSeparation,
+                                     .maxIterations = maxIterations,
+                                     .stop = stop};
+            ToiWorkspace work;
+            return articulatedToi(scene.body(&motion), scene.obstacles, options, work);
+        });
     return {.status = result.status,
             .time = result.time,
             .contacts = namedContacts(robot, result.contacts)};

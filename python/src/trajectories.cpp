@@ -169,11 +169,6 @@ NamedLeastDistance named(const Robot& robot, const TrajectoryLeastDistance& leas
     return {least, robot.linkName(least.link), robot.linkName(least.otherLink)};
 }
 
-LeastDistanceOptions optionsOf(double tolerance, double enough, double timeLimit)
-{
-    return {.tolerance = tolerance, .enough = enough, .stop = stopAfter(timeLimit)};
-}
-
 NamedLeastDistance trajectoryLeastDistance(const RobotTrajectory& trajectory,
                                            const Obstacles& obstacles,
                                            const std::vector<LinkNames>& selfPairs,
@@ -188,7 +183,8 @@ NamedLeastDistance trajectoryLeastDistance(const RobotTrajectory& trajectory,
     TrajectoryLeastDistance least;
     const auto work = [&](const std::atomic<bool>& stop)
     {
-        LeastDistanceOptions options = optionsOf(tolerance, enough, timeLimit);
+        LeastDistanceOptions options{
+            .tolerance = tolerance, .enough = enough, .stop = stopAfter(timeLimit)};
         options.stop.isCancelled = &stop;
         least = leastDistance(scene.body(), scene.obstacles, trajectory.path, options, scratch);
     };
@@ -210,12 +206,15 @@ NamedLeastDistance articulatedLeastDistance(const Robot& robot,
     const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
     const RobotScene scene(robot, obstacles, selfPairs);
     TrajectoryLeastDistance least;
-    {
-        const py::gil_scoped_release release;
-        ToiWorkspace work;
-        static_cast<ArticulatedLeastDistance&>(least) = leastDistance(
-            scene.body(&motion), scene.obstacles, optionsOf(tolerance, enough, timeLimit), work);
-    }
+    static_cast<ArticulatedLeastDistance&>(least) = askInterruptibly(
+        stopAfter(timeLimit),
+        [&](const StopCondition& stop)
+        {
+            const LeastDistanceOptions options{
+                .tolerance = tolerance, .enough = enough, .stop = stop};
+            ToiWorkspace work;
+            return leastDistance(scene.body(&motion), scene.obstacles, options, work);
+        });
     least.seconds = least.time;
     return named(robot, least);
 }

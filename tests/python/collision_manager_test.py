@@ -67,3 +67,9 @@ def test_objects_come_and_go():
     with pytest.raises(TypeError, match="cup: expected"):
         manager.add_object("cup", 3)
     assert "cup" not in manager
+    for wrong in (np.eye(3), np.full((4, 4), np.nan), np.zeros((4, 4)), 2 * np.eye(4)):
+        with pytest.raises(ValueError, match="right: expected a 4 x 4 pose"):
+            manager.set_transform("right", wrong)
+        with pytest.raises(ValueError, match="transform: expected a 4 x 4 pose"):
+            manager.min_distance_single(box(), wrong)
+    assert manager.transform("right")[0, 3] == 2

@@ -30,7 +30,7 @@ cube = grasp.GraspObject(box(0.02))
 grasps = grasp.plan(hand, cube, candidates=3, seed=3, volumes=0)
 path = ccd.Trajectory.through(robot, [0, 1], np.zeros((2, len(robot.joint_names))))
 good = [mesh, ccd.Motion(), ccd.Motions([ccd.Motion()]), robot, hand, cube, grasps[0], path, np.eye(4),
-        ccd.DeformableSurface(mesh), ccd.Status.HIT, ccd.Strategy.C2A, ccd.Depth.EXACT, [(mesh, None)],
+        ccd.DeformableSurface(mesh), ccd.ConvexShape.box((1, 1, 1)), ccd.Status.HIT, ccd.Strategy.C2A, ccd.Depth.EXACT, [(mesh, None)],
         [(mesh, ccd.Motion(velocity=(1, 0, 0)))], ccd.CollisionManager(), "six", "box", {}, {"box": np.eye(4)}]
 bad = [None, True, "", "x" * 300, "\0", b"abc", -1, 0, 1, 3, 10**30, -2**63, 0.5, -0.0, float("nan"),
        float("inf"), 1e308, 5e-324, 1j, [], [1, 2], [[1, 2], [3]], (1, "a"), {1: 2}, {"a": None}, {1, 2},
@@ -63,6 +63,8 @@ right = [
     (ccd.toi_batch, [mesh, mesh, ccd.Motions.between(poses, pose), None], {}),
     (ccd.distance, [mesh, mesh, pose, None], {"upper_bound": 1.0}),
     (ccd.contacts, [mesh, mesh, pose, None], {"threshold": 0.1}),
+    (ccd.convex_toi, [good[10], good[10], moved, None], {"tolerance": 1e-4, "minimum_separation": 0.0}),
+    (ccd.ConvexShape.hull, [mesh.vertices], {}), (ccd.ConvexShape.half_space, [(0, 0, 1), 0.5], {}),
     (ccd.least_distance, [mesh, mesh, moved, None], {"tolerance": 1e-4, "enough": 1.0, "time_limit": 1.0}),
     (ccd.first_contact, [[(mesh, moved), (mesh, None)], [(0, 1)]], {"tolerance": 1e-4}),
     (ccd.articulated_toi, [robot, {}, None, [(mesh, pose)]], {"root_start": pose, "self_pairs": [], "max_iterations": 99}),

@@ -1,6 +1,7 @@
 """Meshes, motions and queries, against closed forms."""
 import copy
 import pickle
+import signal
 import threading
 
 import numpy as np
@@ -235,7 +236,97 @@ WRONG = [
     (lambda: ccd.first_contact([(None, None)]), TypeError, "bodies"),
     (lambda: ccd.distance(box(), box(), np.full((4, 4), np.nan)), ValueError, "pose_a"),
     (lambda: ccd.contacts(box(), box(), threshold=-1), ValueError, ""),
+    (lambda: ccd.Motion(velocity=np.array(1.0)), ValueError, r"but got \(\)$"),
+    (lambda: ccd.ConvexShape.sphere(-1), ValueError, ""),
+    (lambda: ccd.ConvexShape.box((1, np.nan, 1)), ValueError, ""),
+    (lambda: ccd.ConvexShape.hull(np.zeros((0, 3))), ValueError, ""),
+    (lambda: ccd.convex_toi(ccd.ConvexShape.half_space((0, 0, 1)), ccd.ConvexShape.half_space((0, 0, -1))),
+     ValueError, ""),
 ]
+
+
+@pytest.mark.parametrize("make", [ccd.Mesh, ccd.Motion, ccd.Motions, ccd.Robot, ccd.ToiResult,
+                                  ccd.ConvexShape, ccd.DeformableSurface, ccd.Trajectory])
+def test_objects_that_were_never_made_are_refused(make):
+    raw = make.__new__(make)
+    for name, member in vars(make).items():
+        if isinstance(member, property):
+            with pytest.raises(TypeError, match="never made"):
+                getattr(raw, name)
+    for call in (lambda: ccd.toi(raw, raw), lambda: ccd.toi(box(), box(), raw), lambda: len(raw),
+                 lambda: ccd.convex_toi(raw, raw), lambda: ccd.deformable_contacts([raw])):
+        with pytest.raises((TypeError, RuntimeError)):
+            call()
+
+
+def sphere_arrays(n):
+    """2 n^2 or so triangles, of a sphere of radius 1."""
+    polar, around = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, 2 * n), indexing="ij")
+    vertices = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], 2)
+    i = np.arange(n * 2 * n).reshape(n, 2 * n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel()
+    return vertices.reshape(-1, 3), np.vstack([np.stack([a, b, c], 1), np.stack([b, d, c], 1)])
+
+
+def test_ctrl_c_ends_long_queries():
+    # One sphere turns inside another, nearly as large: what is near is everywhere.
+    vertices, triangles = sphere_arrays(90)
+    outer, inner = ccd.Mesh(vertices, triangles), ccd.Mesh(0.9999 * vertices, triangles)
+    turn = ccd.Motion(angular_velocity=(0, 0.3, 6))
+    fine = {"minimum_separation": 9e-5, "tolerance": 1e-12}
+    count = 0
+
+    def third_time(number, frame):
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, third_time)
+    try:
+        for call in (lambda: ccd.toi(outer, inner, turn, **fine),
+                     lambda: ccd.toi_batch(outer, inner, ccd.Motions([turn] * 3), **fine),
+                     lambda: ccd.first_contact([(outer, turn), (inner, None)], **fine),
+                     lambda: ccd.least_distance(outer, inner, turn, tolerance=1e-12),
+                     lambda: ccd.distance(outer, inner)):
+            count = 0
+            # Python's handlers run once after a call that does not let them run while it works.
+            signal.setitimer(signal.ITIMER_REAL, 0.001, 0.001)
+            with pytest.raises(KeyboardInterrupt):
+                try:
+                    call()
+                finally:
+                    signal.setitimer(signal.ITIMER_REAL, 0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    # What takes longer than a moment is answered as ever.
+    assert 0 < ccd.distance(outer, inner).distance <= 1e-4
+
+
+def test_exact_convex_shapes_by_closed_forms():
+    fall = ccd.Motion(at(0, 0, 3), velocity=(0, 0, -4))
+    ground = ccd.ConvexShape.half_space((0, 0, 2), 0.0)
+    lowest = {ccd.ConvexShape.sphere(0.5): 0.5, ccd.ConvexShape.capsule(0.25, 0.5): 0.75,
+              ccd.ConvexShape.box((0.1, 0.2, 0.5)): 0.5, ccd.ConvexShape.cylinder(1.0, 0.25): 0.25,
+              ccd.ConvexShape.cone(0.5, 1.0): 1.0, ccd.ConvexShape.hull(box_arrays()[0]): 0.5,
+              ccd.ConvexShape.box((1, 1, 1)).rounded(0.5): 1.5}
+    for shape, below in lowest.items():
+        hit = ccd.convex_toi(shape, ground, fall, tolerance=1e-9)
+        assert hit.status == ccd.Status.HIT and hit.time == pytest.approx((3 - below) / 4, abs=1e-8)
+        np.testing.assert_allclose(hit.normal, (0, 0, -1), atol=1e-9)
+        assert hit.triangle_a == -1
+    # Solid, as meshes are not.
+    small, large = ccd.ConvexShape.sphere(0.1), ccd.ConvexShape.box((1, 1, 1))
+    assert ccd.convex_toi(small, large).status == ccd.Status.OVERLAPPING
+    assert copy.deepcopy(small) is small and (small.kind, small.radius) == ("point", 0.1)
+    # A hull of a box's corners is that box, as a mesh, too.
+    for start, v, w in zip(*random_motions(40, 9)):
+        motion = ccd.Motion(start, velocity=v, angular_velocity=w)
+        exact = ccd.convex_toi(ccd.ConvexShape.hull(box_arrays()[0]), ccd.ConvexShape.box((0.5, 0.5, 0.5)),
+                               motion, tolerance=1e-6)
+        mesh = ccd.toi(box(), box(), motion, tolerance=1e-6)
+        assert exact.is_contact == mesh.is_contact
+        assert ccd.distance(box(), box(), motion.at(exact.time)).distance <= 1.1e-6 or not exact.is_contact
 
 
 @pytest.mark.parametrize("number", range(len(WRONG)))
