@@ -53,10 +53,12 @@ bool btCcdNeighbours::list(std::size_t split, std::size_t most)
     if (!isWhole)
     {
         m_pairs.clear();
-        return false;
     }
-    sortPairs();
-    return true;
+    else if (m_boxes.size() > kFew)
+    {
+        sortPairs();  // the others are in order
+    }
+    return isWhole;
 }
 
 /// False if there are too many pairs.

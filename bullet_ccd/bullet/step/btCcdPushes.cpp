@@ -6,36 +6,49 @@
 
 #include <algorithm>
 
-void btCcdPushes::noteEnd()
+void btCcdPushes::notePoses()
 {
-    m_ends.clear();
-    if (m_world.getSolverInfo().m_splitImpulse == 0 ||
-        m_world.getDispatcher()->getNumManifolds() == 0)
+    const auto count = std::size_t(m_world.getNumCollisionObjects());
+    if (m_ends.size() != count)
     {
-        return;
+        m_ends.assign(count, {});
     }
     const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
-    m_ends.reserve(std::size_t(bodies.size()));
     for (int i = 0; i < bodies.size(); ++i)
     {
-        m_ends.emplace(bodies[i], bodies[i]->getWorldTransform());
+        const auto index = std::size_t(bodies[i]->getWorldArrayIndex());
+        if (index < m_ends.size())
+        {
+            m_ends[index] = {bodies[i], bodies[i]->getWorldTransform(), false};
+        }
     }
 }
 
 void btCcdPushes::forget(const btCollisionObject& object)
 {
-    m_ends.erase(btRigidBody::upcast(&object));
+    if (End* end = endOf(object))
+    {
+        *end = {};
+    }
 }
 
-const std::vector<btCcdPushes::Push>& btCcdPushes::find(btScalar timeStep, bool integrated)
+/// Null if it is not known.
+btCcdPushes::End* btCcdPushes::endOf(const btCollisionObject& object)
 {
-    m_pushes.clear();
-    m_looked.clear();
-    const btContactSolverInfo& info = m_world.getSolverInfo();
-    if (m_ends.empty() || info.m_splitImpulse == 0)
+    const auto index = std::size_t(object.getWorldArrayIndex());
+    if (index < m_ends.size() && m_ends[index].m_body == &object)
     {
-        return m_pushes;
+        return &m_ends[index];
     }
+    // Objects change places where others have been removed.
+    const auto found = std::find_if(
+        m_ends.begin(), m_ends.end(), [&](const End& end) { return end.m_body == &object; });
+    return found != m_ends.end() ? &*found : nullptr;
+}
+
+void btCcdPushes::look(btScalar timeStep, bool integrated)
+{
+    const btScalar threshold = m_world.getSolverInfo().m_splitImpulsePenetrationThreshold;
     btDispatcher& dispatcher = *m_world.getDispatcher();
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     {
@@ -45,7 +58,7 @@ const std::vector<btCcdPushes::Push>& btCcdPushes::find(btScalar timeStep, bool 
         {
             deepest = std::min(deepest, manifold.getContactPoint(k).getDistance());
         }
-        if (deepest > info.m_splitImpulsePenetrationThreshold || deepest >= btScalar(0))
+        if (deepest > threshold || deepest >= btScalar(0))
         {
             continue;
         }
@@ -58,18 +71,16 @@ const std::vector<btCcdPushes::Push>& btCcdPushes::find(btScalar timeStep, bool 
             }
         }
     }
-    return m_pushes;
 }
 
 void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated)
 {
-    const auto end = m_ends.find(body);
-    if (end == m_ends.end() || end->second == body->getWorldTransform() ||
-        m_looked.count(body) != 0)
+    End* end = endOf(*body);
+    if (end == nullptr || end->m_isLooked || end->m_pose == body->getWorldTransform())
     {
         return;
     }
-    btVector3 pushed = body->getWorldTransform().getOrigin() - end->second.getOrigin();
+    btVector3 pushed = body->getWorldTransform().getOrigin() - end->m_pose.getOrigin();
     if (integrated)
     {
         pushed -= body->getLinearVelocity() * timeStep;
@@ -78,11 +89,11 @@ void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, boo
     {
         return;
     }
-    Push push{body, end->second, {0, 0, 0}, {0, 0, 0}};
+    Push push{body, end->m_pose, {0, 0, 0}, {0, 0, 0}};
     btTransformUtil::calculateVelocity(
-        end->second, body->getWorldTransform(), timeStep, push.m_linear, push.m_angular);
+        end->m_pose, body->getWorldTransform(), timeStep, push.m_linear, push.m_angular);
     m_pushes.push_back(push);
-    m_looked.insert(body);
+    end->m_isLooked = true;
 }
 
 btCcdPushed::btCcdPushed(btDiscreteDynamicsWorld& world,
@@ -100,9 +111,8 @@ btCcdPushed::btCcdPushed(btDiscreteDynamicsWorld& world,
             btCcdStop({body, nullptr});
         }
     }
-    auto* multiBodyWorld = dynamic_cast<btMultiBodyDynamicsWorld*>(&world);
-    for (int i = 0; multiBodyWorld != nullptr && i < multiBodyWorld->getNumMultibodies() && alone;
-         ++i)
+    auto* multiBodyWorld = alone ? dynamic_cast<btMultiBodyDynamicsWorld*>(&world) : nullptr;
+    for (int i = 0; multiBodyWorld != nullptr && i < multiBodyWorld->getNumMultibodies(); ++i)
     {
         btMultiBody* body = multiBodyWorld->getMultiBody(i);
         const btScalar* rates = body->getVelocityVector();

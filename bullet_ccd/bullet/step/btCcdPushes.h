@@ -4,12 +4,10 @@
 
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 
-#include <unordered_map>
-#include <unordered_set>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
 #include <utility>
 #include <vector>
-
-class btDiscreteDynamicsWorld;
 
 /// With split impulses, which are Bullet's default, the solver of a step pushes rigid bodies out of
 /// contacts that are deeper than m_splitImpulsePenetrationThreshold: it changes their poses before
@@ -27,22 +25,54 @@ public:
 
     explicit btCcdPushes(btDiscreteDynamicsWorld& world) : m_world(world) {}
 
-    /// Remembers all poses, at the end of a step. Costs nothing where nothing touches.
-    void noteEnd();
+    /// Remembers all poses, at the end of a step, if anything touches.
+    void noteEnd()
+    {
+        if (mayPush())
+        {
+            notePoses();
+        }
+        else
+        {
+            m_ends.clear();
+        }
+    }
     /// This body is where it is for another reason.
     void forget(const btCollisionObject& object);
     /// Finds what has been moved since then and has contacts so deep that they may have done it: no
     /// farther than twice the deepest. What is farther off has been put there by the user.
     /// @param integrated the velocities have been, too: they are part of the motion
-    [[nodiscard]] const std::vector<Push>& find(btScalar timeStep, bool integrated);
+    [[nodiscard]] const std::vector<Push>& find(btScalar timeStep, bool integrated)
+    {
+        m_pushes.clear();
+        if (!m_ends.empty() && mayPush())
+        {
+            look(timeStep, integrated);
+        }
+        return m_pushes;
+    }
     [[nodiscard]] const std::vector<Push>& found() const { return m_pushes; }
 
 private:
-    btDiscreteDynamicsWorld& m_world;
-    std::unordered_map<const btRigidBody*, btTransform> m_ends;
-    std::vector<Push> m_pushes;
-    std::unordered_set<const btRigidBody*> m_looked;  // for them
+    struct End
+    {
+        const btRigidBody* m_body = nullptr;
+        btTransform m_pose;
+        bool m_isLooked = false;  // in this step
+    };
 
+    btDiscreteDynamicsWorld& m_world;
+    std::vector<End> m_ends;  // of what Bullet moves, by index in the world
+    std::vector<Push> m_pushes;
+
+    [[nodiscard]] bool mayPush() const
+    {
+        return m_world.getSolverInfo().m_splitImpulse != 0 &&
+               m_world.getDispatcher()->getNumManifolds() != 0;
+    }
+    void notePoses();
+    [[nodiscard]] End* endOf(const btCollisionObject& object);
+    void look(btScalar timeStep, bool integrated);
     void look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated);
 };
 

@@ -136,7 +136,10 @@ bool btCcdStep::begin(btScalar timeStep)
     BT_PROFILE("btCcdStep::begin");
     m_lastImpacts.clear();
     m_impacts = 0;
-    m_begin = std::chrono::steady_clock::now();
+    if (m_budget.m_seconds > 0.0)
+    {
+        m_begin = std::chrono::steady_clock::now();
+    }
     m_stepper.newStep();
     if (!m_pushes.find(timeStep, false).empty())
     {
@@ -261,8 +264,12 @@ void btCcdStep::rollBack(btScalar timeStep)
     m_impacts = 0;
     m_stepper.newStep();
     {
-        const btCcdPushed pushed(m_world, m_pushes.find(timeStep, true), false);
-        takeStarts();
+        std::optional<btCcdPushed> pushed;
+        if (!m_pushes.find(timeStep, true).empty())
+        {
+            pushed.emplace(m_world, m_pushes.found(), false);
+            takeStarts();
+        }
         takeBack(timeStep);
         m_triggers.end();
     }
@@ -609,9 +616,10 @@ double btCcdStep::share(const btCcdImpact& impact) const
 
 bool btCcdStep::isSpent(double share) const
 {
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
+    const auto seconds = [this]
+    { return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_begin).count(); };
     return m_impacts > share * m_budget.m_impactsPerStep ||
-           (m_budget.m_seconds > 0.0 && passed.count() > share * m_budget.m_seconds);
+           (m_budget.m_seconds > 0.0 && seconds() > share * m_budget.m_seconds);
 }
 
 /// What the solver could not part in so many impacts goes on without spin (a multibody: without the

@@ -133,7 +133,10 @@ inline int btCcdStepper::indexOf(const btCcdTracked& tracked) const
 
 void btCcdStepper::newStep()
 {
-    m_starts.clear();
+    if (!m_starts.empty())
+    {
+        m_starts.clear();
+    }
     m_tracker->newStep();
 }
 
@@ -149,7 +152,6 @@ void btCcdStepper::teleported(const btCollisionObject& object)
 
 bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
 {
-    BT_PROFILE("btCcdStepper::begin");
     m_motion = motion;
     m_timeStep = double(timeStep);
     m_time = 0.0;

@@ -22,11 +22,14 @@ constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for this part of an object's reach at least. It is good for fewer
 /// steps if it had more pairs than so many of an object, and some.
 constexpr double kPartOfReach = 0.35;
+constexpr double kPartOfReachOfFew = 1.0;
 constexpr std::size_t kPairsOfObject = 16;
 constexpr std::size_t kMorePairs = 1024;
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 /// So many objects, at most, say what most objects do.
 constexpr std::size_t kSample = 33;
+/// So many are not worth being compared all at once.
+constexpr std::size_t kVeryFew = 4;
 
 double lengthOf(const btVector3& v)
 {
@@ -220,7 +223,7 @@ void btCcdTracker::lookAtAll()
         tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
     }
     // Links move relative to each other more than it seems from their speeds.
-    m_compares = !hasLinks && m_objects.size() > kSample;
+    m_compares = !hasLinks && m_objects.size() > kVeryFew;
 }
 
 inline bool btCcdTracker::isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const
@@ -444,8 +447,12 @@ inline bool btCcdTracker::read(btCcdTracked& tracked)
 
 inline bool btCcdTracker::isInside(const btCcdTracked& tracked)
 {
-    return farthestAlongAxes(tracked.m_origin - tracked.m_listed.m_origin) + tracked.m_motion <=
-           tracked.m_listed.m_room;
+    const btVector3& origin = tracked.m_listed.m_origin;
+    const double room = tracked.m_listed.m_room - tracked.m_motion;
+    // NaN is in no room.
+    return std::abs(double(tracked.m_origin.x() - origin.x())) <= room &&
+           std::abs(double(tracked.m_origin.y() - origin.y())) <= room &&
+           std::abs(double(tracked.m_origin.z() - origin.z())) <= room;
 }
 
 /// The part of its way that it covers in this step.
@@ -474,7 +481,10 @@ void btCcdTracker::newStep()
 
 void btCcdTracker::endStep()
 {
-    m_teleported.clear();
+    if (!m_teleported.empty())
+    {
+        m_teleported.clear();
+    }
     if (!m_ways.empty())
     {
         std::erase_if(m_ways, [this](const auto& known) { return known.second.m_step < m_step; });
@@ -687,6 +697,10 @@ void btCcdTracker::takePairs(const List& list, std::vector<btCcdNeighbourPair>& 
     pairs.reserve(list.m_boxes.pairs().size());
     for (const auto& [first, second] : list.m_boxes.pairs())
     {
+        if (std::size_t(first) >= m_moverCount)
+        {
+            continue;  // both are at rest
+        }
         const std::pair<int, int> pair =
             std::minmax(m_group[std::size_t(first)], m_group[std::size_t(second)]);
         btCcdTracked& a = m_objects[std::size_t(pair.first)];
@@ -704,7 +718,8 @@ void btCcdTracker::takePairs(const List& list, std::vector<btCcdNeighbourPair>& 
 void btCcdTracker::listWithRest()
 {
     m_listedTolerance = m_context.m_tolerance;
-    const auto make = [this](double steps, std::size_t most)
+    const double partOfReach = listsMoversApart() ? kPartOfReach : kPartOfReachOfFew;
+    const auto make = [this, partOfReach](double steps, std::size_t most)
     {
         std::vector<btCcdBox>& boxes = m_restList.m_boxes.boxes();
         boxes.clear();
@@ -717,7 +732,7 @@ void btCcdTracker::listWithRest()
             if (tracked.m_tracked && tracked.m_moves)
             {
                 const auto room = btScalar(
-                    std::max(steps * tracked.m_motion, kPartOfReach * tracked.outline().m_reach));
+                    std::max(steps * tracked.m_motion, partOfReach * tracked.outline().m_reach));
                 box.m_low -= btVector3(room, room, room);
                 box.m_high += btVector3(room, room, room);
                 tracked.m_listed = {tracked.m_origin, tracked.m_motion + double(room)};
@@ -725,26 +740,53 @@ void btCcdTracker::listWithRest()
             boxes.push_back(box);  // there is room: the others stay where they are
             tracked.m_listedBox = tracked.m_moves ? nullptr : &boxes.back();
         }
-        return m_restList.m_boxes.listBetween(m_moverCount, most);
+        return listsMoversApart() ? m_restList.m_boxes.listBetween(m_moverCount, most)
+                                  : m_restList.m_boxes.listAmongAll(most);
     };
     makeList(m_restList, make);
     takePairs(m_restList, m_others);
+    if (!listsMoversApart())
+    {
+        splitPairs();
+    }
+}
+
+/// The list is of all objects.
+void btCcdTracker::splitPairs()
+{
+    m_movers.clear();
+    std::erase_if(m_others,
+                  [this](const btCcdNeighbourPair& pair)
+                  {
+                      const bool isOfMovers = pair.m_a->m_isMover && pair.m_b->m_isMover;
+                      if (isOfMovers)
+                      {
+                          m_movers.push_back(pair);
+                      }
+                      return isOfMovers;
+                  });
+}
+
+/// For few objects it is not worth the while to ask what movers have in common.
+inline bool btCcdTracker::listsMoversApart() const
+{
+    return m_objects.size() > kSample;
 }
 
 /// Of most movers: of the middle ones of a sample, coordinate by coordinate.
-btVector3 btCcdTracker::commonVelocity() const
+btVector3 btCcdTracker::commonVelocity()
 {
-    std::vector<btVector3> velocities;
+    m_samples.clear();
     const std::size_t stride = m_moverCount / kSample + 1;
     for (std::size_t i = 0; i < m_moverCount; i += stride)
     {
         const btCcdTracked& tracked = m_objects[std::size_t(m_group[i])];
         if (tracked.m_tracked)
         {
-            velocities.push_back(tracked.m_course.m_velocity);
+            m_samples.push_back(tracked.m_course.m_velocity);
         }
     }
-    return medianOf(velocities);
+    return medianOf(m_samples);
 }
 
 /// Bound of what any point of the object moves in the step, as seen from what moves along.
@@ -761,17 +803,17 @@ bool btCcdTracker::isAlongGood(const btVector3& common)
     {
         return false;
     }
-    std::vector<btVector3> moved;
+    m_samples.clear();
     const std::size_t stride = m_moverCount / kSample + 1;
     for (std::size_t i = 0; i < m_moverCount; i += stride)
     {
         const btCcdTracked& tracked = m_objects[std::size_t(m_group[i])];
         if (tracked.m_tracked)
         {
-            moved.push_back(tracked.m_origin - tracked.m_along.m_origin);
+            m_samples.push_back(tracked.m_origin - tracked.m_along.m_origin);
         }
     }
-    m_commonWay = medianOf(moved);
+    m_commonWay = medianOf(m_samples);
     return std::all_of(
         m_group.begin(),
         m_group.begin() + std::ptrdiff_t(m_moverCount),
@@ -822,7 +864,7 @@ void btCcdTracker::findNeighbours()
         group();
         listWithRest();
     }
-    m_isAlongUsed = moversCanCross();
+    m_isAlongUsed = listsMoversApart() && moversCanCross();
     if (!m_isAlongUsed)
     {
         return;
@@ -836,12 +878,18 @@ void btCcdTracker::findNeighbours()
 
 bool btCcdTracker::staysInPlace(const btCcdTracked& tracked, double time, double remaining) const
 {
-    if (!m_isAlongUsed || !tracked.m_isMover || !tracked.m_moves || tracked.m_way != nullptr)
+    if ((!m_isAlongUsed && listsMoversApart()) || !tracked.m_isMover || !tracked.m_moves ||
+        tracked.m_way != nullptr)
     {
         return false;
     }
     const btCcdCourse& course = tracked.m_course;
     const double way = lengthOf(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
+    if (!m_isAlongUsed)
+    {
+        return farthestAlongAxes(tracked.m_origin - tracked.m_listed.m_origin) + way <=
+               tracked.m_listed.m_room;
+    }
     const double along = lengthOf(tracked.m_shift - m_common * btScalar(time)) + tracked.m_turned +
                          remaining * (lengthOf(course.m_velocity - m_common) + course.m_turning);
     return farthestAlongAxes(tracked.m_origin - tracked.m_listed.m_origin) + way <=

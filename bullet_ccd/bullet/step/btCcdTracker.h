@@ -196,9 +196,10 @@ private:
         btCcdNeighbours m_boxes;
         double m_steps = kSteps;
     };
-    List m_restList;           // of movers and what is at rest
-    List m_moverList;          // of movers, as seen from what most of them move along with
-    std::vector<int> m_group;  // the movers of the lists, then everything else
+    List m_restList;                   // of movers and what is at rest; of few objects all
+    List m_moverList;                  // of movers, as seen from what most of them move along with
+    std::vector<int> m_group;          // the movers of the lists, then everything else
+    std::vector<btVector3> m_samples;  // scratch memory
     std::size_t m_moverCount = 0;
     std::vector<btCcdNeighbourPair> m_movers;
     std::vector<btCcdNeighbourPair> m_others;
@@ -249,13 +250,15 @@ private:
                                  const btCcdTracked*& b) const;
     void group();
     void listWithRest();
-    [[nodiscard]] btVector3 commonVelocity() const;
+    [[nodiscard]] bool listsMoversApart() const;
+    [[nodiscard]] btVector3 commonVelocity();
     [[nodiscard]] double motionAlong(const btCcdTracked& tracked, const btVector3& common) const;
     [[nodiscard]] bool isAlongGood(const btVector3& common);
     void listMovers(const btVector3& common);
     template <typename Make>
     void makeList(List& list, const Make& make) const;
     void takePairs(const List& list, std::vector<btCcdNeighbourPair>& pairs);
+    void splitPairs();
 };
 
 #endif  // BT_CCD_TRACKER_H

@@ -71,10 +71,15 @@ btCcdTriggers::btCcdTriggers(btCollisionWorld& world)
 
 void btCcdTriggers::begin(btCcdStepper& stepper, btScalar timeStep)
 {
+    const bool wasActive = m_isActive;
+    m_isActive = stepper.tracker().seesTriggers();
+    if (!m_isActive && !wasActive)
+    {
+        return;
+    }
     m_passages.clear();
     m_pieces.clear();
     m_timeStep = double(timeStep);
-    m_isActive = stepper.tracker().seesTriggers();
     if (!m_isActive)
     {
         m_states.clear();
