@@ -19,7 +19,7 @@ struct btCcdSoftCounters
     std::int64_t m_contacts = 0;    ///< pairs of features that came near
     std::int64_t m_rounds = 0;      ///< in which paths that had been bent met something else
     std::int64_t m_held = 0;        ///< paths of nodes that were shortened, in all rounds
-    std::int64_t m_heldBodies = 0;  ///< rigid bodies that a step took back, in all rounds
+    std::int64_t m_heldBodies = 0;  ///< rigid bodies and multibodies that a step took back
     std::int64_t m_overlaps = 0;    ///< pairs of features that touched when their step began
     std::int64_t m_squeezed = 0;    ///< contacts that are left between what cannot give way
     std::int64_t m_unchecked = 0;   ///< steps with too many contacts: all soft bodies were held
@@ -38,9 +38,10 @@ struct btCcdSoftCounters
 /// separation, and pairs that begin nearer keep half of what they have. Nodes go straight from the
 /// place where the step finds them to where it leaves them, and so do the vertices of colliders.
 /// Excepted: nodes that are pinned or anchored and meet what they cannot evade, and what is
-/// squeezed between objects that nothing can stop (kinematic objects, links); both are counted
-/// (m_squeezed). Of a soft body that intersects itself or something else already, the features that
-/// intersect are left alone.
+/// squeezed between objects that nothing can stop (kinematic objects); both are counted
+/// (m_squeezed). A multibody between which and something else a soft body is squeezed is held
+/// back with all its joints. Of a soft body that intersects itself or something else already, the
+/// features that intersect are left alone.
 ///
 /// Contacts are inelastic or bounce as btCollisionObject::getRestitution() of both says, and rub
 /// with the product of the coefficients of friction (of a soft body m_cfg.kDF). Impulses between

@@ -4,6 +4,7 @@
 #include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
 #include <utility>
@@ -72,22 +73,89 @@ void btCcdSoftObstacles::begin(btBroadphaseInterface& broadphase)
     m_cache.endRound();
     std::unordered_map<const btCollisionObject*, Pose> before;
     before.swap(m_poses);
-    forObjects(broadphase,
-               [&](btCollisionObject& object)
-               {
-                   Pose pose{object.getWorldTransform(), object.getWorldTransform()};
-                   const auto known = before.find(&object);
-                   if (known == before.end())
-                   {
-                       m_cache.check(object.getCollisionShape());
-                   }
-                   else if (object.isKinematicObject() &&
-                            !hasJumped(object, known->second.m_end, pose.m_start))
-                   {
-                       pose.m_start = known->second.m_end;
-                   }
-                   m_poses.emplace(&object, pose);
-               });
+    m_postures.clear();
+    forObjects(
+        broadphase,
+        [&](btCollisionObject& object)
+        {
+            Pose pose{object.getWorldTransform(), object.getWorldTransform()};
+            const auto known = before.find(&object);
+            if (known == before.end())
+            {
+                m_cache.check(object.getCollisionShape());
+            }
+            else if (object.isKinematicObject() &&
+                     !hasJumped(object, known->second.m_end, pose.m_start))
+            {
+                pose.m_start = known->second.m_end;
+            }
+            m_poses.emplace(&object, pose);
+            if (const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object))
+            {
+                keepPosture(*link->m_multiBody);
+            }
+        });
+}
+
+void btCcdSoftObstacles::keepPosture(const btMultiBody& body)
+{
+    const auto [entry, isNew] = m_postures.try_emplace(&body);
+    if (!isNew)
+    {
+        return;
+    }
+    Posture& posture = entry->second;
+    posture.m_place = body.getBasePos();
+    posture.m_turn = body.getWorldToBaseRot();
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        const btMultibodyLink& link = body.getLink(i);
+        posture.m_joints.emplace_back(link.m_jointPos, link.m_jointPos + link.m_posVarCount);
+    }
+}
+
+void btCcdSoftObstacles::takeBack(btMultiBody& body, double part) const
+{
+    const auto known = m_postures.find(&body);
+    if (known == m_postures.end() ||
+        known->second.m_joints.size() != std::size_t(body.getNumLinks()))
+    {
+        return;
+    }
+    const Posture& posture = known->second;
+    const auto turned = [part](const btQuaternion& from, const btQuaternion& to)
+    { return part > 0.0 ? from.slerp(to, btScalar(part)) : from; };
+    if (!body.hasFixedBase())
+    {
+        body.setBasePos(posture.m_place.lerp(body.getBasePos(), btScalar(std::max(part, 0.0))));
+        body.setWorldToBaseRot(turned(posture.m_turn, body.getWorldToBaseRot()));
+    }
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        std::vector<btScalar> joint = posture.m_joints[std::size_t(i)];
+        const btScalar* now = body.getLink(i).m_jointPos;
+        if (body.getLink(i).m_jointType == btMultibodyLink::eSpherical)
+        {
+            const btQuaternion turn =
+                turned({joint[0], joint[1], joint[2], joint[3]}, {now[0], now[1], now[2], now[3]});
+            joint = {turn.x(), turn.y(), turn.z(), turn.w()};
+        }
+        else if (part > 0.0)
+        {
+            for (std::size_t k = 0; k < joint.size(); ++k)
+            {
+                joint[k] += btScalar(part) * (now[k] - joint[k]);
+            }
+        }
+        if (!joint.empty())
+        {
+            body.setJointPosMultiDof(i, joint.data());
+        }
+    }
+    btAlignedObjectArray<btQuaternion> turns;
+    btAlignedObjectArray<btVector3> places;
+    body.forwardKinematics(turns, places);
+    body.updateCollisionObjectWorldTransforms(turns, places);
 }
 
 const std::vector<btCcdSoftPart*>& btCcdSoftObstacles::collect(btBroadphaseInterface& broadphase,

@@ -15,6 +15,7 @@
 #include <vector>
 
 class btBroadphaseInterface;
+class btMultiBody;
 struct btCcdPosedModel;
 
 /// Every part of a collider is a mesh whose vertices go straight from the pose at the start of the
@@ -37,6 +38,10 @@ public:
         return m_cache.find(shape) != nullptr;
     }
     void forget(const btCollisionShape* shape) { m_cache.forget(shape); }
+    /// Takes a multibody back to this part of its way since begin(): its joints, and the poses of
+    /// its colliders. Its velocities stay.
+    /// @param part  0 (the start of the step, bit for bit the joints that it had) to 1
+    void takeBack(btMultiBody& body, double part) const;
     /// Colliders in the box of the last step whose shape is not covered.
     [[nodiscard]] int uncovered() const { return m_uncovered; }
 
@@ -45,6 +50,13 @@ private:
     {
         btTransform m_start;
         btTransform m_end;
+    };
+    /// Base and joints of a multibody when the step began.
+    struct Posture
+    {
+        btVector3 m_place;
+        btQuaternion m_turn;
+        std::vector<std::vector<btScalar>> m_joints;
     };
     struct Entry
     {
@@ -56,11 +68,13 @@ private:
 
     btCcdShapeCache m_cache;
     std::unordered_map<const btCollisionObject*, Pose> m_poses;
+    std::unordered_map<const btMultiBody*, Posture> m_postures;
     std::map<Key, Entry> m_entries;
     std::vector<btCcdSoftPart*> m_parts;
     std::int64_t m_round = 0;
     int m_uncovered = 0;
 
+    void keepPosture(const btMultiBody& body);
     void addObject(btCollisionObject& object, const Eigen::AlignedBox3d& box);
     void addPart(btCollisionObject& object,
                  std::size_t index,

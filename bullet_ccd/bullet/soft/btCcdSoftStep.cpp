@@ -1,11 +1,13 @@
 #include "bullet_ccd/bullet/soft/btCcdSoftStep.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 
 using bullet_ccd::DeformableContact;
 using bullet_ccd::DeformableResult;
@@ -43,12 +45,32 @@ bool isOfTwoNodes(const DeformableContact& contact)
 }
 
 /// A rigid body whose pose the step may take back.
-btRigidBody* yielding(const btCcdSoftPart& part)
+btRigidBody* yieldingBody(const btCcdSoftPart& part)
 {
     btRigidBody* body = part.m_soft == nullptr ? btRigidBody::upcast(part.m_object) : nullptr;
     return body != nullptr && body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject()
                ? body
                : nullptr;
+}
+
+/// A multibody of which the collider is a link: the step may take back its motion, too.
+btMultiBody* yieldingMultiBody(const btCcdSoftPart& part)
+{
+    btMultiBodyLinkCollider* link =
+        part.m_soft == nullptr ? btMultiBodyLinkCollider::upcast(part.m_object) : nullptr;
+    return link != nullptr && !link->isStaticOrKinematicObject() ? link->m_multiBody : nullptr;
+}
+
+bool yields(const btCcdSoftPart& part)
+{
+    return yieldingBody(part) != nullptr || yieldingMultiBody(part) != nullptr;
+}
+
+/// True if what happened to the one part happens to the other.
+bool moveTogether(const btCcdSoftPart& a, const btCcdSoftPart& b)
+{
+    return a.m_object == b.m_object ||
+           (yieldingMultiBody(a) != nullptr && yieldingMultiBody(a) == yieldingMultiBody(b));
 }
 
 btTransform between(const btTransform& start, const btTransform& end, double part)
@@ -411,7 +433,7 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
     btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
     for (btCcdSoftPart* obstacle : {&a, &b})
     {
-        if (yielding(*obstacle) != nullptr && !(obstacle->m_endPose == obstacle->m_startPose))
+        if (yields(*obstacle) && !(obstacle->m_endPose == obstacle->m_startPose))
         {
             holdBody(*obstacle, part);
             hasMoved = true;
@@ -430,7 +452,7 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
         Vector3d& end = own.m_end[std::size_t(v)];
         // What cannot be held takes the node along.
         Vector3d base = start;
-        if (other.m_soft == nullptr && yielding(other) == nullptr)
+        if (other.m_soft == nullptr && !yields(other))
         {
             base =
                 btCcdToEigen(other.m_endPose) * btCcdToEigen(other.m_startPose).inverse() * start;
@@ -447,27 +469,37 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
 
 void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
 {
-    const btTransform pose = between(obstacle.m_startPose, obstacle.m_endPose, part);
-    const btCollisionObject* object = obstacle.m_object;
     ++m_counters.m_heldBodies;
+    if (btMultiBody* multiBody = yieldingMultiBody(obstacle))
+    {
+        m_obstacles.takeBack(*multiBody, part);
+    }
+    std::map<const btCollisionObject*, btTransform> poses;
     for (btCcdSoftPart* other : m_parts)
     {
-        if (other->m_soft == nullptr)
+        if (other->m_soft != nullptr || !moveTogether(*other, obstacle))
         {
-            if (other->m_object == object)
-            {
-                other->setEndPose(pose);
-            }
             continue;
         }
-        btSoftBody& body = *other->m_soft;
-        for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
+        const btTransform pose = part > 0.0 && yieldingMultiBody(*other) != nullptr
+                                     ? other->m_object->getWorldTransform()
+                                     : between(other->m_startPose, other->m_endPose, part);
+        poses.emplace(other->m_object, pose);
+        other->setEndPose(pose);
+    }
+    for (btCcdSoftPart* other : m_parts)
+    {
+        const int anchors =
+            other->m_soft != nullptr ? other->m_soft->m_deformableAnchors.size() : 0;
+        for (int i = 0; i < anchors; ++i)
         {
-            const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
-            if (anchor.m_cti.m_colObj == object)
+            const btSoftBody::DeformableNodeRigidAnchor& anchor =
+                other->m_soft->m_deformableAnchors[i];
+            const auto held = poses.find(anchor.m_cti.m_colObj);
+            if (held != poses.end())
             {
-                other->m_end[std::size_t(anchor.m_node - &body.m_nodes[0])] =
-                    btCcdToEigen(pose * anchor.m_local);
+                other->m_end[std::size_t(anchor.m_node - &other->m_soft->m_nodes[0])] =
+                    btCcdToEigen(held->second * anchor.m_local);
             }
         }
     }
@@ -477,7 +509,7 @@ void btCcdSoftStep::holdAll()
 {
     for (btCcdSoftPart* part : m_parts)
     {
-        if (yielding(*part) != nullptr && !(part->m_endPose == part->m_startPose))
+        if (yields(*part) && !(part->m_endPose == part->m_startPose))
         {
             holdBody(*part, 0.0);
         }
@@ -500,7 +532,7 @@ void btCcdSoftStep::commit(btScalar timeStep)
 {
     for (btCcdSoftPart* part : m_parts)
     {
-        if (btRigidBody* body = yielding(*part))
+        if (btRigidBody* body = yieldingBody(*part))
         {
             if (!(part->m_endPose == body->getWorldTransform()))
             {

@@ -492,6 +492,28 @@ TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
     }
 }
 
+// A press that outweighs the cloth by far: as a link it has to be held back as a body is.
+TEST(SoftDrops, ALinkThatPressesAClothOnAFloorSqueezesNothingThrough)
+{
+    SoftScene scene(SoftWorld::Solver);
+    const TriangleMesh floor = plate(20, 1.0);
+    scene.obstacle(btCcdMeshShape::fromMesh(floor), floor);
+    const TriangleMesh box = makeBox({0.2, 0.02, 0.2});
+    btMultiBody* press = scene.slider(btCcdMeshShape::fromMesh(box), box, 50.0);
+    press->setJointPos(0, btScalar(0.4));
+    scene.step(1e-3);  // The link is where it has been put before there is a cloth.
+    scene.cloth(at(0.01, 0.1, 0.02), 0.6, 8, 0.1);
+    press->setJointVel(0, btScalar(-20));
+    for (int i = 0; i < 40; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
+    EXPECT_GT(double(press->getJointPos(0)), 0.021);
+    EXPECT_LT(double(press->getJointPos(0)), 0.05);  // the cloth has folds
+}
+
 TEST(SoftDrops, AStepWithoutContactIsBulletsOwn)
 {
     SoftScene stock(SoftWorld::Stock);
