@@ -209,6 +209,60 @@ int GltfBuilder::addIndices(std::span<const std::uint32_t> indices)
     return static_cast<int>(m_model.accessors.size()) - 1;
 }
 
+int GltfBuilder::addNumbers(std::span<const float> numbers, std::size_t count, int type)
+{
+    const int view = addView(numbers, 0);
+    tinygltf::Accessor& accessor = m_model.accessors.emplace_back();
+    accessor.bufferView = view;
+    accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+    accessor.type = type;
+    accessor.count = count;
+    return static_cast<int>(m_model.accessors.size()) - 1;
+}
+
+void GltfBuilder::animate(int node,
+                          std::span<const float> times,
+                          std::span<const Eigen::Isometry3d> poses)
+{
+    if (m_model.animations.empty())
+    {
+        m_model.animations.emplace_back();
+    }
+    std::vector<float> places;
+    std::vector<float> turns;
+    Eigen::Quaternionf last = Eigen::Quaternionf::Identity();
+    for (const Eigen::Isometry3d& pose : poses)
+    {
+        const Eigen::Vector3f p = pose.translation().cast<float>();
+        Eigen::Quaternionf q =
+            Eigen::Quaterniond(pose.linear()).normalized().cast<float>().normalized();
+        if (q.dot(last) < 0.0F)  // the shorter way
+        {
+            q.coeffs() = -q.coeffs();
+        }
+        last = q;
+        places.insert(places.end(), {p.x(), p.y(), p.z()});
+        turns.insert(turns.end(), {q.x(), q.y(), q.z(), q.w()});
+    }
+    const int input = addNumbers(times, times.size(), TINYGLTF_TYPE_SCALAR);
+    m_model.accessors.back().minValues = {times.front()};
+    m_model.accessors.back().maxValues = {times.back()};
+    tinygltf::Animation& animation = m_model.animations.front();
+    const auto add = [&](const char* path, int output)
+    {
+        animation.channels.emplace_back();
+        animation.channels.back().sampler = static_cast<int>(animation.samplers.size());
+        animation.channels.back().target_node = node;
+        animation.channels.back().target_path = path;
+        animation.samplers.emplace_back();
+        animation.samplers.back().input = input;
+        animation.samplers.back().output = output;
+        animation.samplers.back().interpolation = "LINEAR";
+    };
+    add("translation", addNumbers(places, poses.size(), TINYGLTF_TYPE_VEC3));
+    add("rotation", addNumbers(turns, poses.size(), TINYGLTF_TYPE_VEC4));
+}
+
 int GltfBuilder::addMesh(const std::string& name, tinygltf::Primitive primitive)
 {
     tinygltf::Mesh& mesh = m_model.meshes.emplace_back();

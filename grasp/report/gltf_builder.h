@@ -35,6 +35,10 @@ public:
                 const Eigen::Isometry3d& pose,
                 const Eigen::Vector3d& scale = Eigen::Vector3d::Ones());
 
+    /// Moves a node through poses in its parent at increasing times [s], linearly in between. All
+    /// nodes that move make up one animation.
+    void animate(int node, std::span<const float> times, std::span<const Eigen::Isometry3d> poses);
+
     /// Throws std::runtime_error "<file>: <what>: <remedy>".
     void write(const std::filesystem::path& file) const;
 
@@ -44,6 +48,7 @@ private:
     int addPoints(std::span<const Eigen::Vector3f> points);
     int addVectors(std::span<const Eigen::Vector3f> vectors);
     int addIndices(std::span<const std::uint32_t> indices);
+    int addNumbers(std::span<const float> numbers, std::size_t count, int type);
     int addMesh(const std::string& name, tinygltf::Primitive primitive);
 
     tinygltf::Model m_model;

@@ -17,5 +17,6 @@ void addHandCommand(CLI::App& app, int& exitCode);
 /// The verb `check` below the verb `hand`.
 void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addQualityCommand(CLI::App& app, int& exitCode);
+void addTaskCommand(CLI::App& app, int& exitCode);
 void addTrialCommand(CLI::App& app, int& exitCode);
 }  // namespace bullet_ccd::tools

@@ -44,6 +44,7 @@ void addVerbs(CLI::App& app, int& exitCode)
     addForceCommand(app, exitCode);
     addHandCommand(app, exitCode);
     addQualityCommand(app, exitCode);
+    addTaskCommand(app, exitCode);
     addTrialCommand(app, exitCode);
     for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
     {

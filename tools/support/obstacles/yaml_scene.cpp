@@ -1,11 +1,8 @@
 #include "tools/support/obstacles/obstacle_scene.h"
-#include "tools/support/pose_text.h"
 #include "tools/support/yaml_file.h"
+#include "tools/support/yaml_pose.h"
 
-#include <algorithm>
-#include <array>
 #include <fmt/format.h>
-#include <stdexcept>
 
 namespace bullet_ccd::tools
 {
@@ -57,7 +54,7 @@ private:
             m_file.path().parent_path() / m_file.textOf(mesh, "mesh");
         PlacedMesh placed{.mesh = file,
                           .name = file.filename().string(),
-                          .X_WO = poseOf(node),
+                          .X_WO = yamlPose(m_file, node),
                           .where = m_file.place(mesh) + "mesh: "};
         if (const YAML::Node name = node["name"]; name.IsDefined())
         {
@@ -74,46 +71,6 @@ private:
             }
         }
         return placed;
-    }
-
-    [[nodiscard]] Eigen::Isometry3d poseOf(const YAML::Node& node) const
-    {
-        const YAML::Node position = node["position"];
-        const YAML::Node quaternion = node["quaternion"];
-        const YAML::Node rpy = node["rpy"];
-        std::array<double, 7> values{1.0};
-        if (position.IsDefined())
-        {
-            std::ranges::copy(m_file.numbersOf(position, "position", 3), values.begin() + 4);
-        }
-        if (quaternion.IsDefined() && rpy.IsDefined())
-        {
-            m_file.fail(rpy, "rpy: ", "there is a quaternion too: give one of them");
-        }
-        if (rpy.IsDefined())
-        {
-            const Eigen::Quaterniond q = turnOf(m_file.numbersOf(rpy, "rpy", 3));
-            std::ranges::copy(std::array{q.w(), q.x(), q.y(), q.z()}, values.begin());
-        }
-        if (quaternion.IsDefined())
-        {
-            std::ranges::copy(m_file.numbersOf(quaternion, "quaternion", 4), values.begin());
-        }
-        try
-        {
-            return poseFrom(values);
-        }
-        catch (const std::invalid_argument& error)
-        {
-            m_file.fail(quaternion, "quaternion: ", error.what());
-        }
-    }
-
-    static Eigen::Quaterniond turnOf(const std::vector<double>& rpy)
-    {
-        return Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) *
-               Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
-               Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX());
     }
 
     YamlFile m_file;

@@ -1,0 +1,679 @@
+#include "grasp/task/pick_place.h"
+
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/math/check.h"
+#include "grasp/check/closed_surface.h"
+#include "grasp/report/closing_spans.h"
+#include "grasp/task/arm_kinematics.h"
+#include "grasp/task/task_legs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <utility>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Path = std::vector<JointPositions>;
+
+/// The hand moves straight in steps of this [m], in each of which no joint may jump [rad or m].
+constexpr double kStraightStep = 0.02;
+constexpr double kLargestJump = 0.3;
+/// Postures of the arm that are tried for a pose of the hand.
+constexpr int kPostures = 3;
+/// Places of the object that are tried for a grasp.
+constexpr std::size_t kPlaces = 8;
+constexpr int kPlaceRestarts = 20;
+/// An object that touches what it stands on is raised by no more than this [m].
+constexpr double kLargestRaise = 3e-3;
+/// So many times more grasps are planned if none of the first can be carried out.
+constexpr std::int64_t kMoreGrasps = 4;
+/// The lowest point of an object that is put down is as near as this to the target's height [m].
+constexpr double kSameHeight = 2e-3;
+
+Isometry3d shifted(Isometry3d X, const Vector3d& by)
+{
+    X.translation() += by;
+    return X;
+}
+
+double lowestOf(const GraspObject& object, const Isometry3d& X_WO)
+{
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& vertex : object.tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, (X_WO * vertex).z());
+    }
+    return lowest;
+}
+
+/// True if a vertex of one body is inside the other, of which that is known for watertight ones.
+bool isInside(const SsvTree& inner,
+              const Isometry3d& X_W,
+              const SsvTree& outer,
+              const Isometry3d& X_WO)
+{
+    return isWatertight(outer.mesh()) &&
+           ClosedSurface(outer.mesh())
+               .contains(X_WO.inverse() * (X_W * inner.mesh().vertices.front()));
+}
+
+/// A leg cannot be: its name and why.
+struct Obstruction
+{
+    std::string leg;
+    std::string reason;
+};
+
+class PickPlacePlanner
+{
+public:
+    PickPlacePlanner(const PickPlaceTask& task, const PickPlaceOptions& options)
+        : m_task(task),
+          m_options(options),
+          m_kinematics(task.robot.tree, task.robot.handRoot, task.X_WR),
+          m_robot(task.robot)
+    {
+        for (std::size_t i = 0; i < task.obstacles.size(); ++i)
+        {
+            m_scene.add(
+                *task.obstacles[i].tree, task.obstacles[i].motion.X_W0, task.obstacleNames[i]);
+        }
+        m_scene.finish();
+    }
+
+    PickPlacePlan run()
+    {
+        m_plan.X_WOStart = raised();
+        m_before = m_scene;
+        m_before.add(m_task.object.tree, m_plan.X_WOStart, m_task.object.name);
+        m_before.finish();
+        findPlaces();
+        if (m_places.empty())
+        {
+            m_plan.failure = "there is no room for " + m_task.object.name +
+                             " in the target region at any turn that was tried";
+            return std::move(m_plan);
+        }
+        requireFreeStart();
+        int tried = 0;
+        std::vector<Grasp> grasps;
+        std::set<std::int64_t> known;
+        for (std::int64_t candidates = m_options.grasps.candidates;
+             candidates <= kMoreGrasps * m_options.grasps.candidates &&
+             tried < m_options.graspsTried;
+             candidates *= kMoreGrasps)
+        {
+            grasps = graspsOfObject(candidates, grasps);
+            for (const Grasp& grasp : grasps)
+            {
+                const bool isNew = known.insert(grasp.candidate).second;
+                if (grasp.reject != RejectReason::None || !isNew ||
+                    tried == m_options.graspsTried || isStopped())
+                {
+                    continue;
+                }
+                ++tried;
+                if (tryGrasp(grasp))
+                {
+                    m_plan.solved = true;
+                    return std::move(m_plan);
+                }
+            }
+        }
+        m_plan.stopped = isStopped();
+        m_plan.failure = m_plan.stopped ? "stopped after " + std::to_string(tried) + " grasps"
+                         : tried == 0   ? "no grasp of " + m_task.object.name +
+                                            " is a force closure that is clear of its surroundings"
+                                      : "none of the grasps that were tried (" +
+                                            std::to_string(tried) + ") can be carried out";
+        return std::move(m_plan);
+    }
+
+private:
+    [[nodiscard]] bool isStopped() const { return m_options.stop.isDue(); }
+
+    /// Clear of all obstacles by the gap, or refused.
+    Isometry3d raised()
+    {
+        const SsvTree& tree = m_task.object.tree;
+        Isometry3d X_WO = m_task.X_WO;
+        for (;;)
+        {
+            double missing = 0.0;
+            std::string near;
+            for (std::size_t i = 0; i < m_scene.bodies.size(); ++i)
+            {
+                const double distance = treeDistance(tree,
+                                                     *m_scene.bodies[i].tree,
+                                                     m_scene.bodies[i].motion.X_W0.inverse() * X_WO,
+                                                     m_options.gap)
+                                            .distance;
+                if (m_options.gap - distance > missing)
+                {
+                    missing = m_options.gap - distance;
+                    near = m_scene.names[i];
+                }
+            }
+            if (missing <= 0.0)
+            {
+                requireOutside(X_WO);
+                return X_WO;
+            }
+            X_WO.translation().z() += std::max(missing, 1e-6);
+            require(X_WO.translation().z() - m_task.X_WO.translation().z() < kLargestRaise,
+                    "pick and place: " + m_task.object.name + " intersects " + near +
+                        " where it starts, deeper than can be mended by raising it by 3 mm: "
+                        "correct its pose");
+        }
+    }
+
+    void requireOutside(const Isometry3d& X_WO)
+    {
+        const SsvTree& tree = m_task.object.tree;
+        for (std::size_t i = 0; i < m_scene.bodies.size(); ++i)
+        {
+            const SsvTree& other = *m_scene.bodies[i].tree;
+            const Isometry3d& X_WB = m_scene.bodies[i].motion.X_W0;
+            require(!isInside(tree, X_WO, other, X_WB) && !isInside(other, X_WB, tree, X_WO),
+                    "pick and place: " + m_task.object.name + " is inside " + m_scene.names[i] +
+                        " where it starts: correct its pose");
+        }
+    }
+
+    /// Poses in the target, turned as it stands and about the vertical, put down until the gap.
+    void findPlaces()
+    {
+        constexpr std::array kShares{0.0, -0.7, 0.7};
+        constexpr int kTurns = 8;
+        const double height = m_task.target.center.z();
+        for (const double x : kShares)
+        {
+            for (const double y : kShares)
+            {
+                for (int turn = 0; turn < kTurns; ++turn)
+                {
+                    Isometry3d X_WO = m_plan.X_WOStart;
+                    const Eigen::AngleAxisd yaw(turn * 2.0 * std::numbers::pi / kTurns,
+                                                Vector3d::UnitZ());
+                    X_WO.linear() = yaw.toRotationMatrix() * X_WO.linear();
+                    const Vector3d middle = X_WO * m_task.object.centerOfMass;
+                    X_WO.translation() += m_task.target.center +
+                                          Vector3d(0.5 * x * m_task.target.size.x(),
+                                                   0.5 * y * m_task.target.size.y(),
+                                                   0.0) -
+                                          middle;
+                    X_WO.translation().z() += height + kPutDown - lowestOf(m_task.object, X_WO);
+                    addPlace(X_WO);
+                }
+            }
+        }
+        // The middle first with all of its turns, then the others turn by turn.
+        std::stable_sort(m_places.begin(),
+                         m_places.end(),
+                         [](const auto& a, const auto& b) { return a.first < b.first; });
+    }
+
+    void addPlace(Isometry3d X_WO)
+    {
+        std::vector<MovingBody> bodies{movingBody(
+            RigidBody{.tree = &m_task.object.tree,
+                      .motion = motionBetween(X_WO, shifted(X_WO, {0.0, 0.0, -2.0 * kPutDown}))})};
+        std::vector<BodyPair> pairs;
+        for (const RigidBody& body : m_scene.bodies)
+        {
+            pairs.push_back({.bodyA = 0, .bodyB = static_cast<std::int32_t>(bodies.size())});
+            bodies.push_back(movingBody(body));
+        }
+        if (pairs.empty())
+        {
+            return;
+        }
+        const FirstContactResult toi =
+            firstContact(bodies,
+                         pairs,
+                         {.tolerance = 0.1 * m_options.gap, .minimumSeparation = m_options.gap},
+                         m_work);
+        X_WO.translation().z() -= 2.0 * kPutDown * toi.time;
+        if (toi.status == ToiStatus::Hit &&
+            std::abs(lowestOf(m_task.object, X_WO) - m_task.target.center.z()) < kSameHeight)
+        {
+            const double off =
+                (X_WO * m_task.object.centerOfMass - m_task.target.center).head<2>().norm();
+            m_places.emplace_back(off > 1e-9 ? 1 : 0, X_WO);
+        }
+    }
+
+    /// Best first, in the frame of the object and clear of the obstacles.
+    std::vector<Grasp> graspsOfObject(std::int64_t candidates, const std::vector<Grasp>& known)
+    {
+        const Isometry3d X_OW = m_plan.X_WOStart.inverse();
+        m_inObject.clear();
+        for (const RigidBody& body : m_scene.bodies)
+        {
+            m_inObject.push_back({.tree = body.tree, .motion = restAt(X_OW * body.motion.X_W0)});
+        }
+        PlannerOptions options = m_options.grasps;
+        options.candidates = candidates;
+        options.approach.tableTop = true;
+        options.approach.up = X_OW.linear().col(2);
+        std::vector<Grasp> grasps = planGrasps(
+            m_task.hand,
+            m_task.object,
+            options,
+            [this] { return kinematicClosing(m_inObject); },
+            {.obstacles = m_inObject, .known = known, .stop = [this] { return isStopped(); }});
+        m_plan.forceClosures = 0;
+        for (const Grasp& grasp : grasps)
+        {
+            m_plan.forceClosures += grasp.quality.forceClosure ? 1 : 0;
+        }
+        return grasps;
+    }
+
+    void requireFreeStart()
+    {
+        const std::vector<double>& open = m_task.hand.preshapes.front().positions;
+        // A leg that goes nowhere far: what overlaps at its start is named.
+        JointPositions moved = m_task.start;
+        for (double& q : moved)
+        {
+            q += 1e-6;
+        }
+        TaskLeg leg = legOf("start", {whole(m_task.start, open), whole(moved, open)}, 0.0, false);
+        const std::string touched = certifyLeg(m_robot, m_task.X_WR, m_before, leg, m_work);
+        require(touched.empty(),
+                "pick and place: the robot is in collision where it starts: " + touched +
+                    ": correct the start of the robot, or the scene");
+    }
+
+    /// Positions of all links.
+    [[nodiscard]] std::vector<double> whole(const JointPositions& arm,
+                                            const std::vector<double>& hand) const
+    {
+        std::vector<double> q(m_task.robot.tree.size(), 0.0);
+        std::copy(hand.begin(), hand.end(), q.begin() + m_task.robot.handRoot);
+        for (std::size_t k = 0; k < arm.size(); ++k)
+        {
+            q[static_cast<std::size_t>(m_task.robot.joints[k])] = arm[k];
+        }
+        applyMimics(m_task.robot.tree, q);
+        return q;
+    }
+
+    [[nodiscard]] std::vector<std::vector<double>> wholes(const Path& path,
+                                                          const std::vector<double>& hand) const
+    {
+        std::vector<std::vector<double>> positions;
+        for (const JointPositions& q : path)
+        {
+            positions.push_back(whole(q, hand));
+        }
+        return positions;
+    }
+
+    [[nodiscard]] TaskLeg legOf(const std::string& name,
+                                const std::vector<std::vector<double>>& positions,
+                                double begin,
+                                bool carries) const
+    {
+        return {.name = name,
+                .carries = carries,
+                .waypoints = timedWaypoints(m_task.robot.tree, positions, begin, m_options)};
+    }
+
+    /// The arm from `start` along a straight line of the hand; empty if it cannot follow.
+    [[nodiscard]] Path straight(const JointPositions& start, const Vector3d& shift) const
+    {
+        const Isometry3d X_WH = m_kinematics.poseAt(start);
+        const auto steps = std::max(1, static_cast<int>(std::ceil(shift.norm() / kStraightStep)));
+        Path path{start};
+        for (int i = 1; i <= steps; ++i)
+        {
+            const auto next = m_kinematics.follow(
+                shifted(X_WH, shift * (double(i) / steps)), path.back(), kLargestJump);
+            if (!next)
+            {
+                return {};
+            }
+            path.push_back(*next);
+        }
+        return path;
+    }
+
+    /// Certifies the leg, or says what is in its way.
+    std::optional<Obstruction> check(const RobotBody& body,
+                                     const NamedSurroundings& around,
+                                     TaskLeg& leg)
+    {
+        const std::string touched = certifyLeg(body, m_task.X_WR, around, leg, m_work);
+        return touched.empty() ? std::nullopt : std::optional(Obstruction{leg.name, touched});
+    }
+
+    std::optional<Obstruction> planBetween(const RobotBody& body,
+                                           const NamedSurroundings& around,
+                                           const std::string& name,
+                                           const std::vector<double>& hand,
+                                           const JointPositions& from,
+                                           const JointPositions& to,
+                                           TaskLeg& leg)
+    {
+        std::vector<double> rest = whole(from, hand);
+        rest.resize(body.tree.size(), 0.0);
+        const JointPathResult found =
+            planJointPath({.body = body.body(),
+                           .environment = &around.environment,
+                           .joints = m_task.robot.joints,
+                           .positions = rest,
+                           .X_WR = m_task.X_WR,
+                           .toi = {.tolerance = kDefaultTolerance}},
+                          from,
+                          to,
+                          {.seed = m_options.seed, .stop = m_options.stop});
+        if (!found.failure.empty())
+        {
+            return Obstruction{name, found.failure};
+        }
+        leg = legOf(name, wholes(found.waypoints, hand), 0.0, &body == &m_carrying);
+        return check(body, around, leg);
+    }
+
+    bool tryGrasp(const Grasp& grasp)
+    {
+        const Isometry3d X_WH = m_plan.X_WOStart * grasp.X_WH;
+        const auto postures =
+            m_kinematics.solve(X_WH, m_task.start, {.wanted = kPostures, .seed = m_options.seed});
+        if (postures.empty())
+        {
+            note(grasp, {"reach", "the arm does not reach the hand's pose"});
+            return false;
+        }
+        std::optional<Obstruction> last;
+        for (const JointPositions& posture : postures)
+        {
+            last = isStopped() ? Obstruction{"", "stopped"} : tryPosture(grasp, posture);
+            if (!last)
+            {
+                note(grasp, {});
+                return true;
+            }
+        }
+        note(grasp, *last);
+        return false;
+    }
+
+    void note(const Grasp& grasp, const Obstruction& obstruction)
+    {
+        m_plan.attempts.push_back({grasp.candidate, obstruction.leg, obstruction.reason});
+    }
+
+    /// Closes the hand anew where the arm holds it, which is not quite where it was planned.
+    std::optional<Obstruction> closeAt(const Grasp& grasp, const JointPositions& posture)
+    {
+        m_plan.grasp = grasp;
+        m_plan.grasp.X_WH = m_plan.X_WOStart.inverse() * m_kinematics.poseAt(posture);
+        m_plan.X_HO = m_plan.grasp.X_WH.inverse();
+        m_open = findPreshape(m_task.hand, grasp.preshape)->positions;
+        const ClosingResult closed = kinematicClosing(m_inObject)(
+            m_task.hand, m_task.object, m_plan.grasp.X_WH, m_open, m_options.grasps.closing);
+        if (closed.status != ToiStatus::Hit || closed.touchedObstacle || closed.contacts.size() < 2)
+        {
+            return Obstruction{"close", "the hand does not close on the object from there"};
+        }
+        m_plan.grasp.positions = closed.positions;
+        m_plan.grasp.stops = closed.stops;
+        return std::nullopt;
+    }
+
+    /// Positions of the hand from the preshape to the grasp, a row whenever a joint begins or ends.
+    [[nodiscard]] std::vector<std::vector<double>> closingRows() const
+    {
+        const ClosingSpans spans =
+            closingSpans(m_task.hand, m_plan.grasp, m_options.grasps.closing);
+        std::vector<double> times{0.0};
+        for (const ClosingSpan& span : spans.joints)
+        {
+            times.insert(times.end(), {span.begin, span.end});
+        }
+        std::ranges::sort(times);
+        std::vector<std::vector<double>> rows;
+        for (const double time : times)
+        {
+            std::vector<double> q = spans.from;
+            for (std::size_t i = 0; i < q.size(); ++i)
+            {
+                const auto [begin, end] = spans.joints[i];
+                const double part =
+                    time >= end ? 1.0 : std::clamp((time - begin) / (end - begin), 0.0, 1.0);
+                q[i] = part == 1.0 ? m_plan.grasp.positions[i]
+                                   : std::lerp(q[i], m_plan.grasp.positions[i], part);
+            }
+            rows.push_back(std::move(q));
+        }
+        return rows;
+    }
+
+    std::optional<Obstruction> tryPosture(const Grasp& grasp, const JointPositions& posture)
+    {
+        m_plan.legs.assign(9, {});
+        if (const auto failed = closeAt(grasp, posture))
+        {
+            return failed;
+        }
+        const Vector3d towards = m_plan.X_WOStart.linear() * grasp.approach_W;
+        Path approach = straight(posture, -m_options.approach * towards);
+        if (approach.empty())
+        {
+            return Obstruction{"approach", "the arm cannot follow the straight way to the object"};
+        }
+        std::ranges::reverse(approach);
+        m_plan.legs[1] = legOf("approach", wholes(approach, m_open), 0.0, false);
+        if (const auto failed = check(m_robot, m_before, m_plan.legs[1]))
+        {
+            return failed;
+        }
+        m_closing.clear();
+        for (const std::vector<double>& hand : closingRows())
+        {
+            m_closing.push_back(hand);
+        }
+        if (const auto failed = fingers("close", posture, m_closing, m_before, m_plan.legs[2]))
+        {
+            return failed;
+        }
+        m_carrying = RobotBody(m_task.robot);
+        m_carrying.carry(m_task.robot, m_task.object, m_plan.X_HO);
+        const Path lift = straight(posture, {0.0, 0.0, m_options.lift});
+        if (lift.empty())
+        {
+            return Obstruction{"lift", "the arm cannot follow the straight way up"};
+        }
+        m_plan.legs[3] = legOf("lift", wholes(lift, m_plan.grasp.positions), 0.0, true);
+        if (const auto failed = check(m_carrying, m_scene, m_plan.legs[3]))
+        {
+            return failed;
+        }
+        const std::vector<Placement> placements = placementsFrom(lift.back());
+        if (placements.empty())
+        {
+            return Obstruction{"place", "the arm does not reach the target with this grasp"};
+        }
+        if (const auto failed = planBetween(m_robot,
+                                            m_before,
+                                            "transit",
+                                            m_open,
+                                            m_task.start,
+                                            approach.front(),
+                                            m_plan.legs[0]))
+        {
+            return failed;
+        }
+        std::optional<Obstruction> last;
+        for (const Placement& placement : placements)
+        {
+            last = isStopped() ? Obstruction{"place", "stopped"}
+                               : tryPlace(placement, lift.back(), grasp);
+            if (!last)
+            {
+                break;
+            }
+        }
+        return last;
+    }
+
+    /// The fingers alone.
+    std::optional<Obstruction> fingers(const std::string& name,
+                                       const JointPositions& posture,
+                                       const std::vector<std::vector<double>>& rows,
+                                       const NamedSurroundings& around,
+                                       TaskLeg& leg)
+    {
+        std::vector<std::vector<double>> positions;
+        for (const std::vector<double>& hand : rows)
+        {
+            positions.push_back(whole(posture, hand));
+        }
+        leg = legOf(name, positions, 0.0, false);
+        return check(m_robot, around, leg);
+    }
+
+    /// Where the object is put down, and the arm's posture then.
+    struct Placement
+    {
+        Isometry3d X_WO;
+        JointPositions posture;
+    };
+
+    [[nodiscard]] std::vector<Placement> placementsFrom(const JointPositions& lifted) const
+    {
+        std::vector<Placement> placements;
+        std::size_t reached = 0;
+        for (const auto& [order, X_WO] : m_places)
+        {
+            const auto postures = m_kinematics.solve(
+                X_WO * m_plan.grasp.X_WH,
+                lifted,
+                {.wanted = kPostures, .restarts = kPlaceRestarts, .seed = m_options.seed});
+            for (const JointPositions& posture : postures)
+            {
+                placements.push_back({X_WO, posture});
+            }
+            reached += postures.empty() ? 0 : 1;
+            if (reached == kPlaces || isStopped())
+            {
+                break;
+            }
+        }
+        return placements;
+    }
+
+    std::optional<Obstruction> tryPlace(const Placement& placement,
+                                        const JointPositions& lifted,
+                                        const Grasp& grasp)
+    {
+        const auto& [X_WO, posture] = placement;
+        Path down = straight(posture, {0.0, 0.0, m_options.lift});
+        const Vector3d towards = X_WO.linear() * grasp.approach_W;
+        const Path back = straight(posture, -m_options.approach * towards);
+        if (down.empty() || back.empty())
+        {
+            return Obstruction{down.empty() ? "place" : "retreat",
+                               "the arm cannot follow the straight way"};
+        }
+        std::ranges::reverse(down);
+        m_plan.X_WOEnd = m_kinematics.poseAt(posture) * m_plan.X_HO;
+        NamedSurroundings after = m_scene;
+        after.add(m_task.object.tree, m_plan.X_WOEnd, m_task.object.name);
+        after.finish();
+        std::vector<std::vector<double>> opening(m_closing.rbegin(), m_closing.rend());
+        std::vector<TaskLeg>& legs = m_plan.legs;
+        legs[5] = legOf("place", wholes(down, m_plan.grasp.positions), 0.0, true);
+        legs[7] = legOf("retreat", wholes(back, m_open), 0.0, false);
+        std::optional<Obstruction> failed = check(m_carrying, m_scene, legs[5]);
+        failed = failed ? failed : fingers("open", posture, opening, after, legs[6]);
+        failed = failed ? failed : check(m_robot, after, legs[7]);
+        failed = failed ? failed
+                        : planBetween(m_carrying,
+                                      m_scene,
+                                      "carry",
+                                      m_plan.grasp.positions,
+                                      lifted,
+                                      down.front(),
+                                      legs[4]);
+        failed = failed ? failed
+                        : planBetween(
+                              m_robot, after, "return", m_open, back.back(), m_task.start, legs[8]);
+        if (!failed)
+        {
+            followOn();
+        }
+        return failed;
+    }
+
+    /// Every leg begins when the one before it ends.
+    void followOn()
+    {
+        double begin = 0.0;
+        for (TaskLeg& leg : m_plan.legs)
+        {
+            for (Waypoint& waypoint : leg.waypoints)
+            {
+                waypoint.time += begin;
+            }
+            begin = leg.waypoints.back().time;
+        }
+    }
+
+    static constexpr double kPutDown = 0.03;  // above the target, where putting down begins [m]
+
+    const PickPlaceTask& m_task;
+    const PickPlaceOptions& m_options;
+    ArmKinematics m_kinematics;
+    RobotBody m_robot;
+    RobotBody m_carrying{m_task.robot};
+    NamedSurroundings m_scene;   // without the object
+    NamedSurroundings m_before;  // with the object where it starts
+    std::vector<RigidBody> m_inObject;
+    std::vector<std::pair<int, Isometry3d>> m_places;
+    std::vector<double> m_open;  // positions of the hand
+    std::vector<std::vector<double>> m_closing;
+    ToiWorkspace m_work;
+    PickPlacePlan m_plan;
+};
+}  // namespace
+
+PickPlacePlan planPickPlace(const PickPlaceTask& task, const PickPlaceOptions& options)
+{
+    require(task.start.size() == task.robot.joints.size(),
+            "pick and place: give one start position for each joint of the arm");
+    require(task.obstacles.size() == task.obstacleNames.size(),
+            "pick and place: give one name for each obstacle");
+    require(
+        task.target.center.allFinite() && task.target.size.allFinite() &&
+            task.target.size.minCoeff() >= 0.0 && task.X_WO.matrix().allFinite() &&
+            task.X_WR.matrix().allFinite() &&
+            std::ranges::all_of(task.start, [](double q) { return std::isfinite(q); }),
+        "pick and place: the target region, a pose, or the start of the arm is not finite, or a "
+        "size is negative");
+    require(
+        options.gap > 1e-5 && options.gap <= 1e-3 && options.approach > 0.0 && options.lift > 0.0 &&
+            options.acceleration > 0.0 && options.freeSpeed > 0.0,
+        "pick and place: the gap must be in (0.01 mm, 1 mm], and the ways of approach and lift, "
+        "the acceleration and the speed positive");
+    return PickPlacePlanner(task, options).run();
+}
+
+const Isometry3d& restingPose(const PickPlacePlan& plan, std::size_t leg)
+{
+    // Legs before the object is carried, and after.
+    const auto carried = std::ranges::find_if(plan.legs, &TaskLeg::carries) - plan.legs.begin();
+    return std::ptrdiff_t(leg) < carried ? plan.X_WOStart : plan.X_WOEnd;
+}
+}  // namespace bullet_ccd::grasp

@@ -1,0 +1,246 @@
+#include "grasp/task/plan_file.h"
+
+#include "grasp/report/gltf_builder.h"
+#include "grasp/report/grasp_scene.h"
+
+#include <cmath>
+#include <iomanip>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <ostream>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using nlohmann::ordered_json;
+
+/// Joints that move by themselves.
+std::vector<std::size_t> ownJoints(const KinematicTree& tree)
+{
+    std::vector<std::size_t> joints;
+    for (std::size_t i = 1; i < tree.size(); ++i)
+    {
+        const Joint& joint = tree.links[i].joint;
+        if (joint.isMovable() && joint.mimicOf == kNone)
+        {
+            joints.push_back(i);
+        }
+    }
+    return joints;
+}
+
+ordered_json poseJson(const Eigen::Isometry3d& X)
+{
+    const Eigen::Quaterniond q = Eigen::Quaterniond(X.linear()).normalized();
+    const Eigen::Vector3d p = X.translation();
+    return {{"position_m", {p.x(), p.y(), p.z()}},
+            {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+ordered_json legJson(const PickPlaceTask& task, const TaskLeg& leg)
+{
+    ordered_json waypoints = ordered_json::array();
+    for (const Waypoint& waypoint : leg.waypoints)
+    {
+        ordered_json positions = ordered_json::array();
+        for (const std::size_t joint : ownJoints(task.robot.tree))
+        {
+            positions.push_back(waypoint.positions[joint]);
+        }
+        waypoints.push_back({{"time_s", waypoint.time}, {"positions", positions}});
+    }
+    ordered_json clearance = leg.clearance;
+    return {{"leg", leg.name},
+            {"carries", leg.carries},
+            {"certified_clearance_m", clearance},
+            {"clearance_is_at_least", leg.clearance >= kEnoughClearance},
+            {"waypoints", waypoints}};
+}
+
+/// Waypoints of all legs, each time once.
+std::vector<const Waypoint*> waypointsOf(const PickPlacePlan& plan)
+{
+    std::vector<const Waypoint*> waypoints;
+    for (const TaskLeg& leg : plan.legs)
+    {
+        for (const Waypoint& waypoint : leg.waypoints)
+        {
+            if (waypoints.empty() || waypoint.time > waypoints.back()->time)
+            {
+                waypoints.push_back(&waypoint);
+            }
+        }
+    }
+    return waypoints;
+}
+
+void exact(std::ostream& out)
+{
+    out << std::setprecision(std::numeric_limits<double>::max_digits10);
+}
+}  // namespace
+
+void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlacePlan& plan)
+{
+    ordered_json json{{"schema", "bullet_ccd.pick_place/1"},
+                      {"solved", plan.solved},
+                      {"failure", plan.solved ? ordered_json() : ordered_json(plan.failure)},
+                      {"robot", task.robot.name},
+                      {"object", task.object.name},
+                      {"object_start", poseJson(plan.X_WOStart)},
+                      {"force_closures", plan.forceClosures},
+                      {"attempts", ordered_json::array()}};
+    for (const TaskAttempt& attempt : plan.attempts)
+    {
+        json["attempts"].push_back(
+            {{"candidate", attempt.candidate},
+             {"failed_leg", attempt.leg.empty() ? ordered_json() : ordered_json(attempt.leg)},
+             {"reason", attempt.reason.empty() ? ordered_json() : ordered_json(attempt.reason)}});
+    }
+    if (plan.solved)
+    {
+        json["object_end"] = poseJson(plan.X_WOEnd);
+        json["grasp"] = {{"candidate", plan.grasp.candidate},
+                         {"preshape", plan.grasp.preshape},
+                         {"epsilon", plan.grasp.quality.epsilon},
+                         {"hand_pose_in_object", poseJson(plan.grasp.X_WH)}};
+        json["joints"] = ordered_json::array();
+        for (const std::size_t joint : ownJoints(task.robot.tree))
+        {
+            json["joints"].push_back(task.robot.tree.links[joint].joint.name);
+        }
+        json["duration_s"] = plan.legs.back().waypoints.back().time;
+        json["legs"] = ordered_json::array();
+        for (const TaskLeg& leg : plan.legs)
+        {
+            json["legs"].push_back(legJson(task, leg));
+        }
+    }
+    out << json.dump(1) << "\n";
+}
+
+void writePlanCsv(std::ostream& out, const PickPlaceTask& task, const PickPlacePlan& plan)
+{
+    exact(out);
+    const std::vector<std::size_t> joints = ownJoints(task.robot.tree);
+    out << "time";
+    for (const std::size_t joint : joints)
+    {
+        out << "," << task.robot.tree.links[joint].joint.name;
+    }
+    out << "\n";
+    for (const Waypoint* waypoint : waypointsOf(plan))
+    {
+        out << waypoint->time;
+        for (const std::size_t joint : joints)
+        {
+            out << "," << waypoint->positions[joint];
+        }
+        out << "\n";
+    }
+}
+
+void writePlanYaml(std::ostream& out, const PickPlaceTask& task, const PickPlacePlan& plan)
+{
+    exact(out);
+    const std::vector<std::size_t> joints = ownJoints(task.robot.tree);
+    out << "# Comes to rest at every point; with velocities and accelerations of zero, "
+           "controllers\n"
+           "# of ROS move between them as was certified.\njoint_names:\n";
+    for (const std::size_t joint : joints)
+    {
+        out << "  - " << task.robot.tree.links[joint].joint.name << "\n";
+    }
+    std::string zeros;
+    for (std::size_t k = 0; k < joints.size(); ++k)
+    {
+        zeros += k == 0 ? "0" : ", 0";
+    }
+    out << "points:\n";
+    for (const Waypoint* waypoint : waypointsOf(plan))
+    {
+        out << "  - positions: [";
+        for (std::size_t k = 0; k < joints.size(); ++k)
+        {
+            out << (k == 0 ? "" : ", ") << waypoint->positions[joints[k]];
+        }
+        // Whole nanoseconds, as the message has them.
+        const auto nanoseconds = std::llround(1e9 * waypoint->time);
+        out << "]\n    velocities: [" << zeros << "]\n    accelerations: [" << zeros
+            << "]\n    time_from_start: {sec: " << nanoseconds / 1'000'000'000
+            << ", nanosec: " << nanoseconds % 1'000'000'000 << "}\n";
+    }
+}
+
+TaskState stateAt(const PickPlaceTask& task, const PickPlacePlan& plan, double time)
+{
+    TaskState state;
+    while (state.leg + 1 < plan.legs.size() && plan.legs[state.leg].waypoints.back().time < time)
+    {
+        ++state.leg;
+    }
+    const TaskLeg& leg = plan.legs[state.leg];
+    std::vector<double> positions = leg.waypoints.front().positions;
+    if (leg.waypoints.size() > 1)
+    {
+        positions = positionsAt(trajectoryThrough(task.robot.tree, task.X_WR, leg.waypoints), time);
+        applyMimics(task.robot.tree, positions);
+    }
+    state.X_W = linkPoses(task.robot.tree, task.X_WR, positions);
+    state.X_WO = leg.carries ? state.X_W[static_cast<std::size_t>(task.robot.handRoot)] * plan.X_HO
+                             : restingPose(plan, state.leg);
+    return state;
+}
+
+void writePlanModel(const PickPlaceTask& task,
+                    const PickPlacePlan& plan,
+                    const std::filesystem::path& file,
+                    double interval)
+{
+    std::vector<float> times;
+    std::vector<std::vector<Eigen::Isometry3d>> poses(task.robot.tree.size() + 1);
+    const double duration = plan.legs.back().waypoints.back().time;
+    const auto frames = static_cast<int>(std::ceil(duration / interval));
+    for (int i = 0; i <= frames; ++i)
+    {
+        const double time = duration * i / frames;
+        const TaskState state = stateAt(task, plan, time);
+        times.push_back(static_cast<float>(time));
+        for (std::size_t link = 0; link < state.X_W.size(); ++link)
+        {
+            poses[link].push_back(state.X_W[link]);
+        }
+        poses.back().push_back(state.X_WO);
+    }
+    GltfBuilder gltf;
+    const Eigen::Isometry3d yUp(
+        Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitX()));
+    const int root = gltf.addNode("task", kNone, kNone, yUp);
+    const auto add = [&](const std::string& name, const SsvTree& tree, int material)
+    {
+        const Shape shape = makeShape(tree.mesh(), Eigen::Isometry3d::Identity());
+        return std::pair(gltf.addTriangles(name, shape, material), name);
+    };
+    const int gray = gltf.addMaterial("obstacle", kObstacleColor, 1.0F);
+    for (std::size_t i = 0; i < task.obstacles.size(); ++i)
+    {
+        const auto [mesh, name] = add(task.obstacleNames[i], *task.obstacles[i].tree, gray);
+        gltf.addNode(name, root, mesh, task.obstacles[i].motion.X_W0);
+    }
+    const int blue = gltf.addMaterial("robot", Color(0.36F, 0.47F, 0.62F), 1.0F);
+    for (std::size_t link = 0; link < task.robot.tree.size(); ++link)
+    {
+        if (const SsvTree* tree = task.robot.linkTrees[link]; tree != nullptr)
+        {
+            const auto [mesh, name] = add(task.robot.tree.links[link].name, *tree, blue);
+            gltf.animate(gltf.addNode(name, root, mesh, poses[link].front()), times, poses[link]);
+        }
+    }
+    const int orange = gltf.addMaterial("object", kObjectColor, 1.0F);
+    const auto [mesh, name] = add("object: " + task.object.name, task.object.tree, orange);
+    gltf.animate(gltf.addNode(name, root, mesh, poses.back().front()), times, poses.back());
+    gltf.write(file);
+}
+}  // namespace bullet_ccd::grasp

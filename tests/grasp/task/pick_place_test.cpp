@@ -1,0 +1,324 @@
+/// Plans of pick and place, looked at by samples that share nothing with the certificates.
+#include "grasp/task/pick_place.h"
+
+#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/io/robot_file.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "tests/support/test_data.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace bullet_ccd::grasp
+{
+namespace
+{
+using ::testing::HasSubstr;
+
+Eigen::Isometry3d at(double x, double y, double z)
+{
+    return Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
+}
+
+/// The arm with the parallel gripper at a table, on which a box of 4 x 6 x 8 cm stands. A wall
+/// stands on the straight way of the arm from there to the target.
+struct Kitchen
+{
+    HandModel hand = loadHand(BULLET_CCD_SHARE "/robots/parallel_gripper/parallel_gripper.urdf");
+    RobotModel arm = loadRobot(BULLET_CCD_SHARE "/robots/arms/seven_joint_arm.urdf");
+    ArmRobot robot = mountHand(arm, hand, "", Eigen::Isometry3d::Identity());
+    SsvTree table = buildSsvTree(makeBox({0.45, 1.1, 0.02}));
+    SsvTree wall = buildSsvTree(makeBox({0.2, 0.01, 0.2}));
+    GraspObject object = makeGraspObject("box", makeBox({0.02, 0.03, 0.04}));
+    std::vector<RigidBody> obstacles{{.tree = &table, .motion = restAt(at(0.62, 0.0, -0.02))},
+                                     {.tree = &wall, .motion = restAt(at(0.6, 0.05, 0.2))}};
+    std::vector<double> start{0.0, -0.3, 0.0, -1.6, 0.0, 1.2, 0.0};
+    PickPlaceOptions options;
+
+    Kitchen() { options.grasps.candidates = 24; }
+    Kitchen(const Kitchen&) = delete;
+
+    [[nodiscard]] PickPlaceTask task() const
+    {
+        return {.hand = hand,
+                .robot = robot,
+                .start = start,
+                .object = object,
+                .X_WO = at(0.5, -0.2, 0.04),
+                .obstacles = obstacles,
+                .obstacleNames = {"table", "wall"},
+                .target = {.center = {0.5, 0.3, 0.0}, .size = {0.1, 0.1}}};
+    }
+};
+
+const Kitchen& kitchen()
+{
+    static const Kitchen theKitchen;
+    return theKitchen;
+}
+
+const PickPlacePlan& thePlan()
+{
+    static const PickPlacePlan plan = planPickPlace(kitchen().task(), kitchen().options);
+    return plan;
+}
+
+/// Positions at a time between two waypoints at rest: the polynomial of fifth degree.
+std::vector<double> between(const Waypoint& from, const Waypoint& to, double part)
+{
+    const double s = part * part * part * (10.0 + part * (6.0 * part - 15.0));
+    std::vector<double> q = from.positions;
+    for (std::size_t i = 0; i < q.size(); ++i)
+    {
+        q[i] += s * (to.positions[i] - q[i]);
+    }
+    return q;
+}
+
+/// The smallest distance at samples of a leg, of all that moves relative to each other: every link
+/// of the hand and of the arm above its base, what is carried, and all that stands there.
+double leastOf(const Kitchen& k,
+               const PickPlacePlan& plan,
+               const TaskLeg& leg,
+               std::span<const RigidBody> obstacles,
+               int samples)
+{
+    const auto index = static_cast<std::size_t>(&leg - plan.legs.data());
+    const KinematicTree& tree = k.robot.tree;
+    double least = std::numeric_limits<double>::infinity();
+    const auto look = [&](const SsvTree& a,
+                          const Eigen::Isometry3d& X_WA,
+                          const SsvTree& b,
+                          const Eigen::Isometry3d& X_WB)
+    { least = treeDistance(a, b, X_WB.inverse() * X_WA, least).distance; };
+    const bool armMoves = leg.name != "close" && leg.name != "open";
+    for (std::size_t w = 1; w < leg.waypoints.size(); ++w)
+    {
+        for (int i = 0; i <= samples; ++i)
+        {
+            const std::vector<double> q =
+                between(leg.waypoints[w - 1], leg.waypoints[w], double(i) / samples);
+            const auto X_W = linkPoses(tree, Eigen::Isometry3d::Identity(), q);
+            const auto root = static_cast<std::size_t>(k.robot.handRoot);
+            const Eigen::Isometry3d X_WO =
+                leg.carries ? X_W[root] * plan.X_HO : restingPose(plan, index);
+            for (std::size_t link = armMoves ? 1 : root + 1; link < tree.size(); ++link)
+            {
+                if (k.robot.linkTrees[link] == nullptr)
+                {
+                    continue;
+                }
+                for (const RigidBody& obstacle : obstacles)
+                {
+                    look(*k.robot.linkTrees[link], X_W[link], *obstacle.tree, obstacle.motion.X_W0);
+                }
+                if (!leg.carries)
+                {
+                    look(*k.robot.linkTrees[link], X_W[link], k.object.tree, X_WO);
+                }
+            }
+            for (const RigidBody& obstacle : obstacles)
+            {
+                if (leg.carries)
+                {
+                    look(k.object.tree, X_WO, *obstacle.tree, obstacle.motion.X_W0);
+                }
+            }
+            for (std::size_t link = 0; leg.carries && link < root; ++link)
+            {
+                if (k.robot.linkTrees[link] != nullptr)
+                {
+                    look(*k.robot.linkTrees[link], X_W[link], k.object.tree, X_WO);
+                }
+            }
+            for (const auto& [a, b] : k.robot.selfPairs)
+            {
+                const auto first = static_cast<std::size_t>(a);
+                const auto second = static_cast<std::size_t>(b);
+                if (armMoves && first < root)
+                {
+                    look(*k.robot.linkTrees[first],
+                         X_W[first],
+                         *k.robot.linkTrees[second],
+                         X_W[second]);
+                }
+            }
+        }
+    }
+    return least;
+}
+
+TEST(PickPlace, KeepsItsCertifiedClearanceAtDenseSamples)
+{
+    const PickPlacePlan& plan = thePlan();
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    ASSERT_EQ(plan.legs.size(), 9U);
+    for (const TaskLeg& leg : plan.legs)
+    {
+        EXPECT_GT(leg.clearance, 0.0) << leg.name;
+        const int samples = tests::longTests() ? 2000 : 40;
+        EXPECT_GE(leastOf(kitchen(), plan, leg, kitchen().obstacles, samples), leg.clearance)
+            << leg.name;
+    }
+}
+
+TEST(PickPlace, SamplesSeeWhatIsInTheWay)
+{
+    // The wall where the object is carried along: the check above would find a contact.
+    const PickPlacePlan& plan = thePlan();
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    const TaskLeg& carry = plan.legs[4];
+    ASSERT_EQ(carry.name, "carry");
+    const auto X_W = linkPoses(kitchen().robot.tree,
+                               Eigen::Isometry3d::Identity(),
+                               between(carry.waypoints[0], carry.waypoints[1], 0.5));
+    const auto root = static_cast<std::size_t>(kitchen().robot.handRoot);
+    const RigidBody wall{.tree = &kitchen().wall, .motion = restAt(X_W[root] * plan.X_HO)};
+    EXPECT_EQ(leastOf(kitchen(), plan, carry, std::span(&wall, 1), 20), 0.0);
+}
+
+TEST(PickPlace, LegsFollowOnEachOtherWithinTheLimits)
+{
+    const PickPlacePlan& plan = thePlan();
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    const KinematicTree& tree = kitchen().robot.tree;
+    for (std::size_t i = 0; i < plan.legs.size(); ++i)
+    {
+        const std::vector<Waypoint>& way = plan.legs[i].waypoints;
+        if (i > 0)
+        {
+            EXPECT_EQ(way.front().time, plan.legs[i - 1].waypoints.back().time);
+            for (std::size_t k = 0; k < tree.size(); ++k)
+            {
+                EXPECT_NEAR(way.front().positions[k],
+                            plan.legs[i - 1].waypoints.back().positions[k],
+                            1e-12);
+            }
+        }
+        for (std::size_t w = 1; w < way.size(); ++w)
+        {
+            constexpr int kSamples = 50;
+            const double step = (way[w].time - way[w - 1].time) / kSamples;
+            ASSERT_GT(step, 0.0);
+            for (int s = 1; s < kSamples; ++s)
+            {
+                const auto q = [&](int n)
+                { return between(way[w - 1], way[w], double(n) / kSamples); };
+                const std::vector<double> before = q(s - 1);
+                const std::vector<double> here = q(s);
+                const std::vector<double> after = q(s + 1);
+                for (std::size_t k = 1; k < tree.size(); ++k)
+                {
+                    const Joint& joint = tree.links[k].joint;
+                    EXPECT_GE(here[k], joint.lower - 1e-9);
+                    EXPECT_LE(here[k], joint.upper + 1e-9);
+                    EXPECT_LE(std::abs(after[k] - before[k]) / (2.0 * step),
+                              std::min(joint.maxVelocity, 1e3) * (1.0 + 1e-9));
+                    EXPECT_LE(std::abs(after[k] - 2.0 * here[k] + before[k]) / (step * step),
+                              kitchen().options.acceleration * (1.0 + 1e-6));
+                }
+            }
+        }
+    }
+    for (std::size_t k = 0; k < 7; ++k)  // it returns to where it began
+    {
+        const auto joint = static_cast<std::size_t>(kitchen().robot.joints[k]);
+        EXPECT_NEAR(
+            plan.legs.front().waypoints.front().positions[joint], kitchen().start[k], 1e-12);
+        EXPECT_NEAR(plan.legs.back().waypoints.back().positions[joint], kitchen().start[k], 1e-12);
+    }
+}
+
+TEST(PickPlace, TheObjectStandsInTheTarget)
+{
+    const PickPlacePlan& plan = thePlan();
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    const PickPlaceTask task = kitchen().task();
+    EXPECT_LE(std::abs(plan.X_WOEnd.translation().x() - 0.5), 0.05);
+    EXPECT_LE(std::abs(plan.X_WOEnd.translation().y() - 0.3), 0.05);
+    // 0.1 mm above the table, and upright.
+    EXPECT_NEAR(plan.X_WOEnd.translation().z(), 0.0401, 2e-5);
+    EXPECT_NEAR(plan.X_WOEnd.linear()(2, 2), 1.0, 1e-8);
+    EXPECT_NEAR(plan.X_WOStart.translation().z(), 0.0401, 2e-5);
+}
+
+TEST(PickPlace, SaysWhyThereIsNoPlan)
+{
+    const Kitchen& k = kitchen();
+    PickPlaceTask far = k.task();
+    far.target.center = {0.8, 0.95, 0.0};  // on the table, and too far for the arm
+    const PickPlacePlan none = planPickPlace(far, {.grasps = k.options.grasps, .graspsTried = 1});
+    EXPECT_FALSE(none.solved);
+    EXPECT_THAT(none.failure, HasSubstr("grasps that were tried (1)"));
+    ASSERT_EQ(none.attempts.size(), 1U);
+    for (const TaskAttempt& attempt : none.attempts)
+    {
+        EXPECT_FALSE(attempt.leg.empty());
+        EXPECT_FALSE(attempt.reason.empty());
+    }
+    PickPlaceTask beside = k.task();
+    beside.target.center = {0.5, 2.0, 0.0};  // there is no table
+    EXPECT_THAT(planPickPlace(beside, k.options).failure, HasSubstr("no room"));
+    PickPlaceTask under = k.task();
+    under.target.center = {0.6, 0.05, 0.0};  // within the wall
+    under.target.size = {0.0, 0.0};
+    EXPECT_THAT(planPickPlace(under, k.options).failure, HasSubstr("no room"));
+    const std::atomic<bool> cancelled = true;
+    PickPlaceOptions stopped = k.options;
+    stopped.stop.isCancelled = &cancelled;
+    const PickPlacePlan ended = planPickPlace(k.task(), stopped);
+    EXPECT_FALSE(ended.solved);
+    EXPECT_TRUE(ended.stopped);
+}
+
+TEST(PickPlace, RefusesBadInput)
+{
+    const Kitchen& k = kitchen();
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto message = [&](const std::function<void(PickPlaceTask&)>& change)
+    {
+        PickPlaceTask task = k.task();
+        change(task);
+        try
+        {
+            (void)planPickPlace(task, k.options);
+        }
+        catch (const std::invalid_argument& error)
+        {
+            return std::string(error.what());
+        }
+        return std::string("nothing was thrown");
+    };
+    EXPECT_THAT(message([](PickPlaceTask& t) { t.X_WO = at(0.5, -0.2, 0.02); }),
+                HasSubstr("box intersects table"));
+    EXPECT_THAT(message([](PickPlaceTask& t) { t.start.pop_back(); }), HasSubstr("start position"));
+    EXPECT_THAT(message([&](PickPlaceTask& t) { t.start[1] = nan; }), HasSubstr("not finite"));
+    EXPECT_THAT(message([&](PickPlaceTask& t) { t.target.center.x() = nan; }),
+                HasSubstr("not finite"));
+    EXPECT_THAT(message([&](PickPlaceTask& t) { t.X_WO.translation().x() = nan; }),
+                HasSubstr("not finite"));
+    EXPECT_THAT(message([](PickPlaceTask& t) { t.obstacleNames.pop_back(); }),
+                HasSubstr("one name"));
+    EXPECT_THAT(message([](PickPlaceTask& t) { t.start[1] = 1.9; }),
+                HasSubstr("in collision where it starts"));
+    try
+    {
+        (void)mountHand(k.arm, k.hand, "flansh", Eigen::Isometry3d::Identity());
+        ADD_FAILURE() << "the arm has no such link";
+    }
+    catch (const std::invalid_argument& error)
+    {
+        EXPECT_THAT(error.what(), HasSubstr("no link 'flansh'"));
+    }
+}
+}  // namespace
+}  // namespace bullet_ccd::grasp
