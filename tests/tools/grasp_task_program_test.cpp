@@ -1,0 +1,132 @@
+// `grasp task pick-place`: the files of a plan, and what the program says about input that is
+// wrong.
+#include "tests/support/temp_folder.h"
+#include "tests/tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr const char* kScene = R"(robot:
+  start: {shoulder_bend_joint: -0.3, elbow_joint: -1.6, wrist_bend_joint: 1.2}
+obstacles:
+  - {name: table, box: [0.9, 1.3, 0.04], position: [0.62, 0, -0.02]}
+objects:
+  - {name: block, box: [0.04, 0.06, 0.08], position: [0.5, -0.2, 0.04]}
+target: {position: [0.5, 0.3, 0], size: [0.1, 0.1]}
+)";
+
+class GraspTask : public ::testing::Test
+{
+protected:
+    /// With one text of the scene in place of another.
+    [[nodiscard]] Outcome run(const std::string& from = "",
+                              const std::string& to = "",
+                              const std::string& more = "") const
+    {
+        std::string text = kScene;
+        if (!from.empty())
+        {
+            text.replace(text.find(from), from.size(), to);
+        }
+        std::ofstream(m_scene) << text;
+        return runProgram(
+            std::string(BULLET_CCD_GRASP_PROGRAM) + " task pick-place '" + m_scene.string() +
+            "' --arm seven_joint_arm --hand parallel_gripper --object block -n 24 " + more);
+    }
+
+    void expectRefused(const std::string& from, const std::string& to, const std::string& why) const
+    {
+        const Outcome outcome = run(from, to);
+        EXPECT_EQ(outcome.exitCode, 3) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(why));
+    }
+
+    tests::TempFolder m_temp;
+    fs::path m_scene = m_temp.path() / "scene.yaml";
+};
+
+TEST_F(GraspTask, WritesThePlanAsJsonCsvYamlAndModel)
+{
+    const fs::path folder = m_temp.path() / "out";
+    const Outcome outcome = run("", "", "-o '" + folder.string() + "'");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const auto plan = nlohmann::json::parse(contentOf(folder / "plan.json"));
+    EXPECT_EQ(plan.at("schema"), "bullet_ccd.pick_place/1");
+    EXPECT_TRUE(plan.at("solved"));
+    ASSERT_EQ(plan.at("legs").size(), 9U);
+    ASSERT_EQ(plan.at("joints").size(), 8U);  // of the arm, and one of the gripper
+    EXPECT_TRUE(plan.at("attempts").back().at("failed_leg").is_null());
+    // A row of the table for each waypoint; those where two legs meet are there once.
+    std::size_t waypoints = 1;
+    for (const auto& leg : plan.at("legs"))
+    {
+        EXPECT_GT(leg.at("certified_clearance_m"), 0.0);
+        waypoints += leg.at("waypoints").size() - 1;
+    }
+    std::stringstream rows(contentOf(folder / "trajectory.csv"));
+    std::string line;
+    std::getline(rows, line);
+    EXPECT_THAT(line, testing::StartsWith("time,shoulder_turn_joint,"));
+    std::size_t count = 0;
+    double time = -1.0;
+    for (; std::getline(rows, line); ++count)
+    {
+        const double next = std::stod(line);
+        EXPECT_GT(next, time);
+        time = next;
+    }
+    EXPECT_EQ(count, waypoints);
+    EXPECT_EQ(time, plan.at("duration_s"));
+    EXPECT_THAT(contentOf(folder / "trajectory.yaml"), HasSubstr("  - left_jaw_joint\n"));
+    EXPECT_EQ(contentOf(folder / "plan.glb").substr(0, 4), "glTF");
+}
+
+TEST_F(GraspTask, NamesWhatIsWrongWithAScene)
+{
+    expectRefused("elbow_joint", "elbow_joynt", "did you mean elbow_joint?");
+    expectRefused("elbow_joint: -1.6", "elbow_joint: -3", "-3 of joint elbow_joint");
+    expectRefused("elbow_joint: -1.6", "elbow_joint: .nan", "scene.yaml:2");
+    expectRefused("position: [0.5, -0.2, 0.04]", "position: [0.5, .nan, 0.04]", "scene.yaml:6");
+    expectRefused("position: [0.5, -0.2, 0.04]", "position: [0.5, -0.2, 0.02]", "intersects table");
+    expectRefused("box: [0.04, 0.06, 0.08]", "box: [0.04, 0.06, 0]", "extents above 0");
+    expectRefused("name: block", "name: brick", "there is no block");
+    expectRefused("target:", "goal:", "goal");
+    expectRefused("shoulder_bend_joint: -0.3", "shoulder_bend_joint: 1.9", "in collision");
+}
+
+TEST_F(GraspTask, NamesWhatIsWrongWithTheRobot)
+{
+    const Outcome flange = run("", "", "--flange wrist_trun");
+    EXPECT_EQ(flange.exitCode, 3);
+    EXPECT_THAT(flange.err, HasSubstr("no link 'wrist_trun'"));
+    const Outcome mount = run("", "", "--mount 1,0,0");
+    EXPECT_EQ(mount.exitCode, 2);
+    const Outcome arm = run("", "", "--arm six_joint_arm");
+    EXPECT_NE(arm.exitCode, 0);
+}
+
+TEST_F(GraspTask, SaysThatTheTargetIsOutOfReach)
+{
+    const Outcome far = run("[0.5, 0.3, 0]", "[5, 0.3, 0]");
+    EXPECT_EQ(far.exitCode, 1);
+    EXPECT_THAT(far.err, HasSubstr("no room for block in the target"));
+    const Outcome limited = run("", "", "--time-limit 1e-6");
+    EXPECT_EQ(limited.exitCode, 1);
+    EXPECT_THAT(limited.err, HasSubstr("stopped after 0"));
+}
+}  // namespace
+}  // namespace bullet_ccd::tools
