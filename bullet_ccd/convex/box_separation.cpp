@@ -1,5 +1,8 @@
 #include "bullet_ccd/convex/box_separation.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,20 +13,28 @@ namespace
 /// The direction that belongs to the features, towards B: A lies at p from B.
 Eigen::Vector3d normalOf(const Placement& pose, int edgeA, int edgeB)
 {
-    Eigen::Vector3d normal;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     if (edgeB < 0)
     {
         normal = pose.R.col(edgeA);
     }
     else if (edgeA < 0)
     {
-        normal = Eigen::Vector3d::Unit(edgeB);
+        normal[edgeB] = 1.0;
     }
     else
     {
-        normal = pose.R.col(edgeA).cross(Eigen::Vector3d::Unit(edgeB)).normalized();
+        // The cross product of an axis of A and a unit vector.
+        const int k = (edgeB + 1) % 3;
+        const int m = (edgeB + 2) % 3;
+        const double x = pose.R(m, edgeA);
+        const double y = -pose.R(k, edgeA);
+        const double length = std::sqrt(x * x + y * y);
+        normal[k] = x / length;
+        normal[m] = y / length;
     }
-    return normal.dot(pose.p) > 0.0 ? Eigen::Vector3d(-normal) : normal;
+    const double sign = normal.dot(pose.p) > 0.0 ? -1.0 : 1.0;
+    return sign * normal;
 }
 }  // namespace
 
@@ -31,30 +42,27 @@ BoxAxis bestBoxAxis(const Eigen::Vector3d& halfA,
                     const Eigen::Vector3d& halfB,
                     const Placement& pose)
 {
+    // Which axis is best is as good as random, so branches would be guessed wrongly: all gaps come
+    // first, as squares that keep the sign. The root is taken of the best only.
     const Eigen::Matrix3d& R = pose.R;
     const Eigen::Matrix3d size = R.cwiseAbs();
     const Eigen::Vector3d pA = R.transpose() * pose.p;  // along the axes of A
     const Eigen::Vector3d gapsA = pA.cwiseAbs() - halfA - size.transpose() * halfB;
     const Eigen::Vector3d gapsB = pose.p.cwiseAbs() - halfB - size * halfA;
-    BoxAxis best;
-    best.gap = -std::numeric_limits<double>::infinity();
+    constexpr std::size_t kAxes = 15;
+    std::array<double, kAxes> squares{};
     for (int i = 0; i < 3; ++i)
     {
-        if (gapsA[i] > best.gap)
-        {
-            best = {.gap = gapsA[i], .edgeA = i, .edgeB = -1};
-        }
-    }
-    for (int j = 0; j < 3; ++j)
-    {
-        if (gapsB[j] > best.gap)
-        {
-            best = {.gap = gapsB[j], .edgeA = -1, .edgeB = j};
-        }
+        const auto k = static_cast<std::size_t>(i);
+        squares[k] = gapsA[i] * std::abs(gapsA[i]);
+        squares[3 + k] = gapsB[i] * std::abs(gapsB[i]);
     }
     // Edges i of A and j of B: the direction is a_i x b_j, of length sqrt(1 - R_ji^2); in the frame
-    // of B, a_i is column i of R. Its height over the corners takes one entry of |R| each.
+    // of B, a_i is column i of R. Its height over the corners takes one entry of |R| each. It
+    // counts only where it separates.
     constexpr double kParallel = 1e-10;
+    constexpr double kNever = -std::numeric_limits<double>::infinity();
+    std::size_t axis = 6;
     for (int i = 0; i < 3; ++i)
     {
         const int i1 = (i + 1) % 3;
@@ -68,13 +76,33 @@ BoxAxis bestBoxAxis(const Eigen::Vector3d& halfA,
                                  halfB[j1] * size(j2, i) + halfB[j2] * size(j1, i);
             const double square = R(j1, i) * R(j1, i) + R(j2, i) * R(j2, i);
             const double gap = apart - reach;
-            // The root is taken only where the axis is better.
-            if (square > kParallel && gap > 0.0 &&
-                (best.gap <= 0.0 || gap * gap > best.gap * best.gap * square))
-            {
-                best = {.gap = gap / std::sqrt(square), .edgeA = i, .edgeB = j};
-            }
+            const double height = gap * gap / std::max(square, kParallel);
+            const bool counts =
+                (static_cast<int>(gap > 0.0) & static_cast<int>(square > kParallel)) != 0;
+            squares[axis++] = counts ? height : kNever;
         }
+    }
+    double most = squares[0];
+    for (const double square : squares)
+    {
+        most = std::max(most, square);
+    }
+    unsigned isBest = 1U << kAxes;  // where numbers overflow, none is
+    for (std::size_t k = 0; k < kAxes; ++k)
+    {
+        isBest |= static_cast<unsigned>(squares[k] == most) << k;
+    }
+    const int first = std::countr_zero(isBest) % static_cast<int>(kAxes);
+    BoxAxis best{.gap = std::copysign(std::sqrt(std::abs(most)), most)};
+    if (first < 6)
+    {
+        best.edgeA = first < 3 ? first : -1;
+        best.edgeB = first < 3 ? -1 : first - 3;
+    }
+    else
+    {
+        best.edgeA = (first - 6) / 3;
+        best.edgeB = (first - 6) % 3;
     }
     best.normal = normalOf(pose, best.edgeA, best.edgeB);
     return best;
@@ -109,7 +137,8 @@ bool facingPoints(const Eigen::Vector3d& halfA,
     {
         const int k = (across + 1) % 3;
         const int m = (across + 2) % 3;
-        return std::abs(x[k]) <= half[k] && std::abs(x[m]) <= half[m];
+        return (static_cast<int>(std::abs(x[k]) <= half[k]) &
+                static_cast<int>(std::abs(x[m]) <= half[m])) != 0;
     };
     Vector3d inA = corner(halfA, pose.R.transpose() * n);
     Vector3d inB = corner(halfB, -n);

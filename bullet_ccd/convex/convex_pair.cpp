@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace bullet_ccd
@@ -23,17 +24,30 @@ double sizeOf(const Vector3d& x)
 /// Where the shape is in its body, seen from the body's reference point, in the shape's axes.
 Vector3d armOf(const ConvexBody& body)
 {
+    if (isPlain(body))
+    {
+        return -body.motion.reference_B;
+    }
     return body.X_BG.linear().transpose() * (body.X_BG.translation() - body.motion.reference_B);
 }
 }  // namespace
 
-ConvexPair::ConvexPair(const ConvexBody& bodyA, const ConvexBody& bodyB)
+bool isPlain(const ConvexBody& body)
+{
+    static const Eigen::Isometry3d kIdentity = Eigen::Isometry3d::Identity();
+    return std::memcmp(body.X_BG.data(), kIdentity.data(), 16 * sizeof(double)) == 0;
+}
+
+ConvexCourse::ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB)
     : shapeA(bodyA.shape), shapeB(bodyB.shape), armA(armOf(bodyA)), armB(armOf(bodyB))
 {
     const RigidMotion& a = bodyA.motion;
     const RigidMotion& b = bodyB.motion;
-    D0 = (b.X_W0.translation() - a.X_W0.translation()) +
-         (b.X_W0.linear() * b.reference_B - a.X_W0.linear() * a.reference_B);
+    D0 = b.X_W0.translation() - a.X_W0.translation();
+    if (!a.reference_B.isZero(0.0) || !b.reference_B.isZero(0.0))
+    {
+        D0 += b.X_W0.linear() * b.reference_B - a.X_W0.linear() * a.reference_B;
+    }
     V = b.v_W - a.v_W;
     hasArms = !armA.isZero(0.0) || !armB.isZero(0.0);
     reachA = shapeA->coreRadius + (hasArms ? armA.norm() : 0.0);
@@ -41,45 +55,42 @@ ConvexPair::ConvexPair(const ConvexBody& bodyA, const ConvexBody& bodyB)
     farthest = std::sqrt(std::max(D0.squaredNorm(), Vector3d(D0 + V).squaredNorm()));
 }
 
-void ConvexPair::prepareTurns(const ConvexBody& bodyA, const ConvexBody& bodyB)
+namespace
 {
-    const RigidMotion& a = bodyA.motion;
-    const RigidMotion& b = bodyB.motion;
-    spinA = Spin(a.w_W);
-    spinB = Spin(b.w_W);
-    RA0 = a.X_W0.linear() * bodyA.X_BG.linear();
-    RB0 = b.X_W0.linear() * bodyB.X_BG.linear();
-    axesA = TurnedAxes(spinA.axis, RA0);
-    axesB = TurnedAxes(spinB.axis, RB0);
-    speed = V.norm();
+TurnedAxes axesOf(const Spin& spin, const ConvexBody& body)
+{
+    const auto R0 = body.motion.X_W0.linear();
+    return isPlain(body) ? TurnedAxes(spin.axis, R0)
+                         : TurnedAxes(spin.axis, R0 * body.X_BG.linear());
+}
+}  // namespace
+
+ConvexPair::ConvexPair(const ConvexCourse& course, const ConvexBody& bodyA, const ConvexBody& bodyB)
+    : ConvexCourse(course),
+      spinA(bodyA.motion.w_W),
+      spinB(bodyB.motion.w_W),
+      axesA(axesOf(spinA, bodyA)),
+      axesB(axesOf(spinB, bodyB)),
+      spread((spinA.velocity - spinB.velocity).squaredNorm() +
+             spinA.velocity.cross(spinB.velocity).norm()),
+      speed(V.norm())
+{
     // Some dozens of roundings of what is added up, and those of the angles.
     constexpr double kUnit = std::numeric_limits<double>::epsilon();
     const double sizes = farthest + reachA + reachB + shapeA->radius + shapeB->radius +
-                         std::abs(shapeB->offset) + sizeOf(a.reference_B) + sizeOf(b.reference_B);
+                         std::abs(shapeB->offset) + sizeOf(bodyA.motion.reference_B) +
+                         sizeOf(bodyB.motion.reference_B);
     rounding = kUnit * (32.0 * sizes + 4.0 * (spinA.rate * reachA + spinB.rate * reachB));
 }
-
-namespace
-{
-Matrix3d axesAt(const Spin& spin, const TurnedAxes& axes, const Matrix3d& R0, double t)
-{
-    if (spin.rate == 0.0)
-    {
-        return R0;
-    }
-    const SineAndCosine of = sineAndCosine(spin.rate * t);
-    return axes.along + of.cosine * axes.across + of.sine * axes.ahead;
-}
-}  // namespace
 
 void ConvexPair::at(double t, ConvexPlaces& places) const
 {
     places.t = t;
     places.D = D0 + t * V;
-    places.RA = axesAt(spinA, axesA, RA0, t);
-    places.RB = axesAt(spinB, axesB, RB0, t);
+    axesA.at(spinA, t, places.RA);
+    axesB.at(spinB, t, places.RB);
     places.X_BA.R.noalias() = places.RB.transpose() * places.RA;
-    places.X_BA.p = -(places.RB.transpose() * places.D);
+    places.X_BA.p.noalias() = -places.RB.transpose() * places.D;
     if (hasArms)
     {
         places.X_BA.p += places.X_BA.R * armA - armB;
@@ -89,85 +100,94 @@ void ConvexPair::at(double t, ConvexPlaces& places) const
 GapAlong::GapAlong(const ConvexPair& pair,
                    const ConvexPlaces& places,
                    const TurningDirection& direction)
-    : m_pair(pair),
-      m_with(direction.with),
-      m_n(direction.n),
-      m_nA(places.RA.transpose() * m_n),
-      m_nB(places.RB.transpose() * m_n),
-      m_start(places.t)
+    : m_pair(pair), m_places(places), m_with(direction.with), m_n(direction.n)
 {
-    if (m_with == TurningDirection::With::Itself)
-    {
-        m_spin = Spin(direction.w);
-    }
-    const Spin& spin = m_with == TurningDirection::With::BodyA   ? pair.spinA
-                       : m_with == TurningDirection::With::BodyB ? pair.spinB
-                                                                 : m_spin;
-    const Vector3d& w = spin.velocity;
-    const Vector3d inA = supportPoint(*pair.shapeA, m_nA) + pair.armA;
+    const Vector3d nA = places.RA.transpose() * m_n;
+    const Vector3d nB = places.RB.transpose() * m_n;
+    Vector3d inA = supportPoint(*pair.shapeA, nA);
     // Of a half-space, the normal is the direction, and turns with it.
     const bool isGround = pair.shapeB->core == ConvexCore::HalfSpace;
-    const Vector3d inB =
-        (isGround ? Vector3d(-pair.shapeB->offset * m_nB) : supportPoint(*pair.shapeB, -m_nB)) +
-        pair.armB;
-    m_heightA = m_nA.dot(inA);
-    m_heightB = m_nB.dot(inB);
-    m_gap = m_n.dot(places.D) - m_heightA + m_heightB;
-
-    const Vector3d a = places.RA * inA;
-    const Vector3d b = places.RB * inB;
-    const Vector3d turning = w.cross(m_n);
-    m_rate = m_n.dot(pair.V - pair.spinA.velocity.cross(a) + pair.spinB.velocity.cross(b)) +
-             turning.dot(places.D - a + b);
+    Vector3d inB = isGround ? Vector3d(-pair.shapeB->offset * nB) : supportPoint(*pair.shapeB, -nB);
+    if (pair.hasArms)
+    {
+        inA += pair.armA;
+        inB += pair.armB;
+    }
+    const double heightA = nA.dot(inA);
+    const double heightB = nB.dot(inB);
+    m_gap = m_n.dot(places.D) - heightA + heightB;
 
     // Seen from the direction, a body turns with W = body - w, and W turns: a point r of it from
     // the reference accelerates by W x (W x r) - (w x W) x r. And (n . D)'' = n'' . D + 2 n' . V.
-    if (m_with != TurningDirection::With::BodyA)
+    const Vector3d& wA = pair.spinA.velocity;
+    const Vector3d& wB = pair.spinB.velocity;
+    const auto follow = [&](const Spin& spin)
     {
-        const Vector3d W = pair.spinA.velocity - w;
-        m_bend += (W.squaredNorm() + w.cross(W).norm()) * pair.reachA;
-    }
-    if (m_with != TurningDirection::With::BodyB)
+        const Vector3d turning = spin.velocity.cross(m_n);
+        m_rate = m_n.dot(pair.V) + turning.dot(places.D);
+        m_bend = turning.norm() * (spin.rate * pair.farthest + 2.0 * pair.speed);
+    };
+    switch (m_with)
     {
-        const Vector3d W = pair.spinB.velocity - w;
-        m_bend += (W.squaredNorm() + w.cross(W).norm()) * pair.reachB;
+        case TurningDirection::With::BodyA:
+            follow(pair.spinA);
+            m_rate += (places.RB * inB).dot(m_n.cross(wB - wA));
+            m_bend += pair.spread * pair.reachB;
+            m_height = heightA;
+            break;
+        case TurningDirection::With::BodyB:
+            follow(pair.spinB);
+            m_rate -= (places.RA * inA).dot(m_n.cross(wA - wB));
+            m_bend += pair.spread * pair.reachA;
+            m_height = heightB;
+            break;
+        case TurningDirection::With::Itself:
+        {
+            m_spin = Spin(direction.w);
+            const Vector3d& w = m_spin.velocity;
+            const Vector3d A = wA - w;
+            const Vector3d B = wB - w;
+            follow(m_spin);
+            m_rate += (places.RB * inB).dot(m_n.cross(B)) - (places.RA * inA).dot(m_n.cross(A));
+            m_bend += (A.squaredNorm() + w.cross(A).norm()) * pair.reachA +
+                      (B.squaredNorm() + w.cross(B).norm()) * pair.reachB;
+            break;
+        }
     }
-    m_bend += turning.norm() * (spin.rate * pair.farthest + 2.0 * pair.speed);
     m_bend *= 1.0 + 1e-12;
 }
 
 double GapAlong::gapAt(double t) const
 {
     const ConvexPair& p = m_pair;
-    const Turn turnA(p.spinA, t);
-    const Turn turnB(p.spinB, t);
+    const double later = t - m_places.t;
+    const Vector3d D = p.D0 + t * p.V;
     const auto heightA = [&](const Vector3d& n)
     {
-        const Vector3d nA = p.RA0.transpose() * turnA.back(n);
-        return nA.dot(p.armA) + supportHeight(*p.shapeA, nA);
+        const Vector3d nA = m_places.RA.transpose() * Turn(p.spinA, later).back(n);
+        return supportHeight(*p.shapeA, nA) + (p.hasArms ? nA.dot(p.armA) : 0.0);
     };
     const auto heightB = [&](const Vector3d& n)
     {
-        const Vector3d nB = p.RB0.transpose() * turnB.back(n);
-        return nB.dot(p.armB) - supportHeight(*p.shapeB, -nB);
+        const Vector3d nB = m_places.RB.transpose() * Turn(p.spinB, later).back(n);
+        return (p.hasArms ? nB.dot(p.armB) : 0.0) - supportHeight(*p.shapeB, -nB);
     };
-    const Vector3d D = p.D0 + t * p.V;
     switch (m_with)
     {
         case TurningDirection::With::BodyA:
         {
-            const Vector3d n = turnA(p.RA0 * m_nA);
-            return n.dot(D) - m_heightA + heightB(n);
+            const Vector3d n = Turn(p.spinA, later)(m_n);
+            return n.dot(D) - m_height + heightB(n);
         }
         case TurningDirection::With::BodyB:
         {
-            const Vector3d n = turnB(p.RB0 * m_nB);
-            return n.dot(D) - heightA(n) + m_heightB;
+            const Vector3d n = Turn(p.spinB, later)(m_n);
+            return n.dot(D) - heightA(n) + m_height;
         }
         case TurningDirection::With::Itself:
             break;
     }
-    const Vector3d n = Turn(m_spin, t - m_start)(m_n);
+    const Vector3d n = Turn(m_spin, later)(m_n);
     return n.dot(D) - heightA(n) + heightB(n);
 }
 

@@ -26,7 +26,8 @@ struct ConvexPlaces
     Placement X_BA;  ///< A's core in the frame of B's
 };
 
-struct ConvexPair
+/// What the balls around two moving cores depend on. Most queries end with these.
+struct ConvexCourse
 {
     const ConvexShape* shapeA = nullptr;
     const ConvexShape* shapeB = nullptr;
@@ -39,18 +40,24 @@ struct ConvexPair
     double reachB = 0.0;
     double farthest = 0.0;  ///< |D(t)| at most
 
-    // From here on by prepareTurns(): most queries end before it.
+    ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB);
+};
+
+/// Whether the shape stands in its body as it is.
+[[nodiscard]] bool isPlain(const ConvexBody& body);
+
+struct ConvexPair : ConvexCourse
+{
     Spin spinA;
     Spin spinB;
-    Eigen::Matrix3d RA0 = Eigen::Matrix3d::Identity();  ///< axes of the shapes at t = 0
-    Eigen::Matrix3d RB0 = Eigen::Matrix3d::Identity();
-    TurnedAxes axesA;
+    TurnedAxes axesA;  ///< of the shapes
     TurnedAxes axesB;
+    double spread = 0.0;    ///< bound of the acceleration, per distance from the reference, with
+                            ///< which one body is seen to turn from the other
     double speed = 0.0;     ///< |V|
     double rounding = 0.0;  ///< of a gap, at all times of the step
 
-    ConvexPair(const ConvexBody& bodyA, const ConvexBody& bodyB);
-    void prepareTurns(const ConvexBody& bodyA, const ConvexBody& bodyB);
+    ConvexPair(const ConvexCourse& course, const ConvexBody& bodyA, const ConvexBody& bodyB);
 
     void at(double t, ConvexPlaces& places) const;
 };
@@ -80,7 +87,7 @@ struct TurningDirection
 class GapAlong
 {
 public:
-    /// The direction is that at the time of `places`.
+    /// The direction is that at the time of `places`, which this refers to.
     GapAlong(const ConvexPair& pair, const ConvexPlaces& places, const TurningDirection& direction);
 
     [[nodiscard]] double gap() const { return m_gap; }  ///< at the time of the places
@@ -91,14 +98,11 @@ public:
 
 private:
     const ConvexPair& m_pair;
+    const ConvexPlaces& m_places;
     TurningDirection::With m_with;
-    Eigen::Vector3d m_n;   ///< at the time of the places; in W's axes
-    Eigen::Vector3d m_nA;  ///< in A's
-    Eigen::Vector3d m_nB;
-    double m_heightA = 0.0;  ///< of the body along m_nA
-    double m_heightB = 0.0;
-    Spin m_spin;  ///< of a direction that turns with itself
-    double m_start = 0.0;
+    Eigen::Vector3d m_n;    ///< at the time of the places; in W's axes
+    double m_height = 0.0;  ///< of the body with which the direction turns
+    Spin m_spin;            ///< of a direction that turns with itself
     double m_gap = 0.0;
     double m_rate = 0.0;
     double m_bend = 0.0;

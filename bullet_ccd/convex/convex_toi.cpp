@@ -29,13 +29,14 @@ void checkConvexBody(const ConvexBody& body, const char* name)
     {
         failPose(std::string("time of impact: X_W0 of body ") + name, body.motion.X_W0);
     }
-    if (body.X_BG.matrix() != Eigen::Matrix4d::Identity() && !isPose(body.X_BG))
+    if (!isPlain(body) && !isPose(body.X_BG))
     {
         failPose(std::string("time of impact: X_BG of body ") + name, body.X_BG);
     }
+    // Zero times NaN and infinity is NaN.
+    const RigidMotion& m = body.motion;
     require(
-        body.motion.v_W.allFinite() && body.motion.w_W.allFinite() &&
-            body.motion.reference_B.allFinite(),
+        (0.0 * m.v_W + 0.0 * m.w_W + 0.0 * m.reference_B).sum() == 0.0,
         "time of impact: a velocity or the reference point of a convex body is NaN or infinite");
 }
 
@@ -48,7 +49,7 @@ struct Window
 };
 
 /// |D0 + t V| <= reach, rounded outwards by more than gaps are.
-Window meetingOfBalls(const ConvexPair& pair, double reach)
+Window meetingOfBalls(const ConvexCourse& pair, double reach)
 {
     constexpr double kUp = 1.0 + 1e-13;
     constexpr double kUnit = 1e-14;
@@ -76,20 +77,22 @@ Window meetingOfBalls(const ConvexPair& pair, double reach)
 class ConvexQuery
 {
 public:
-    ConvexQuery(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
-        : m_bodyA(bodyA),
-          m_bodyB(bodyB),
-          m_pair(bodyA, bodyB),
+    ConvexQuery(const ConvexCourse& course,
+                const ConvexBody& bodyA,
+                const ConvexBody& bodyB,
+                const ToiOptions& options,
+                const PairLimits& limits)
+        : m_bodyB(bodyB),
+          m_pair(course, bodyA, bodyB),
           m_options(options),
-          m_limits{.floor = options.minimumSeparation,
-                   .threshold = options.minimumSeparation + options.tolerance,
-                   .aim = options.aim},
+          m_limits(limits),
           m_radii(bodyA.shape->radius + bodyB.shape->radius),
           m_areBoxes(bodyA.shape->core == ConvexCore::Box && bodyB.shape->core == ConvexCore::Box)
     {
     }
 
-    ToiResult run();
+    /// @param window the balls around the shapes are apart outside of it
+    ToiResult run(const Window& window);
 
 private:
     /// Whether a gap of the cores, up to rounding, says that the shapes are farther apart.
@@ -107,7 +110,6 @@ private:
     [[nodiscard]] ToiResult answer(ToiStatus status, double t) const;
     [[nodiscard]] ToiResult describe(ToiStatus status) const;
 
-    const ConvexBody& m_bodyA;
     const ConvexBody& m_bodyB;
     ConvexPair m_pair;
     const ToiOptions& m_options;
@@ -351,19 +353,8 @@ bool ConvexQuery::touchesAtStart()
     return true;
 }
 
-ToiResult ConvexQuery::run()
+ToiResult ConvexQuery::run(const Window& window)
 {
-    Window window;
-    if (m_pair.shapeB->core != ConvexCore::HalfSpace)
-    {
-        window =
-            meetingOfBalls(m_pair, m_pair.reachA + m_pair.reachB + m_limits.threshold + m_radii);
-        if (window.isEmpty)
-        {
-            return answer(ToiStatus::Separated, 1.0);
-        }
-    }
-    m_pair.prepareTurns(m_bodyA, m_bodyB);
     double t = window.begin;
     while (true)
     {
@@ -402,6 +393,28 @@ ToiResult ConvexQuery::run()
         t = next;
     }
 }
+
+ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
+{
+    const PairLimits limits{.floor = options.minimumSeparation,
+                            .threshold = options.minimumSeparation + options.tolerance,
+                            .aim = options.aim};
+    const ConvexCourse course(bodyA, bodyB);
+    Window window;
+    if (bodyB.shape->core != ConvexCore::HalfSpace)
+    {
+        window = meetingOfBalls(course,
+                                course.reachA + course.reachB + limits.threshold +
+                                    bodyA.shape->radius + bodyB.shape->radius);
+        if (window.isEmpty)
+        {
+            ToiResult result;
+            result.gap = limits.margin();
+            return result;
+        }
+    }
+    return ConvexQuery(course, bodyA, bodyB, options, limits).run(window);
+}
 }  // namespace
 
 ToiResult convexToi(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
@@ -414,11 +427,11 @@ ToiResult convexToi(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiO
             "time of impact: two half-spaces always meet; one of the shapes must be bounded");
     if (isGround)
     {
-        ToiResult result = ConvexQuery(bodyB, bodyA, options).run();
+        ToiResult result = ask(bodyB, bodyA, options);
         std::swap(result.pointA, result.pointB);
         result.normal = -result.normal;
         return result;
     }
-    return ConvexQuery(bodyA, bodyB, options).run();
+    return ask(bodyA, bodyB, options);
 }
 }  // namespace bullet_ccd

@@ -99,17 +99,22 @@ struct Turn
 /// exp(t [velocity]) R0 = along + cos(t rate) across + sin(t rate) ahead.
 struct TurnedAxes
 {
-    Eigen::Matrix3d along = Eigen::Matrix3d::Zero();
-    Eigen::Matrix3d across = Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d ahead = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d along;
+    Eigen::Matrix3d across;
+    Eigen::Matrix3d ahead;
 
-    TurnedAxes() = default;
     TurnedAxes(const Eigen::Vector3d& axis, const Eigen::Matrix3d& R0)
         : along(axis * (axis.transpose() * R0)), across(R0 - along)
     {
         ahead.row(0) = axis.y() * R0.row(2) - axis.z() * R0.row(1);
         ahead.row(1) = axis.z() * R0.row(0) - axis.x() * R0.row(2);
         ahead.row(2) = axis.x() * R0.row(1) - axis.y() * R0.row(0);
+    }
+
+    void at(const Spin& spin, double t, Eigen::Matrix3d& R) const
+    {
+        const SineAndCosine of = spin.rate > 0.0 ? sineAndCosine(spin.rate * t) : SineAndCosine{};
+        R = along + of.cosine * across + of.sine * ahead;
     }
 };
 }  // namespace bullet_ccd

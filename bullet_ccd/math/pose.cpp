@@ -1,5 +1,6 @@
 #include "bullet_ccd/math/pose.h"
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
@@ -9,19 +10,19 @@ namespace
 {
 constexpr double kDrift = 1e-4;
 constexpr double kOpposite = 1e-8;  // [rad] from opposite, where the sum of the two is all rounding
-
-double lackOfOrthogonality(const Eigen::Isometry3d& X)
-{
-    const Eigen::Matrix3d R = X.linear();
-    return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-}
 }  // namespace
 
 bool isPose(const Eigen::Isometry3d& X)
 {
-    // NaN fails every comparison.
-    return X.translation().allFinite() && lackOfOrthogonality(X) <= kDrift &&
-           X.linear().determinant() > 0.0;
+    const auto x = X.linear().col(0);
+    const auto y = X.linear().col(1);
+    const auto z = X.linear().col(2);
+    // NaN fails every comparison. Without branches: every query asks this of every body.
+    const auto isSmall = [](double lack) { return static_cast<int>(std::abs(lack) <= kDrift); };
+    const int isOrthonormal = isSmall(x.squaredNorm() - 1.0) & isSmall(y.squaredNorm() - 1.0) &
+                              isSmall(z.squaredNorm() - 1.0) & isSmall(x.dot(y)) &
+                              isSmall(y.dot(z)) & isSmall(z.dot(x));
+    return isOrthonormal != 0 && x.cross(y).dot(z) > 0.0 && X.translation().allFinite();
 }
 
 void failPose(const std::string& where, const Eigen::Isometry3d& X)

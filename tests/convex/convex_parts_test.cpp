@@ -209,8 +209,7 @@ TEST(ConvexParts, GapsAreSemiConcave)
         }
         const ConvexBody a = query.body(0);
         const ConvexBody b = query.body(1);
-        ConvexPair pair(a, b);
-        pair.prepareTurns(a, b);
+        const ConvexPair pair(ConvexCourse(a, b), a, b);
         const double begin = random.uniform(0.0, 0.9);
         ConvexPlaces places;
         pair.at(begin, places);
