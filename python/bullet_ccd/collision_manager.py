@@ -1,6 +1,6 @@
 """A world of named objects, with the method names of trimesh's CollisionManager."""
 from dataclasses import dataclass
-from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, Optional, Set, Tuple, Union
+from typing import Any, Dict, FrozenSet, Iterable, Iterator, List, Mapping, Optional, Set, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,8 @@ from . import _core
 from ._arguments import as_mesh
 
 Pose = NDArray[np.float64]
+#: Closer than this counts as intersecting: it is what rounding leaves of a distance 0 [m].
+_TOUCHING = 1e-12
 _EXTERNAL = "__external"  # the name that trimesh gives to a mesh that is not in the world
 
 
@@ -33,6 +35,16 @@ class DistanceData:
         return self.points[name]
 
 
+@dataclass(frozen=True)
+class _Body:
+    """A mesh at a pose, with a box around it in the world."""
+    name: str
+    mesh: _core.Mesh
+    pose: Pose
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
 class CollisionManager:
     """Objects at poses. Distances and intersections are those of surfaces: a small object that floats
     inside a large one does not intersect it. first_contact() also says when moving objects meet.
@@ -41,44 +53,43 @@ class CollisionManager:
     """
 
     def __init__(self) -> None:
-        self._meshes: Dict[str, _core.Mesh] = {}
-        self._poses: Dict[str, Pose] = {}
+        self._bodies: Dict[str, _Body] = {}
 
     def __contains__(self, name: object) -> bool:
-        return name in self._meshes
+        return name in self._bodies
 
     def __len__(self) -> int:
-        return len(self._meshes)
+        return len(self._bodies)
 
     @property
     def names(self) -> List[str]:
         """In the order in which they were added."""
-        return list(self._meshes)
+        return list(self._bodies)
 
     def add_object(self, name: str, mesh: Any, transform: Optional[Pose] = None) -> None:
         """Adds an object, or replaces the one of that name."""
-        converted = as_mesh(mesh, name=name)
-        self._poses[name] = _pose(transform, name)
-        self._meshes[name] = converted
+        self._bodies[name] = _body(name, as_mesh(mesh, name=name), _pose(transform, name))
 
     def remove_object(self, name: str) -> None:
         """Raises KeyError if there is none of that name."""
         self._known(name)
-        del self._meshes[name], self._poses[name]
+        del self._bodies[name]
 
     def set_transform(self, name: str, transform: Optional[Pose]) -> None:
         """Raises KeyError if there is none of that name, ValueError for what is no pose."""
-        self._known(name)
-        self._poses[name] = _pose(transform, name)
+        self._bodies[name] = _body(name, self._known(name).mesh, _pose(transform, name))
 
     def transform(self, name: str) -> Pose:
         """The pose of an object in the world (a copy)."""
-        self._known(name)
-        return self._poses[name].copy()
+        return self._known(name).pose.copy()
 
-    def _known(self, name: str) -> None:
-        if name not in self._meshes:
+    def _known(self, name: str) -> _Body:
+        if name not in self._bodies:
             raise KeyError(f"the world has no object named '{name}'")
+        return self._bodies[name]
+
+    def _all(self) -> List[_Body]:
+        return list(self._bodies.values())
 
     # Intersections
 
@@ -89,19 +100,17 @@ class CollisionManager:
         With return_names also the set of the objects that it intersects, with return_data also a list
         of ContactData.
         """
-        other = {_EXTERNAL: (as_mesh(mesh), _pose(transform))}
-        pairs = [(name, _EXTERNAL) for name in self._meshes]
-        return self._collisions(pairs, other, return_names, return_data, single=True)
+        other = _body(_EXTERNAL, as_mesh(mesh), _pose(transform))
+        return _collisions(_pairs(self._all(), [other]), return_names, return_data, single=True)
 
     def in_collision_internal(self, return_names: bool = False, return_data: bool = False) -> Any:
         """Whether two of the objects intersect; the names are pairs."""
-        return self._collisions(self._own_pairs(), {}, return_names, return_data)
+        return _collisions(_pairs(self._all()), return_names, return_data)
 
     def in_collision_other(self, other: "CollisionManager", return_names: bool = False,
                            return_data: bool = False) -> Any:
         """Whether an object of this world intersects one of another; the names are pairs."""
-        pairs, bodies = self._pairs_with(other)
-        return self._collisions(pairs, bodies, return_names, return_data)
+        return _collisions(_pairs(self._all(), other._all()), return_names, return_data)
 
     # Distances
 
@@ -111,19 +120,17 @@ class CollisionManager:
 
         With return_name also the name of the nearest one, with return_data also a DistanceData.
         """
-        other = {_EXTERNAL: (as_mesh(mesh), _pose(transform))}
-        pairs = [(name, _EXTERNAL) for name in self._meshes]
-        return self._least(pairs, other, return_name, return_data, single=True)
+        other = _body(_EXTERNAL, as_mesh(mesh), _pose(transform))
+        return _least(_pairs(self._all(), [other]), return_name, return_data, single=True)
 
     def min_distance_internal(self, return_names: bool = False, return_data: bool = False) -> Any:
         """The smallest distance of two objects [m]; infinite if there are fewer."""
-        return self._least(self._own_pairs(), {}, return_names, return_data)
+        return _least(_pairs(self._all()), return_names, return_data)
 
     def min_distance_other(self, other: "CollisionManager", return_names: bool = False,
                            return_data: bool = False) -> Any:
         """The smallest distance of an object of this world from one of another [m]."""
-        pairs, bodies = self._pairs_with(other)
-        return self._least(pairs, bodies, return_names, return_data)
+        return _least(_pairs(self._all(), other._all()), return_names, return_data)
 
     # Motions
 
@@ -137,17 +144,18 @@ class CollisionManager:
         it is, by bullet_ccd.Motion.between(). Objects without a motion rest. No contact happens
         before the time of the result. Nothing is moved; call set_transform() for that.
         """
-        names = list(self._meshes)
         bodies: List[Tuple[_core.Mesh, Any]] = []
         for name in motions:
             self._known(name)
+        names = list(self._bodies)
         for name in names:
-            motion: Any = motions.get(name)
+            body, motion = self._bodies[name], motions.get(name)
             if motion is None:
-                motion = self._poses[name]
-            elif not isinstance(motion, _core.Motion):
-                motion = _core.Motion.between(self._poses[name], motion)
-            bodies.append((self._meshes[name], motion))
+                bodies.append((body.mesh, body.pose))
+            elif isinstance(motion, _core.Motion):
+                bodies.append((body.mesh, motion))
+            else:
+                bodies.append((body.mesh, _core.Motion.between(body.pose, motion)))
         pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))
                  if names[i] in motions or names[j] in motions]
         found = _core.first_contact(bodies, pairs, tolerance=tolerance,
@@ -155,75 +163,85 @@ class CollisionManager:
         touching = (names[found.body_a], names[found.body_b]) if found.body_a >= 0 else None
         return found, touching
 
-    # What is behind them
 
-    def _own_pairs(self) -> List[Tuple[str, str]]:
-        names = list(self._meshes)
-        return [(a, b) for i, a in enumerate(names) for b in names[i + 1:]]
+def _body(name: str, mesh: _core.Mesh, pose: Pose) -> _Body:
+    low, high = mesh.bounds
+    center = pose[:3, :3] @ (0.5 * (low + high)) + pose[:3, 3]
+    half = np.abs(pose[:3, :3]) @ (0.5 * (high - low))
+    half += 1e-9 * (half + np.abs(center))  # more than is rounded
+    return _Body(name, mesh, pose, center - half, center + half)
 
-    def _pairs_with(self, other: "CollisionManager"
-                    ) -> Tuple[List[Tuple[str, str]], Dict[str, Tuple[_core.Mesh, Pose]]]:
-        # Both worlds may have an object of the same name, so the others' get a prefix inside.
-        bodies = {"\0" + name: (other._meshes[name], other._poses[name]) for name in other._meshes}
-        return [(a, b) for a in self._meshes for b in bodies], bodies
 
-    def _body(self, name: str, others: Mapping[str, Tuple[_core.Mesh, Pose]]
-              ) -> Tuple[_core.Mesh, Pose]:
-        return others[name] if name in others else (self._meshes[name], self._poses[name])
+def _pairs(first: List[_Body], second: Optional[List[_Body]] = None
+           ) -> Iterator[Tuple[float, _Body, _Body]]:
+    """All pairs, or those of two lists, with a lower bound of their distance; nearest boxes first."""
+    others = first if second is None else second
+    if not first or not others:
+        return
+    i, j = np.indices((len(first), len(others))).reshape(2, -1)
+    if second is None:
+        i, j = np.triu_indices(len(first), 1)
+    low, high = np.array([body.low for body in first]), np.array([body.high for body in first])
+    lows, highs = np.array([body.low for body in others]), np.array([body.high for body in others])
+    gaps = np.maximum(low[i] - highs[j], lows[j] - high[i])
+    bounds = np.linalg.norm(np.maximum(gaps, 0.0), axis=1)
+    for k in np.argsort(bounds, kind="stable"):
+        yield float(bounds[k]), first[i[k]], others[j[k]]
 
-    def _nearest(self, a: str, b: str, others: Mapping[str, Tuple[_core.Mesh, Pose]],
-                 bound: float) -> _core.Distance:
-        (mesh_a, pose_a), (mesh_b, pose_b) = self._body(a, others), self._body(b, others)
-        return _core.distance(mesh_a, mesh_b, pose_a, pose_b, upper_bound=bound)
 
-    def _collisions(self, pairs: Iterable[Tuple[str, str]],
-                    others: Mapping[str, Tuple[_core.Mesh, Pose]], return_names: bool,
-                    return_data: bool, single: bool = False) -> Any:
-        names: Set[Any] = set()
-        data: List[ContactData] = []
-        collides = False
-        for a, b in pairs:
-            # Closer than this counts as intersecting: it is what rounding leaves of a distance 0.
-            near = self._nearest(a, b, others, 1e-12)
-            if near.triangle_a < 0:
-                continue
-            collides = True
-            if not (return_names or return_data):
-                break
-            names.add(_outer(a) if single else (_outer(a), _outer(b)))
-            if return_data:
-                data.append(self._contact(a, b, others, near))
-        return _answer(collides, names if return_names else None, data if return_data else None)
+def _nearest(a: _Body, b: _Body, bound: float) -> _core.Distance:
+    return _core.distance(a.mesh, b.mesh, a.pose, b.pose, upper_bound=bound)
 
-    def _contact(self, a: str, b: str, others: Mapping[str, Tuple[_core.Mesh, Pose]],
-                 near: _core.Distance) -> ContactData:
-        first, second = sorted((a, b), key=_outer)
-        (mesh_a, pose_a), (mesh_b, pose_b) = self._body(first, others), self._body(second, others)
-        found = _core.contacts(mesh_a, mesh_b, pose_a, pose_b, threshold=1e-12)
-        normal = found[0].normal if found else np.zeros(3)
-        return ContactData(names=frozenset((_outer(a), _outer(b))),
-                           point=0.5 * (near.point_a + near.point_b), normal=normal, depth=0.0)
 
-    def _least(self, pairs: Iterable[Tuple[str, str]],
-               others: Mapping[str, Tuple[_core.Mesh, Pose]], return_names: bool,
-               return_data: bool, single: bool = False) -> Any:
-        least = np.inf
-        best: Optional[DistanceData] = None
-        names: Any = None
-        for a, b in pairs:
-            near = self._nearest(a, b, others, least)
-            if near.triangle_a < 0:
-                continue
-            least = near.distance
-            names = _outer(a) if single else (_outer(a), _outer(b))
-            best = DistanceData(names=frozenset((_outer(a), _outer(b))), distance=least,
-                                points={_outer(a): near.point_a, _outer(b): near.point_b})
-        answer: List[Any] = [float(least)]
-        if return_names:
-            answer.append(names)
+def _collisions(pairs: Iterable[Tuple[float, _Body, _Body]], return_names: bool, return_data: bool,
+                single: bool = False) -> Any:
+    names: Set[Any] = set()
+    data: List[ContactData] = []
+    collides = False
+    for bound, a, b in pairs:
+        if bound > _TOUCHING:
+            break
+        near = _nearest(a, b, _TOUCHING)
+        if near.triangle_a < 0:
+            continue
+        collides = True
+        if not (return_names or return_data):
+            break
+        names.add(a.name if single else (a.name, b.name))
         if return_data:
-            answer.append(best)
-        return tuple(answer) if len(answer) > 1 else answer[0]
+            data.append(_contact(a, b, near))
+    return _answer(collides, names if return_names else None, data if return_data else None)
+
+
+def _contact(a: _Body, b: _Body, near: _core.Distance) -> ContactData:
+    first, second = sorted((a, b), key=lambda body: body.name)
+    found = _core.contacts(first.mesh, second.mesh, first.pose, second.pose, threshold=_TOUCHING)
+    normal = found[0].normal if found else np.zeros(3)
+    return ContactData(names=frozenset((a.name, b.name)),
+                       point=0.5 * (near.point_a + near.point_b), normal=normal, depth=0.0)
+
+
+def _least(pairs: Iterable[Tuple[float, _Body, _Body]], return_names: bool, return_data: bool,
+           single: bool = False) -> Any:
+    least = np.inf
+    best: Optional[DistanceData] = None
+    names: Any = None
+    for bound, a, b in pairs:
+        if bound >= least:
+            break
+        near = _nearest(a, b, least)
+        if near.triangle_a < 0:
+            continue
+        least = near.distance
+        names = a.name if single else (a.name, b.name)
+        best = DistanceData(names=frozenset((a.name, b.name)), distance=least,
+                            points={a.name: near.point_a, b.name: near.point_b})
+    answer: List[Any] = [float(least)]
+    if return_names:
+        answer.append(names)
+    if return_data:
+        answer.append(best)
+    return tuple(answer) if len(answer) > 1 else answer[0]
 
 
 def _pose(transform: Optional[Pose], name: str = "transform") -> Pose:
@@ -232,10 +250,6 @@ def _pose(transform: Optional[Pose], name: str = "transform") -> Pose:
         raise ValueError(f"{name}: expected a 4 x 4 pose of finite numbers whose last row is 0, 0, 0, 1, "
                          f"but got {pose.tolist()}")
     return pose
-
-
-def _outer(name: str) -> str:
-    return name[1:] if name.startswith("\0") else name
 
 
 def _answer(collides: bool, names: Any, data: Any) -> Any:

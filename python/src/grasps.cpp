@@ -166,22 +166,31 @@ std::string closeAt(const Hand& hand,
         hand.model, object.model, X_WStart, way, *start, options, grasp::kinematicClosing());
     return recordsOf(hand, object, options, std::span(&found, 1));
 }
+
+std::unique_ptr<Hand> loadedHand(const std::filesystem::path& urdf,
+                                 const std::optional<std::filesystem::path>& srdf)
+{
+    const py::gil_scoped_release release;
+    return std::make_unique<Hand>(
+        Hand{.model = grasp::loadHand(urdf, srdf),
+             .file = urdf,
+             .srdf = srdf ? std::optional(std::filesystem::absolute(*srdf)) : std::nullopt});
+}
 }  // namespace
 
 void addGrasps(py::module_& module)
 {
     py::class_<Hand>(module, "Hand")
         .def_static(
-            "load",
-            [](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf)
-            {
-                const py::gil_scoped_release release;
-                return std::make_unique<Hand>(
-                    Hand{.model = grasp::loadHand(urdf, srdf), .file = urdf});
-            },
-            py::arg("urdf"),
-            py::kw_only(),
-            py::arg("srdf") = py::none())
+            "load", &loadedHand, py::arg("urdf"), py::kw_only(), py::arg("srdf") = py::none())
+        .def(py::pickle([](const Hand& hand)
+                        { return py::make_tuple(std::filesystem::absolute(hand.file), hand.srdf); },
+                        [](const py::tuple& state)
+                        {
+                            return loadedHand(
+                                state[0].cast<std::filesystem::path>(),
+                                state[1].cast<std::optional<std::filesystem::path>>());
+                        }))
         .def_property_readonly("name", [](const Hand& hand) { return hand.model.robot.name; })
         .def_property_readonly("notes", [](const Hand& hand) { return hand.model.notes; })
         .def_property_readonly("finger_names",
@@ -222,6 +231,23 @@ void addGrasps(py::module_& module)
             py::arg("path"),
             py::kw_only(),
             py::arg("scale") = 1.0)
+        .def(py::pickle(
+            [](const Object& object)
+            {
+                return py::make_tuple(std::make_shared<SsvTree>(object.model.tree),
+                                      object.model.name,
+                                      object.file.string(),
+                                      object.scale);
+            },
+            [](const py::tuple& state)
+            {
+                const auto mesh = state[0].cast<std::shared_ptr<SsvTree>>();
+                const auto name = state[1].cast<std::string>();
+                return std::make_unique<Object>(
+                    Object{.model = grasp::makeGraspObject(name, mesh->mesh()),
+                           .file = state[2].cast<std::string>(),
+                           .scale = state[3].cast<double>()});
+            }))
         .def_property_readonly("name", [](const Object& object) { return object.model.name; })
         .def_property_readonly("center_of_mass",
                                [](const Object& object)

@@ -4,6 +4,7 @@
 #include "grasp/grasp.h"
 
 #include <filesystem>
+#include <optional>
 
 namespace bullet_ccd::python
 {
@@ -11,6 +12,7 @@ struct Hand
 {
     grasp::HandModel model;
     std::filesystem::path file;
+    std::optional<std::filesystem::path> srdf{};
 };
 
 struct Object

@@ -3,6 +3,7 @@
 #include "python/src/arrays.h"
 #include "python/src/interruptible.h"
 #include "python/src/module.h"
+#include "python/src/pickled.h"
 #include "python/src/robots.h"
 
 #include <cmath>
@@ -363,6 +364,16 @@ LeastDistanceResult leastDistanceOf(const SsvTree& meshA,
 void addQueryResults(py::module_& module)
 {
     py::class_<LeastDistanceResult>(module, "LeastDistance")
+        .def(pickled<LeastDistanceResult,
+                     &LeastDistanceResult::status,
+                     &LeastDistanceResult::distance,
+                     &LeastDistanceResult::found,
+                     &LeastDistanceResult::time,
+                     &LeastDistanceResult::triangleA,
+                     &LeastDistanceResult::triangleB,
+                     &LeastDistanceResult::pointA,
+                     &LeastDistanceResult::pointB,
+                     &LeastDistanceResult::normal>())
         .def_readonly("status", &LeastDistanceResult::status)
         .def_readonly("distance", &LeastDistanceResult::distance)
         .def_readonly("found", &LeastDistanceResult::found)
@@ -388,6 +399,16 @@ void addQueryResults(py::module_& module)
         .value("INTERVAL", ToiStrategy::Interval)
         .value("C2A", ToiStrategy::C2A);
     py::class_<ToiResult>(module, "ToiResult")
+        .def(pickled<ToiResult,
+                     &ToiResult::status,
+                     &ToiResult::time,
+                     &ToiResult::gap,
+                     &ToiResult::triangleA,
+                     &ToiResult::triangleB,
+                     &ToiResult::pointA,
+                     &ToiResult::pointB,
+                     &ToiResult::normal,
+                     &ToiResult::counters>())
         .def_readonly("status", &ToiResult::status)
         .def_property_readonly("is_contact",
                                [](const ToiResult& result) { return isContact(result.status); })
@@ -412,6 +433,12 @@ void addQueryResults(py::module_& module)
                      .format(py::cast(result.status).attr("name"), result.time, result.gap);
              });
     py::class_<Distance>(module, "Distance")
+        .def(pickled<Distance,
+                     &Distance::distance,
+                     &Distance::triangleA,
+                     &Distance::triangleB,
+                     &Distance::pointA,
+                     &Distance::pointB>())
         .def_readonly("distance", &Distance::distance)
         .def_readonly("triangle_a", &Distance::triangleA)
         .def_readonly("triangle_b", &Distance::triangleB)
@@ -419,6 +446,13 @@ void addQueryResults(py::module_& module)
         .def_property_readonly("point_b",
                                [](const Distance& pair) { return arrayOf(pair.pointB); });
     py::class_<Contact>(module, "Contact")
+        .def(pickled<Contact,
+                     &Contact::gap,
+                     &Contact::triangleA,
+                     &Contact::triangleB,
+                     &Contact::pointA,
+                     &Contact::pointB,
+                     &Contact::normal>())
         .def_readonly("gap", &Contact::gap)
         .def_readonly("triangle_a", &Contact::triangleA)
         .def_readonly("triangle_b", &Contact::triangleB)
@@ -433,6 +467,7 @@ void addQueryResults(py::module_& module)
 void addMotions(py::module_& module)
 {
     py::class_<Motions>(module, "Motions")
+        .def(pickled<Motions, &Motions::items>())
         .def(py::init([](std::vector<RigidMotion> items) { return Motions{std::move(items)}; }),
              py::arg("motions"))
         .def_static(
@@ -517,6 +552,18 @@ void addQueries(py::module_& module)
                py::arg("time_limit") = kInfinity);
     addAtPoses("contacts", &contacts, py::arg("threshold"));
     py::class_<FirstContact, ToiResult>(module, "FirstContact")
+        .def(pickled<FirstContact,
+                     &FirstContact::status,
+                     &FirstContact::time,
+                     &FirstContact::gap,
+                     &FirstContact::triangleA,
+                     &FirstContact::triangleB,
+                     &FirstContact::pointA,
+                     &FirstContact::pointB,
+                     &FirstContact::normal,
+                     &FirstContact::counters,
+                     &FirstContact::bodyA,
+                     &FirstContact::bodyB>())
         .def_readonly("body_a", &FirstContact::bodyA)
         .def_readonly("body_b", &FirstContact::bodyB);
     module.def("first_contact",

@@ -6,6 +6,7 @@
 #include "python/src/arrays.h"
 #include "python/src/interruptible.h"
 #include "python/src/module.h"
+#include "python/src/pickled.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -229,6 +230,16 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
 void addContactResults(py::module_& module)
 {
     py::class_<NamedContact>(module, "LinkContact")
+        .def(pickled<NamedContact,
+                     &NamedContact::linkName,
+                     &NamedContact::otherLinkName,
+                     &NamedContact::obstacle,
+                     &NamedContact::gap,
+                     &NamedContact::pointLink,
+                     &NamedContact::pointOther,
+                     &NamedContact::normal,
+                     &NamedContact::triangleLink,
+                     &NamedContact::triangleOther>())
         .def_readonly("link", &NamedContact::linkName)
         .def_readonly("other_link", &NamedContact::otherLinkName)
         .def_property_readonly(
@@ -245,6 +256,10 @@ void addContactResults(py::module_& module)
         .def_readonly("triangle_link", &NamedContact::triangleLink)
         .def_readonly("triangle_other", &NamedContact::triangleOther);
     py::class_<ArticulatedAnswer>(module, "ArticulatedToiResult")
+        .def(pickled<ArticulatedAnswer,
+                     &ArticulatedAnswer::status,
+                     &ArticulatedAnswer::time,
+                     &ArticulatedAnswer::contacts>())
         .def_readonly("status", &ArticulatedAnswer::status)
         .def_property_readonly(
             "is_contact", [](const ArticulatedAnswer& answer) { return isContact(answer.status); })
@@ -269,9 +284,15 @@ void addRobots(py::module_& module)
             [](const std::filesystem::path& path)
             {
                 const py::gil_scoped_release release;
-                return std::make_shared<Robot>(loadRobot(path));
+                return std::make_shared<Robot>(loadRobot(path), std::filesystem::absolute(path));
             },
             py::arg("path"))
+        .def(py::pickle([](const Robot& robot) { return py::make_tuple(robot.file.string()); },
+                        [](const py::tuple& state)
+                        {
+                            const std::filesystem::path file = state[0].cast<std::string>();
+                            return std::make_shared<Robot>(loadRobot(file), file);
+                        }))
         .def_property_readonly("name", [](const Robot& robot) { return robot.model.name; })
         .def_property_readonly("notes", [](const Robot& robot) { return robot.model.notes; })
         .def_property_readonly("link_names", &linkNames)

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,7 +26,8 @@ using Obstacles = std::vector<std::pair<std::shared_ptr<SsvTree>, py::object>>;
 /// A robot with the hierarchies of its links.
 struct Robot
 {
-    explicit Robot(RobotModel loaded) : model(std::move(loaded))
+    Robot(RobotModel loaded, std::filesystem::path path)
+        : model(std::move(loaded)), file(std::move(path))
     {
         trees.reserve(model.linkMeshes.size());
         for (std::size_t i = 0; i < model.tree.size(); ++i)
@@ -44,6 +46,7 @@ struct Robot
     }
 
     RobotModel model;
+    std::filesystem::path file;
     std::vector<std::unique_ptr<SsvTree>> trees;
     std::vector<const SsvTree*> linkTrees;
     std::vector<std::int32_t> movable;  ///< links below joints that move by themselves

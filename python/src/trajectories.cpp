@@ -1,5 +1,6 @@
 #include "python/src/interruptible.h"
 #include "python/src/module.h"
+#include "python/src/pickled.h"
 #include "python/src/robots.h"
 
 #include <limits>
@@ -225,6 +226,18 @@ void addLeastDistances(py::module_& module)
     { return value == kNone ? std::nullopt : std::optional(value); };
     using Least = NamedLeastDistance;
     py::class_<Least>(module, "RobotLeastDistance")
+        .def(pickled<Least,
+                     &Least::status,
+                     &Least::distance,
+                     &Least::found,
+                     &Least::seconds,
+                     &Least::segment,
+                     &Least::linkName,
+                     &Least::otherLinkName,
+                     &Least::obstacle,
+                     &Least::pointA,
+                     &Least::pointB,
+                     &Least::normal>())
         .def_readonly("status", &Least::status)
         .def_readonly("distance", &Least::distance)
         .def_readonly("found", &Least::found)
@@ -298,6 +311,11 @@ void addTrajectories(py::module_& module)
         .def("__len__",
              [](const RobotTrajectory& trajectory) { return trajectory.path.segments.size(); });
     py::class_<TrajectoryAnswer, ArticulatedAnswer>(module, "TrajectoryToiResult")
+        .def(pickled<TrajectoryAnswer,
+                     &TrajectoryAnswer::status,
+                     &TrajectoryAnswer::time,
+                     &TrajectoryAnswer::contacts,
+                     &TrajectoryAnswer::segment>())
         .def_readonly("segment", &TrajectoryAnswer::segment);
     const ToiOptions options;
     module.def("trajectory_toi",

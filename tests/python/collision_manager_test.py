@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import bullet_ccd as ccd
-from shapes import at, box, box_arrays
+from shapes import at, box, box_arrays, turned
 
 
 def world():
@@ -44,6 +44,31 @@ def test_distances():
     distance, names = manager.min_distance_other(other, return_names=True)
     assert distance == pytest.approx(np.hypot(1, 2)) and names[1] == "third"
     assert ccd.CollisionManager().min_distance_internal() == np.inf
+
+
+def test_many_objects_as_pair_by_pair():
+    random = np.random.default_rng(11)
+    mesh, turned_poses = box(0.4), []
+    manager, other = ccd.CollisionManager(), ccd.CollisionManager()
+    for i in range(40):
+        pose = turned(random.normal(size=3), random.uniform(0, 3), random.uniform(-2, 2, 3))
+        turned_poses.append(pose)
+        (manager if i < 25 else other).add_object(str(i), mesh, pose)
+
+    def distance(i, j):
+        return ccd.distance(mesh, mesh, turned_poses[i], turned_poses[j]).distance
+
+    own = {(str(i), str(j)) for i in range(25) for j in range(i + 1, 25) if distance(i, j) == 0}
+    between = {(str(i), str(j)) for i in range(25) for j in range(25, 40) if distance(i, j) == 0}
+    assert 5 < len(own) < 250 and 5 < len(between) < 300  # some touch, and most do not
+    assert manager.in_collision_internal(return_names=True) == (True, own)
+    assert manager.in_collision_other(other, return_names=True) == (True, between)
+    apart = ccd.CollisionManager()
+    for i in range(12):
+        apart.add_object(str(i), mesh, turned((1, 1, 0), i, (1.5 * i ** 1.2, 0, 0)))
+    expected = min(ccd.distance(mesh, mesh, apart.transform(a), apart.transform(b)).distance
+                   for a in apart.names for b in apart.names if a != b)
+    assert expected > 0 and apart.min_distance_internal() == expected
 
 
 def test_first_contact_of_moving_objects():

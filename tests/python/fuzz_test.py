@@ -6,10 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bullet_ccd as ccd
-from shapes import box
+from shapes import arm, at, box  # noqa: F401
 
 FUZZ = r'''
 import gc, inspect, os, random, sys, warnings
@@ -138,15 +139,66 @@ print("answered", answered, "of", calls)
 
 
 def test_copies_and_pickles_of_what_has_none_are_refused():
-    for thing in (ccd.DeformableSurface(box()), ccd.toi(box(), box())):
-        for ask in (copy.copy, copy.deepcopy, pickle.dumps, lambda x: pickle.dumps(x, 0),
-                    lambda x: x.__reduce__()):
+    for thing in (ccd.DeformableSurface(box()), ccd.ConvexShape.sphere(1.0)):
+        for ask in (pickle.dumps, lambda x: pickle.dumps(x, 0), lambda x: x.__reduce__()):
             with pytest.raises(TypeError, match="neither be copied"):
                 ask(thing)
     for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
         for thing in (ccd.Motion(velocity=(1, 2, 3)), box()):
             assert type(pickle.loads(pickle.dumps(thing, protocol))) is type(thing)
         assert pickle.loads(pickle.dumps(ccd.Status.HIT, protocol)) == ccd.Status.HIT
+    with pytest.raises(TypeError, match="neither be copied"):
+        copy.copy(ccd.DeformableSurface(box()))
+
+
+def shown(thing):
+    """All that users see of a result, for comparisons."""
+    if isinstance(thing, (list, tuple)):
+        return [shown(part) for part in thing]
+    if isinstance(thing, np.ndarray) or not type(thing).__module__.startswith("bullet_ccd") \
+            or isinstance(thing, ccd.Status):
+        return repr(thing)
+    return {name: shown(getattr(thing, name)) for name in dir(type(thing))
+            if isinstance(getattr(type(thing), name), property)}
+
+
+def test_results_are_copied_and_pickled_whole(arm):
+    fall = ccd.Motion(at(0, 0, 3), velocity=(0.1, 0.2, -4))
+    obstacle = [(box(), at(0.5, 1))]
+    path = ccd.Trajectory.through(arm, [0, 2], [[0.0], [1.5]])
+    results = [ccd.toi(box(), box(), fall), ccd.distance(box(), box(), at(3, 0.1)),
+               ccd.contacts(box(), box(), at(1 + 1e-5), threshold=1e-4),
+               ccd.least_distance(box(), box(), ccd.Motion(at(-3, 1.3), velocity=(6, 0, 0))),
+               ccd.first_contact([(box(), at(0)), (box(), fall)]),
+               ccd.articulated_toi(arm, [0.0], [1.5], obstacle),
+               ccd.articulated_least_distance(arm, [0.0], [0.1], obstacle),
+               ccd.trajectory_toi(path, obstacle), ccd.trajectory_least_distance(path, obstacle)]
+    for result in results:
+        assert len(str(shown(result))) > 60
+        for again in (copy.deepcopy(result), pickle.loads(pickle.dumps(result)),
+                      pickle.loads(pickle.dumps(result, 0))):
+            assert type(again) is type(result) and shown(again) == shown(result)
+    motions = pickle.loads(pickle.dumps(ccd.Motions([fall, ccd.Motion()])))
+    assert len(motions) == 2 and shown(motions[0]) == shown(fall)
+
+
+def test_robots_and_hands_are_pickled_by_their_files(arm):
+    assert shown(pickle.loads(pickle.dumps(arm))) == shown(arm)
+    urdf = Path(os.environ["BULLET_CCD_SHARE"]) / "robots/parallel_gripper/parallel_gripper.urdf"
+    hand = ccd.grasp.Hand.load(urdf)
+    assert shown(pickle.loads(pickle.dumps(hand))) == shown(hand)
+    cube = ccd.grasp.GraspObject(box(0.02), name="cube")
+    again = pickle.loads(pickle.dumps(cube))
+    assert shown(again) == shown(cube)
+    plans = [ccd.grasp.plan(hand, thing, candidates=2, volumes=0) for thing in (cube, again)]
+    assert [g.record for g in plans[0]] == [g.record for g in plans[1]]
+    Path(arm_file(arm)).unlink()
+    with pytest.raises(RuntimeError, match="arm.urdf"):
+        copy.copy(arm)
+
+
+def arm_file(robot):
+    return robot.__getstate__()[0]
 
 
 def test_nothing_ends_the_interpreter(tmp_path):
