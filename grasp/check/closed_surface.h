@@ -1,6 +1,7 @@
 /// Winding number of a closed surface about points, by counting crossings of a ray.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/check/box_grid.h"
 
@@ -16,7 +17,7 @@ public:
 
     /// True if the surface winds around the point; false on the surface itself (up to rounding).
     /// Not for several threads at a time: what a ray direction needs is prepared at its first use.
-    [[nodiscard]] bool contains(const Eigen::Vector3d& point);
+    [[nodiscard]] BULLET_CCD_API bool contains(const Eigen::Vector3d& point);
 
     /// Distance of a point from the surface [m]; looks at all triangles.
     [[nodiscard]] double distance(const Eigen::Vector3d& point) const;

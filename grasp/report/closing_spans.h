@@ -1,6 +1,7 @@
 /// When each joint of a hand moved while it closed.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/closing/closing.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
@@ -27,7 +28,7 @@ struct ClosingSpans
 /// Goes through the closing again by the stops that the grasp has on record, without any query. A
 /// grasp that never closed gets its preshape and no motion; if the hand does not have the preshape,
 /// `from` is grasp.positions.
-[[nodiscard]] ClosingSpans closingSpans(const HandModel& hand,
-                                        const Grasp& grasp,
-                                        const ClosingOptions& options);
+[[nodiscard]] BULLET_CCD_API ClosingSpans closingSpans(const HandModel& hand,
+                                                       const Grasp& grasp,
+                                                       const ClosingOptions& options);
 }  // namespace bullet_ccd::grasp

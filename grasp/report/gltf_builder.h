@@ -1,6 +1,7 @@
 /// The parts of a binary glTF 2.0 file: materials, meshes, a tree of named nodes.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/report/raster.h"
 
 #include <array>
@@ -13,7 +14,7 @@
 namespace bullet_ccd::grasp
 {
 /// Materials, meshes and nodes go by the index that adding them returns.
-class GltfBuilder
+class BULLET_CCD_API GltfBuilder
 {
 public:
     GltfBuilder();

@@ -1,6 +1,7 @@
 /// Software renderer: triangles into a picture with depth, seen without perspective.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
@@ -45,7 +46,8 @@ struct Shape
     Color color = Color::Zero();
     std::int32_t id = kNone;
 };
-[[nodiscard]] Shape makeShape(const TriangleMesh& mesh, const Eigen::Isometry3d& pose);
+[[nodiscard]] BULLET_CCD_API Shape makeShape(const TriangleMesh& mesh,
+                                             const Eigen::Isometry3d& pose);
 
 /// What is nearest to the viewer, per pixel.
 struct Layer
