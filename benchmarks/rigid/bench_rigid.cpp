@@ -214,17 +214,40 @@ struct Arguments
 /// Sets that the table has by default (the convex ones serve the chart), and what the original C2A
 /// (axis of rotation corrected) took on their queries, as a multiple of FCL at 1,001 samples; 0
 /// where that is not known.
-const std::vector<std::pair<std::string, double>> kTable{
-    {"bunny_ident", 3.25},      {"bunny_ani", 4.24},     {"plate", 0.69},
-    {"knot_64k", 2.40},         {"sphere_320k", 2.12},   {"bunny_near", 0.11},
-    {"bunny_rot", 1.19},        {"bunny_trans", 0.33},   {"finger", 0.79},
-    {"tunnel", 0.74},           {"bunny_random", 3.30},  {"bunny_both", 0.0},
-    {"bunny_both_rest", 0.0},   {"knot_1k", 0.50},       {"knot_4k", 0.90},
-    {"knot_16k", 1.49},         {"knot_256k", 3.41},     {"sphere_1k", 0.43},
-    {"sphere_5k", 0.72},        {"sphere_20k", 1.10},    {"sphere_80k", 1.71},
-    {"tunnel_flat", 0.0},       {"flat_plate_10k", 0.0}, {"flat_plate_100k", 0.0},
-    {"flat_box_10k", 0.0},      {"flat_box_100k", 0.0},  {"flat_cylinder_10k", 0.0},
-    {"flat_cylinder_100k", 0.0}};
+const std::vector<std::pair<std::string, double>> kTable{{"bunny_ident", 3.25},
+                                                         {"bunny_ani", 4.24},
+                                                         {"plate", 0.69},
+                                                         {"knot_64k", 2.40},
+                                                         {"sphere_320k", 2.12},
+                                                         {"bunny_near", 0.11},
+                                                         {"bunny_rot", 1.19},
+                                                         {"bunny_trans", 0.33},
+                                                         {"finger", 0.79},
+                                                         {"tunnel", 0.74},
+                                                         {"bunny_random", 3.30},
+                                                         {"bunny_both", 0.0},
+                                                         {"bunny_both_rest", 0.0},
+                                                         {"knot_1k", 0.50},
+                                                         {"knot_4k", 0.90},
+                                                         {"knot_16k", 1.49},
+                                                         {"knot_256k", 3.41},
+                                                         {"sphere_1k", 0.43},
+                                                         {"sphere_5k", 0.72},
+                                                         {"sphere_20k", 1.10},
+                                                         {"sphere_80k", 1.71},
+                                                         {"tunnel_flat", 0.0},
+                                                         {"flat_plate_10k", 0.0},
+                                                         {"flat_plate_100k", 0.0},
+                                                         {"flat_box_10k", 0.0},
+                                                         {"flat_box_100k", 0.0},
+                                                         {"flat_cylinder_10k", 0.0},
+                                                         {"flat_cylinder_100k", 0.0},
+                                                         {"worst_gears", 0.0},
+                                                         {"worst_shells_02", 0.0},
+                                                         {"worst_shells_2", 0.0},
+                                                         {"worst_screws", 0.0},
+                                                         {"worst_combs", 0.0},
+                                                         {"worst_links", 0.0}};
 
 /// How many times our time the original C2A took.
 void addOriginal(json& row)

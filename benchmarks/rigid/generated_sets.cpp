@@ -1,6 +1,7 @@
 #include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "benchmarks/reference/scenes/split_mix.h"
+#include "benchmarks/rigid/rigid_meshes.h"
 #include "benchmarks/rigid/rigid_sets.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/pose.h"
@@ -296,6 +297,76 @@ std::optional<RigidQuery> drawBothAtRest(Random& random, const Bodies& bodies)
     return query;
 }
 
+/// Both seen from somewhere, turned together.
+RigidQuery placed(Random& random, const Isometry3d& X_BA, const Vector3d& v, const Vector3d& w)
+{
+    const Isometry3d X_WB = pose(random.rotation(), random.inBall(50.0));
+    RigidQuery query{.motionA = restAt(X_WB * X_BA), .motionB = restAt(X_WB)};
+    query.motionA.v_W = X_WB.linear() * v;
+    query.motionA.w_W = X_WB.linear() * w;
+    return query;
+}
+
+/// Two gears in mesh turn against each other; one of three uses up the backlash.
+std::optional<RigidQuery> drawGears(Random& random, const Bodies& /*bodies*/)
+{
+    const Vector3d axis = Vector3d::UnitZ();
+    const AngleAxisd phase(pi + pi / 30.0, axis);
+    const double turn = random.uniform(0.3, 1.5);
+    RigidQuery query =
+        placed(random,
+               pose(phase.inverse().toRotationMatrix(),
+                    phase.inverse() * Vector3d(-25.0, 0.0, random.uniform(-1.0, 1.0))),
+               Vector3d::Zero(),
+               (turn + random.uniform(-0.75, 0.75) * kGearBacklash / 10.0) * axis);
+    query.motionB.w_W = query.motionB.X_W0.linear() * (-turn * 20.0 / 30.0 * axis);
+    return query;
+}
+
+/// A ball turns in a shell and moves by a part of the clearance or a little more.
+std::optional<RigidQuery> drawShells(Random& random, const Bodies& bodies)
+{
+    const double clearance = bodies.radiusB - bodies.radiusA;
+    const Vector3d from = random.inBall(0.7 * clearance);
+    const Vector3d to = random.inBall(1.2 * clearance);
+    return placed(random,
+                  pose(random.rotation(), from),
+                  to - from,
+                  random.uniform(0.3, 2.0) * random.direction());
+}
+
+/// A bolt turns in its nut; one of three moves too far along it.
+std::optional<RigidQuery> drawScrews(Random& random, const Bodies& /*bodies*/)
+{
+    const double turn = random.uniform(-2.0, 2.0) * pi;
+    const double slip = random.uniform(-1.0, 1.0) * kNutClearance;
+    return placed(random,
+                  pose(Eigen::Matrix3d::Identity(), random.inBall(0.1 * kNutClearance)),
+                  (kPitch * turn / (2.0 * pi) + slip) * Vector3d::UnitZ(),
+                  turn * Vector3d::UnitZ());
+}
+
+/// The blades of one comb slide between those of another.
+std::optional<RigidQuery> drawCombs(Random& random, const Bodies& /*bodies*/)
+{
+    const double clearance = 0.5 * kCombPitch - 2.0 * kBlade;
+    const Vector3d from(random.uniform(30.0, 65.0), random.uniform(-20.0, 20.0), 0.5 * kCombPitch);
+    const Vector3d way(random.uniform(-60.0, 0.0),
+                       random.uniform(-20.0, 20.0),
+                       random.uniform(-1.2, 1.2) * clearance);
+    return placed(random,
+                  pose(Eigen::Matrix3d::Identity(), from),
+                  way,
+                  random.uniform(-1.0, 1.0) * clearance / 60.0 * random.direction());
+}
+
+/// Two links of a chain swing in each other.
+std::optional<RigidQuery> drawLinks(Random& random, const Bodies& /*bodies*/)
+{
+    const Isometry3d X_BA = pose(random.rotation(), Vector3d(40.0, 0.0, 0.0) + random.inBall(20.0));
+    return placed(random, X_BA, random.inBall(30.0), random.uniform(0.3, 2.0) * random.direction());
+}
+
 struct Recipe
 {
     const char* name;
@@ -350,6 +421,12 @@ const std::vector<Recipe>& recipes()
         {"flat_cylinder_1k", "flat_cylinder_1k", "flat_plate_1k", 60, 15, flatOf(24)},
         {"flat_cylinder_10k", "flat_cylinder_10k", "flat_plate_10k", 60, 15, flatOf(72)},
         {"flat_cylinder_100k", "flat_cylinder_100k", "flat_plate_100k", 60, 15, flatOf(228)},
+        {"worst_gears", "gear_20", "gear_30", 20, 16, drawGears},
+        {"worst_shells_02", "ball", "shell_02", 12, 17, drawShells},
+        {"worst_shells_2", "ball", "shell_2", 20, 17, drawShells},
+        {"worst_screws", "bolt", "nut", 20, 18, drawScrews},
+        {"worst_combs", "comb", "comb", 20, 19, drawCombs},
+        {"worst_links", "link", "link", 20, 20, drawLinks},
     };
     return kRecipes;
 }

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -142,5 +143,85 @@ TriangleMesh makeRingedCylinder(
         profile.emplace_back(radius * i / ringsOnCap, 0.5 * height);
     }
     return makeRevolved(profile, segments);
+}
+
+TriangleMesh makeGear(int teeth, double backlash, double width, int stations)
+{
+    constexpr int kFlank = 9;  // points
+    const double pitch = 0.5 * teeth;
+    const double angle = pi / 9.0;
+    const double base = pitch * std::cos(angle);
+    const auto involute = [](double x) { return std::tan(x) - x; };
+    // Half of a tooth, seen from the center.
+    const auto halfAt = [&](double radius)
+    {
+        const double pressure = std::acos(std::min(1.0, base / radius));
+        return (0.5 * pi - 0.5 * backlash) / teeth + involute(angle) - involute(pressure);
+    };
+    std::vector<Vector3d> ring;
+    for (int tooth = 0; tooth < teeth; ++tooth)
+    {
+        for (int i = 0; i < 2 * kFlank; ++i)
+        {
+            const bool rises = i < kFlank;
+            const int step = rises ? i : 2 * kFlank - 1 - i;
+            const double radius = pitch - 1.25 + 2.25 * step / (kFlank - 1);
+            const double at =
+                2.0 * pi * tooth / teeth + (rises ? -1.0 : 1.0) * halfAt(std::max(radius, base));
+            ring.emplace_back(radius * std::cos(at), radius * std::sin(at), 0.0);
+        }
+    }
+    return makeLofted(
+        [&](int station)
+        {
+            std::vector<Vector3d> section = ring;
+            for (Vector3d& point : section)
+            {
+                point.z() = width * (static_cast<double>(station) / (stations - 1) - 0.5);
+            }
+            return section;
+        },
+        stations);
+}
+
+TriangleMesh makeThread(double radius, double depth, double pitch, bool isNut)
+{
+    constexpr int kAround = 64;
+    constexpr int kStations = 97;
+    constexpr int kPerTurn = 16;
+    TriangleMesh mesh = makeLofted(
+        [&](int station)
+        {
+            std::vector<Vector3d> ring;
+            for (int i = 0; i < kAround; ++i)
+            {
+                const double at = 2.0 * pi * i / kAround;
+                const double r = radius + depth * std::sin(2.0 * pi * station / kPerTurn - at);
+                const double z = pitch * (station - kStations / 2) / kPerTurn;
+                ring.emplace_back(r * std::cos(at), r * std::sin(at), z);
+            }
+            return ring;
+        },
+        kStations);
+    if (isNut)
+    {
+        mesh.triangles.resize(2UL * kAround * (kStations - 1));
+    }
+    return mesh;
+}
+
+TriangleMesh makeComb(int blades, double pitch, const Vector3d& halfExtents)
+{
+    TriangleMesh mesh;
+    for (int i = 0; i < blades; ++i)
+    {
+        TriangleMesh blade = makeGridBox({9, 9, 9}, halfExtents);
+        for (Vector3d& vertex : blade.vertices)
+        {
+            vertex.z() += pitch * i;
+        }
+        appendMesh(mesh, blade);
+    }
+    return mesh;
 }
 }  // namespace bullet_ccd::benchmarks

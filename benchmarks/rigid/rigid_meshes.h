@@ -8,6 +8,16 @@
 
 namespace bullet_ccd::benchmarks
 {
+/// Of the bodies of the sets worst_*, which fit into each other.
+constexpr double kGearBacklash = 0.04;
+constexpr double kBall = 60.0;
+constexpr double kBolt = 40.0;
+constexpr double kThread = 3.6;
+constexpr double kPitch = 12.0;
+constexpr double kNutClearance = 0.4;
+constexpr double kCombPitch = 4.0;
+constexpr double kBlade = 0.9;  ///< half of its thickness
+
 /// Tube along a (2, 3) torus knot; 2 * along * around triangles.
 [[nodiscard]] TriangleMesh makeKnotTube(int along, int around);
 
@@ -26,4 +36,14 @@ namespace bullet_ccd::benchmarks
 /// its height.
 [[nodiscard]] TriangleMesh makeRingedCylinder(
     double radius, double height, int segments, int ringsOnCap, int ringsAlong);
+
+/// Spur gear about z with involute teeth at 20 degrees, whose flanks are narrower by `backlash` at
+/// the pitch circle (all lengths in modules: a pitch radius of teeth / 2).
+[[nodiscard]] TriangleMesh makeGear(int teeth, double backlash, double width, int stations);
+
+/// Rounded thread about z of that radius, depth and pitch; `isNut` leaves out its ends.
+[[nodiscard]] TriangleMesh makeThread(double radius, double depth, double pitch, bool isNut);
+
+/// Parallel blades, `pitch` apart along z, without a back.
+[[nodiscard]] TriangleMesh makeComb(int blades, double pitch, const Eigen::Vector3d& halfExtents);
 }  // namespace bullet_ccd::benchmarks

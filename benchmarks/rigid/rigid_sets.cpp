@@ -86,6 +86,18 @@ TriangleMesh makeMesh(const std::string& name, const fs::path& dataFolder)
         {"flat_cylinder_10k", [] { return makeRingedCylinder(40.0, 100.0, 72, 14, 42); }},
         {"flat_cylinder_100k", [] { return makeRingedCylinder(40.0, 100.0, 228, 40, 140); }},
         {"torus", [] { return makeTorus(80.0, 24.0, 128, 32); }},
+        {"gear_20", [] { return makeGear(20, kGearBacklash, 6.0, 16); }},
+        {"gear_30", [] { return makeGear(30, kGearBacklash, 6.0, 16); }},
+        {"ball", [] { return makeSphere(kBall, 5); }},
+        {"shell_02", [] { return makeSphere(kBall * (1.0 + 2e-4 + 0.002), 5); }},
+        {"shell_2", [] { return makeSphere(kBall * (1.0 + 2e-4 + 0.02), 5); }},
+        {"bolt", [] { return makeThread(kBolt, kThread, kPitch, false); }},
+        {"nut", [] { return makeThread(kBolt + kNutClearance, kThread, kPitch, true); }},
+        {"comb",
+         [] {
+             return makeComb(12, kCombPitch, {30.0, 20.0, kBlade});
+         }},
+        {"link", [] { return makeTorus(40.0, 8.0, 96, 32); }},
         {"cylinder", [] { return makeCylinder(15.0, 225.0, 64); }},
         {"hull42", [] { return makeSphere(1.0, 1); }},
         {"hull162", [] { return makeSphere(1.0, 2); }}};

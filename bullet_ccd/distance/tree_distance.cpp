@@ -11,7 +11,8 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -299,31 +300,143 @@ TrianglePair treeDistance(const SsvTree& treeA,
     return distanceBounds(treeA, treeB, X_BA, upperBound, {}, exempt).nearest;
 }
 
-void trianglePairsWithin(const SsvTree& treeA,
+bool trianglePairsWithin(const SsvTree& treeA,
                          const SsvTree& treeB,
                          const Eigen::Isometry3d& X_BA,
                          double threshold,
-                         std::vector<TrianglePair>& pairs)
+                         std::vector<TrianglePair>& pairs,
+                         const StopCondition& stop)
 {
     const auto first = static_cast<std::ptrdiff_t>(pairs.size());
-    descend(treeA,
-            treeB,
-            X_BA,
-            threshold,
-            {},
-            {},
-            [&](auto& descent, std::int32_t a, std::int32_t b)
-            {
-                const std::optional<TrianglePair> pair = descent.measure(a, b);
-                if (pair && pair->distance <= threshold)
-                {
-                    pairs.push_back(*pair);
-                }
-            });
+    const Skipped skipped = descend(treeA,
+                                    treeB,
+                                    X_BA,
+                                    threshold,
+                                    {},
+                                    stop,
+                                    [&](auto& descent, std::int32_t a, std::int32_t b)
+                                    {
+                                        const std::optional<TrianglePair> pair =
+                                            descent.measure(a, b);
+                                        if (pair && pair->distance <= threshold)
+                                        {
+                                            pairs.push_back(*pair);
+                                        }
+                                    });
     std::sort(pairs.begin() + first,
               pairs.end(),
               [](const TrianglePair& x, const TrianglePair& y) {
                   return std::pair(x.triangleA, x.triangleB) < std::pair(y.triangleA, y.triangleB);
               });
+    return !skipped.isStopped;
+}
+
+namespace
+{
+/// Marks of triangles and of the nodes all of whose triangles are marked.
+class GrowingMarks
+{
+public:
+    GrowingMarks(const SsvTree& tree, std::span<std::uint8_t> marks)
+        : m_tree(tree),
+          m_marks(marks),
+          m_nodes(tree.nodes().size(), 0),
+          m_parents(tree.nodes().size(), kNone),
+          m_unmarked(tree.nodes().size(), 0),
+          m_leaves(tree.mesh().triangles.size(), kNone)
+    {
+        require(marks.size() == tree.mesh().triangles.size(),
+                "marks of triangles: give one mark a triangle");
+        for (std::size_t i = 0; i < m_nodes.size(); ++i)
+        {
+            const SsvNode& node = tree.nodes()[i];
+            m_unmarked[i] = node.count;
+            for (std::int32_t k = 0; k < node.count; ++k)
+            {
+                m_parents[static_cast<std::size_t>(node.first + k)] = static_cast<std::int32_t>(i);
+            }
+            if (node.isLeaf())
+            {
+                m_leaves[static_cast<std::size_t>(node.first)] = static_cast<std::int32_t>(i);
+            }
+        }
+        for (std::int32_t slot = 0; slot < static_cast<std::int32_t>(m_leaves.size()); ++slot)
+        {
+            if (isMarked(slot))
+            {
+                grow(slot);
+            }
+        }
+    }
+
+    [[nodiscard]] std::span<const std::uint8_t> nodes() const { return m_nodes; }
+    [[nodiscard]] bool isMarked(std::int32_t slot) const
+    {
+        return m_marks[static_cast<std::size_t>(m_tree.triangle(slot))] != 0;
+    }
+    void mark(std::int32_t slot)
+    {
+        if (!isMarked(slot))
+        {
+            m_marks[static_cast<std::size_t>(m_tree.triangle(slot))] = 1;
+            grow(slot);
+        }
+    }
+
+private:
+    void grow(std::int32_t slot)
+    {
+        std::int32_t node = m_leaves[static_cast<std::size_t>(slot)];
+        m_nodes[static_cast<std::size_t>(node)] = 1;
+        for (node = m_parents[static_cast<std::size_t>(node)];
+             node != kNone && --m_unmarked[static_cast<std::size_t>(node)] == 0;
+             node = m_parents[static_cast<std::size_t>(node)])
+        {
+            m_nodes[static_cast<std::size_t>(node)] = 1;
+        }
+    }
+
+    const SsvTree& m_tree;
+    std::span<std::uint8_t> m_marks;
+    std::vector<std::uint8_t> m_nodes;
+    std::vector<std::int32_t> m_parents;
+    std::vector<std::int32_t> m_unmarked;  ///< children of a node
+    std::vector<std::int32_t> m_leaves;    ///< by their slots
+};
+}  // namespace
+
+bool markTrianglesWithin(const SsvTree& treeA,
+                         const SsvTree& treeB,
+                         std::span<const Eigen::Isometry3d> posesOfAInB,
+                         double threshold,
+                         std::span<std::uint8_t> marksA,
+                         std::span<std::uint8_t> marksB,
+                         const StopCondition& stop)
+{
+    GrowingMarks a(treeA, marksA);
+    GrowingMarks b(treeB, marksB);
+    for (const Eigen::Isometry3d& X_BA : posesOfAInB)
+    {
+        const Skipped skipped = descend(treeA,
+                                        treeB,
+                                        X_BA,
+                                        threshold,
+                                        {.a = a.nodes(), .b = b.nodes()},
+                                        stop,
+                                        [&](auto& descent, std::int32_t slotA, std::int32_t slotB)
+                                        {
+                                            const auto pair = descent.measure(slotA, slotB);
+                                            if (pair && pair->distance <= threshold)
+                                            {
+                                                a.mark(slotA);
+                                                b.mark(slotB);
+                                            }
+                                        });
+        if (skipped.isStopped)
+        {
+            return false;
+        }
+    }
+    return true;
 }
 }  // namespace bullet_ccd

@@ -70,9 +70,24 @@ struct DistanceBounds
 
 /// Appends to `pairs` all pairs of triangles at a distance <= `threshold` [m], in the order of
 /// (triangleA, triangleB). Points are in the frame of B.
-BULLET_CCD_API void trianglePairsWithin(const SsvTree& treeA,
+/// @return false if the query was stopped before all were found
+BULLET_CCD_API bool trianglePairsWithin(const SsvTree& treeA,
                                         const SsvTree& treeB,
                                         const Eigen::Isometry3d& X_BA,
                                         double threshold,
-                                        std::vector<TrianglePair>& pairs);
+                                        std::vector<TrianglePair>& pairs,
+                                        const StopCondition& stop = {});
+
+/// Marks with 1 the triangles of both meshes that are at a distance <= `threshold` [m] from the
+/// other mesh. Triangles that are marked already cost next to nothing, so that many poses can
+/// follow each other, and meshes may intersect widely: pairs are not listed.
+/// @param marksA,marksB one entry per triangle
+/// @return false if the query was stopped before all were found
+BULLET_CCD_API bool markTrianglesWithin(const SsvTree& treeA,
+                                        const SsvTree& treeB,
+                                        std::span<const Eigen::Isometry3d> posesOfAInB,
+                                        double threshold,
+                                        std::span<std::uint8_t> marksA,
+                                        std::span<std::uint8_t> marksB,
+                                        const StopCondition& stop = {});
 }  // namespace bullet_ccd

@@ -67,17 +67,7 @@ PairMask maskNear(const SsvTree& treeA,
 {
     std::vector<std::uint8_t> marksA(treeA.mesh().triangles.size(), 0);
     std::vector<std::uint8_t> marksB(treeB.mesh().triangles.size(), 0);
-    std::vector<TrianglePair> pairs;
-    for (const Eigen::Isometry3d& X_BA : posesOfAInB)
-    {
-        pairs.clear();
-        trianglePairsWithin(treeA, treeB, X_BA, reach, pairs);
-        for (const TrianglePair& pair : pairs)
-        {
-            marksA[static_cast<std::size_t>(pair.triangleA)] = 1;
-            marksB[static_cast<std::size_t>(pair.triangleB)] = 1;
-        }
-    }
+    markTrianglesWithin(treeA, treeB, posesOfAInB, reach, marksA, marksB);
     return {treeA, treeB, marksA, marksB};
 }
 }  // namespace bullet_ccd

@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 namespace bullet_ccd::tests
@@ -224,6 +226,68 @@ TEST(TrianglePairsWithin, FindsExactlyThePairsWithinTheThreshold)
     EXPECT_GT(found, candidates / 100);
     EXPECT_LT(found, candidates / 2);
     EXPECT_GT(scenesWithPairs, kScenes / 3);
+}
+
+TEST(MarkTrianglesWithin, MarksExactlyTheTrianglesOfThePairs)
+{
+    Random random(36);
+    std::size_t marked = 0;
+    std::size_t triangles = 0;
+    for (int i = 0; i < 150; ++i)
+    {
+        const Scene scene = randomScene(random);
+        const SsvTree a = buildSsvTree(scene.a);
+        const SsvTree b = buildSsvTree(scene.b);
+        const double threshold = scene.scale * random.uniform(0.0, 0.3);
+        std::vector<Eigen::Isometry3d> poses{scene.X_BA, random.pose(2.0), random.pose(2.0)};
+        poses[1].translation() *= scene.scale;
+        poses[2].translation() *= scene.scale;
+        std::vector<std::uint8_t> marksA(scene.a.triangles.size(), 0);
+        std::vector<std::uint8_t> marksB(scene.b.triangles.size(), 0);
+        marksA[marksA.size() / 2] = 1;  // what is marked already stays, and hides nothing
+        std::vector<std::uint8_t> expectedA = marksA;
+        std::vector<std::uint8_t> expectedB = marksB;
+        for (const Eigen::Isometry3d& X_BA : poses)
+        {
+            std::vector<TrianglePair> pairs;
+            trianglePairsWithin(a, b, X_BA, threshold, pairs);
+            for (const TrianglePair& pair : pairs)
+            {
+                expectedA[static_cast<std::size_t>(pair.triangleA)] = 1;
+                expectedB[static_cast<std::size_t>(pair.triangleB)] = 1;
+            }
+        }
+        EXPECT_TRUE(markTrianglesWithin(a, b, poses, threshold, marksA, marksB));
+        EXPECT_EQ(marksA, expectedA) << i;
+        EXPECT_EQ(marksB, expectedB) << i;
+        marked += static_cast<std::size_t>(std::count(marksB.begin(), marksB.end(), 1));
+        triangles += marksB.size();
+    }
+    EXPECT_GT(marked, triangles / 20);
+    EXPECT_LT(marked, triangles * 9 / 10);
+}
+
+TEST(TrianglePairsWithin, SayWhetherTheyWereStopped)
+{
+    const SsvTree plate = buildSsvTree(flatPlate(40, 1.0));
+    const std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d::Identity()};
+    const StopCondition now = stopAfter(0.0);
+    std::vector<TrianglePair> pairs;
+    EXPECT_FALSE(trianglePairsWithin(plate, plate, poses[0], 0.1, pairs, now));
+    const std::size_t before = pairs.size();
+    pairs.clear();
+    EXPECT_TRUE(trianglePairsWithin(plate, plate, poses[0], 0.1, pairs));
+    EXPECT_LT(before, pairs.size());
+    std::vector<std::uint8_t> marksA(plate.mesh().triangles.size(), 0);
+    std::vector<std::uint8_t> marksB = marksA;
+    EXPECT_FALSE(markTrianglesWithin(plate, plate, poses, 0.1, marksA, marksB, now));
+    EXPECT_EQ(std::count(marksA.begin(), marksA.end(), 0),
+              static_cast<std::ptrdiff_t>(marksA.size()));
+    EXPECT_TRUE(markTrianglesWithin(plate, plate, poses, 0.1, marksA, marksB));
+    EXPECT_EQ(std::count(marksA.begin(), marksA.end(), 0), 0);
+    marksA.pop_back();
+    EXPECT_THROW(markTrianglesWithin(plate, plate, poses, 0.1, marksA, marksB),
+                 std::invalid_argument);
 }
 
 TEST(TreeDistance, OfFlatPlatesIsThatOfTheLowestCorner)

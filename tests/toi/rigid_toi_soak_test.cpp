@@ -60,7 +60,9 @@ TEST(RigidToiSoakCorpus, AnswersTheQueriesThatOnceFailed)
                                      121395,
                                      123491,
                                      222339,
-                                     331347})
+                                     331347,
+                                     781182,
+                                     783582})
     {
         const SoakQuery query = soakQuery(seed);
         const SoakOutcome outcome = runSoakQuery(query);

@@ -13,7 +13,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -257,6 +259,47 @@ TEST_F(RigidToiOfFlatPlates, ArePressedFromAnyGapWithinTheTolerance)
         EXPECT_GE(hit.time, 0.49) << i;
     }
     EXPECT_LT(m_most, 5000);
+}
+
+/// Its cap is flat, its wall is round: volumes of the wall do not show that it is above the plate.
+TEST_F(RigidToiOfFlatPlates, ACylinderSlidesAndTurnsOnOneAtAnyGap)
+{
+    std::vector<Eigen::Vector2d> ring;
+    constexpr int kAround = 72;
+    for (int i = 0; i < kAround; ++i)
+    {
+        const double angle = 2.0 * std::numbers::pi * i / kAround;
+        ring.emplace_back(0.4 * std::cos(angle), 0.4 * std::sin(angle));
+    }
+    TriangleMesh mesh;
+    constexpr int kSlices = 30;
+    for (int i = 0; i < kSlices; ++i)
+    {
+        const TriangleMesh slice = prism(ring, 1.0 * i / kSlices, (1.0 + i) / kSlices);
+        mesh = merged({mesh, slice});
+    }
+    m_a = buildSsvTree(mesh);
+    for (int i = 0; i < 30; ++i)
+    {
+        const double gap = m_random.logUniform(1e-7, 1e-2);
+        PlateAbovePlate scene(m_random, gap, 0.0);
+        const bool falls = i % 3 == 0;
+        const Eigen::Vector3d v(0.4, 0.0, falls ? -2.0 * gap : 0.0);
+        const ToiResult result = query(scene, v, {0.0, 0.0, falls ? 0.0 : 2.0});
+        const bool touches = gap <= kTolerance;
+        if (falls)
+        {
+            EXPECT_EQ(result.status, touches ? ToiStatus::TouchingPressing : ToiStatus::Hit) << i;
+            EXPECT_LE(result.time, 0.5 + 1e-9) << i;
+            EXPECT_GE(result.time, 0.49) << i;
+        }
+        else
+        {
+            EXPECT_EQ(result.status, touches ? ToiStatus::TouchingLeaving : ToiStatus::Separated)
+                << i << ": gap " << gap;
+        }
+    }
+    EXPECT_LT(m_most, 20000);
 }
 
 /// Both plates turn, about an axis in their plane, and the upper one drifts straight on in W: seen

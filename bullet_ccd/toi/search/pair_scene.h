@@ -44,7 +44,11 @@ struct ScenePair
     bool sawTriangles = false;    ///< a pair of triangles was looked at
     bool touchesAtStart = false;  ///< a pair of triangles is within the tolerance at t = 0
     PairLimits limits;
-    double speedScale = 0.0;  ///< relative speed of any two points, to compare with sizes [m]
+    /// The whole bodies are apart along a face in [apartFrom, apartUntil].
+    double apartFrom = 0.0;
+    double apartUntil = 0.0;
+    std::int64_t nextLook = 2000;  ///< at the whole bodies, after so many pairs of nodes
+    double speedScale = 0.0;       ///< relative speed of any two points, to compare with sizes [m]
 
     bool isRigid = false;    ///< both move as RigidMotion, and `rigid` holds
     bool inBatches = false;  ///< `poses` holds, too: eight poses at once
@@ -127,6 +131,8 @@ private:
     void fillConstants(std::int32_t index);
     void fillLane(int lane, const NodePair& p, ToiCounters& counters);
     [[nodiscard]] float flatStepOf(const NodePair& p, float step, ToiCounters& counters);
+    void lookAtWhole(std::int32_t index, double t, ToiCounters& counters);
+    void lookAtFaces(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
 
     std::span<const MovingBody> m_bodies;
     std::span<const BodyPair> m_bodyPairs;
@@ -145,8 +151,9 @@ private:
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
     bool m_hasFaces = false;           ///< of some tree
-    std::int64_t m_flatTries = 0;      ///< steps that were looked at along faces, in this query
-    std::int64_t m_flatHelps = 0;      ///< of which became longer
+    std::int64_t m_flatTries = 0;      ///< steps that were looked at along faces, lately
+    std::int64_t m_flatHelps = 0;      ///< of which became twice as long
+    std::int64_t m_batches = 0;        ///< in this query
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd

@@ -150,6 +150,17 @@ TriangleDistance exactDistance(const RelativeMotion& m,
     }
     return triangleDistance(cornersA, cornersB);
 }
+
+/// How far the whole mesh reaches against a direction, in the frame of its tree.
+double lowestVertex(const SsvTree& tree, const Vector3d& n)
+{
+    double lowest = kInfinity;
+    for (const Vector3d& vertex : tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, n.dot(vertex - tree.origin()));
+    }
+    return lowest;
+}
 }  // namespace
 
 Step nodeStep(const RelativeMotion& m, double margin, const SsvNode& nodeA, const SsvNode& nodeB)
@@ -202,7 +213,8 @@ Step flatStep(const SsvTree& treeA,
               const PairState& state,
               double margin,
               std::int32_t indexA,
-              std::int32_t indexB)
+              std::int32_t indexB,
+              bool byVertices)
 {
     const RelativeMotion& m = state.motion;
     const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.R);
@@ -216,8 +228,15 @@ Step flatStep(const SsvTree& treeA,
     const auto consider = [&](const Vector3d& normal)
     {
         const Vector3d n = normal.dot(across) < 0.0 ? Vector3d(-normal) : normal;
-        const double gap = extentAlong(treeB, indexB, n).low - n.dot(place) -
-                           extentAlong(treeA, indexA, R.transpose() * n).high - state.rounding;
+        const Vector3d inA = R.transpose() * n;
+        double gap = extentAlong(treeB, indexB, n).low - n.dot(place) -
+                     extentAlong(treeA, indexA, inA).high - state.rounding;
+        constexpr double kBlur = 0.5;  // of volumes, for the size of the smaller
+        if (byVertices && gap > -kBlur * static_cast<double>(std::min(nodeA.size(), nodeB.size())))
+        {
+            gap =
+                lowestVertex(treeB, n) - n.dot(place) + lowestVertex(treeA, -inA) - state.rounding;
+        }
         if (gap <= best.gap)
         {
             return;

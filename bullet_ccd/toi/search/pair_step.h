@@ -59,12 +59,15 @@ struct TriangleStep
 
 /// Certified step of two nodes along the normals of the largest faces, in double precision: where
 /// flat lies on flat, the gap is smaller than what single precision can say.
+/// @param byVertices the nodes are the roots: extents are those of all vertices, so that whatever
+///                   lies on a flat face is apart from it, round as it may be; in O(vertices)
 [[nodiscard]] Step flatStep(const SsvTree& treeA,
                             const SsvTree& treeB,
                             const PairState& state,
                             double margin,
                             std::int32_t nodeA,
-                            std::int32_t nodeB);
+                            std::int32_t nodeB,
+                            bool byVertices = false);
 
 /// Certified step of two triangles in slots of the trees along their normals. It is long where they
 /// slide along each other: closest points at their edges see only what comes towards them.

@@ -59,7 +59,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMostWaiting = 1U << 14;
+    static constexpr std::size_t kMostWaiting = 1U << 12;
 
     /// Takes the earliest pairs out of the queue: triangles are dealt with on the way, nodes fill a
     /// batch. Returns the size of the batch.
@@ -88,7 +88,8 @@ private:
             // A pair that came far for its size is worth another step before it is opened.
             const double way =
                 static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale;
-            const bool goesOn = way >= static_cast<double>(a.size() + b.size());
+            constexpr double kFar = 0.5;
+            const bool goesOn = way >= kFar * static_cast<double>(a.size() + b.size());
             const Opening opening(a, b);
             const auto added = static_cast<std::size_t>(goesOn ? 1 : opening.count);
             if (count + added > m_batch.size())

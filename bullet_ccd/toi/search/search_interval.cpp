@@ -8,8 +8,9 @@ namespace bullet_ccd
 namespace
 {
 /// Depth first over intervals of time, the earlier half first. In each interval every pair of nodes
-/// is asked whether it keeps apart until the end; if not, it goes on from where it is certified: it
-/// is opened if it moves little for its size until the end, else it waits for the halves.
+/// is asked whether it keeps apart until the end. If not, it goes on from where it is certified: by
+/// another step, if it came a good part of its size; else it waits for the halves, if it moves far
+/// for its size until the end; else it is opened.
 class Intervals
 {
 public:
@@ -69,6 +70,7 @@ private:
         for (std::size_t i = 0; i < count; ++i)
         {
             batch[i].time += static_cast<double>(steps[i]);
+            batch[i].lastStep = steps[i];
             if (batch[i].time <= last(t1))
             {
                 dispatch(batch[i], t0, last(t1), depth);
@@ -88,11 +90,17 @@ private:
             }
             return;
         }
-        constexpr double kMuch = 0.125;
-        constexpr int kDeepest = 48;
+        constexpr double kGood = 0.1;
+        constexpr double kFar = 4.0;
+        constexpr int kDeepest = 8;
+        const double speed = m_state.scene.pair(p.pair).speedScale;
         const double size = static_cast<double>(a.size()) + static_cast<double>(b.size());
-        const double way = (t1 - p.time) * m_state.scene.pair(p.pair).speedScale;
-        if (way > kMuch * size && depth < kDeepest)
+        if (static_cast<double>(p.lastStep) * speed >= kGood * size)
+        {
+            m_state.work.push_back(p);
+            return;
+        }
+        if ((t1 - p.time) * speed > kFar * size && depth < kDeepest)
         {
             m_state.front.push_back(p);
             return;
