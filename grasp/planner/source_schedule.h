@@ -9,19 +9,20 @@
 
 namespace bullet_ccd::grasp
 {
-/// Spends candidates where they succeed: candidates go to pairs of a source and a preshape by the
-/// cubes of their rates of force closures, but 30 % go to all pairs alike, so that every source
-/// has a tenth of every block at least, up to rounding. Rates of pairs that were
-/// hardly tried are drawn towards what their source and their preshape do elsewhere.
+/// Spends candidates where they succeed: candidates go to pairs of a source and a preshape by a
+/// high power of their rates of force closures, so that the best pair gets most of them, but 10 %
+/// go to all pairs alike, so that every source has a thirtieth, up to rounding. At first most go to
+/// Sphere. Rates of pairs that were hardly tried are drawn towards what their source and their
+/// preshape do elsewhere.
 ///
 /// Candidates are planned in blocks; the turns of a block follow from the outcomes of all blocks
 /// before it, so they depend neither on threads nor on when a plan was stopped. Every block but the
-/// first is as large as all before it together.
+/// first is half as large as all before it together.
 class BULLET_CCD_API SourceSchedule
 {
 public:
-    static constexpr std::int64_t kFirstBlock = 12;
-    static constexpr double kAlike = 0.3;  ///< of the candidates go to all pairs alike
+    static constexpr std::int64_t kFirstBlock = 8;
+    static constexpr double kAlike = 0.1;  ///< of the candidates go to all pairs alike
 
     /// @param preshapes of the hand that take part, by index; at least one
     SourceSchedule(std::vector<std::size_t> preshapes, std::int64_t candidates);
@@ -46,5 +47,6 @@ private:
     std::int64_t m_candidates = 0;
     std::vector<ApproachTurn> m_turns;
     std::vector<std::int64_t> m_taken;  // one a pair
+    std::vector<double> m_due;          // what each pair is owed
 };
 }  // namespace bullet_ccd::grasp
