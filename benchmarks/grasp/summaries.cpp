@@ -1,5 +1,6 @@
 #include "benchmarks/grasp/closing_verdict.h"
 #include "benchmarks/grasp/judged_rows.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
 
@@ -7,7 +8,6 @@
 #include <fmt/format.h>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <utility>
 
 namespace bullet_ccd::benchmarks
@@ -179,14 +179,15 @@ double ratioOf(const std::vector<Closures>& closures)
 std::pair<double, double> intervalOf(const std::vector<Closures>& closures)
 {
     constexpr std::size_t kDraws = 2'000;
-    std::mt19937_64 random(1);
+    reference::Random random(1);
     std::vector<double> ratios;
     for (std::size_t k = 0; k < kDraws; ++k)
     {
         std::vector<Closures> drawn;
         for (std::size_t i = 0; i < closures.size(); ++i)
         {
-            drawn.push_back(closures[random() % closures.size()]);
+            const int which = random.integer(0, static_cast<int>(closures.size()) - 1);
+            drawn.push_back(closures[static_cast<std::size_t>(which)]);
         }
         ratios.push_back(ratioOf(drawn));
     }
