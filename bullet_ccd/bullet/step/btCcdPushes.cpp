@@ -46,6 +46,21 @@ btCcdPushes::End* btCcdPushes::endOf(const btCollisionObject& object)
     return found != m_ends.end() ? &*found : nullptr;
 }
 
+/// True if no point of the body is farther from where it was there than half of what Bullet's boxes
+/// are larger than shapes.
+bool btCcdPushes::isNear(const btRigidBody& body, const btTransform& pose)
+{
+    const btTransform& now = body.getWorldTransform();
+    btScalar turned = 0;
+    for (int k = 0; k < 3; ++k)
+    {
+        turned += now.getBasis().getColumn(k).distance2(pose.getBasis().getColumn(k));
+    }
+    const btScalar reach = body.getCollisionShape()->getAngularMotionDisc();
+    return now.getOrigin().distance(pose.getOrigin()) + btSqrt(turned) * reach <=
+           btScalar(0.5) * gContactBreakingThreshold;
+}
+
 void btCcdPushes::look(btScalar timeStep, bool integrated)
 {
     const btScalar threshold = m_world.getSolverInfo().m_splitImpulsePenetrationThreshold;
@@ -76,6 +91,10 @@ void btCcdPushes::look(btScalar timeStep, bool integrated)
 void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated)
 {
     End* end = endOf(*body);
+    if (end == nullptr || (!integrated && !isNear(*body, end->m_pose)))
+    {
+        m_far.push_back(body);
+    }
     if (end == nullptr || end->m_isLooked || end->m_pose == body->getWorldTransform())
     {
         return;

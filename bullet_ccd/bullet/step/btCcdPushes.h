@@ -45,13 +45,17 @@ public:
     [[nodiscard]] const std::vector<Push>& find(btScalar timeStep, bool integrated)
     {
         m_pushes.clear();
-        if (!m_ends.empty() && mayPush())
+        m_far.clear();
+        if (mayPush())
         {
             look(timeStep, integrated);
         }
         return m_pushes;
     }
     [[nodiscard]] const std::vector<Push>& found() const { return m_pushes; }
+    /// What may have been pushed farther than half of gContactBreakingThreshold, or from where is
+    /// not known; after find().
+    [[nodiscard]] const std::vector<const btRigidBody*>& far() const { return m_far; }
 
 private:
     struct End
@@ -64,6 +68,7 @@ private:
     btDiscreteDynamicsWorld& m_world;
     std::vector<End> m_ends;  // of what Bullet moves, by index in the world
     std::vector<Push> m_pushes;
+    std::vector<const btRigidBody*> m_far;
 
     [[nodiscard]] bool mayPush() const
     {
@@ -72,6 +77,7 @@ private:
     }
     void notePoses();
     [[nodiscard]] End* endOf(const btCollisionObject& object);
+    [[nodiscard]] static bool isNear(const btRigidBody& body, const btTransform& pose);
     void look(btScalar timeStep, bool integrated);
     void look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated);
 };

@@ -141,7 +141,9 @@ bool btCcdStep::begin(btScalar timeStep)
         m_begin = std::chrono::steady_clock::now();
     }
     m_stepper.newStep();
-    if (!m_pushes.find(timeStep, false).empty())
+    const bool isPushed = !m_pushes.find(timeStep, false).empty();
+    notePushed();
+    if (isPushed)
     {
         takeBackPushes(timeStep);
     }
@@ -169,6 +171,14 @@ bool btCcdStep::findImpacts(btScalar timeStep)
         m_stepper.getReady();
     }
     return true;
+}
+
+void btCcdStep::notePushed()
+{
+    for (const btRigidBody* body : m_pushes.far())
+    {
+        m_stepper.mayBePushed(*body);
+    }
 }
 
 void btCcdStep::takeStarts()
@@ -265,7 +275,9 @@ void btCcdStep::rollBack(btScalar timeStep)
     m_stepper.newStep();
     {
         std::optional<btCcdPushed> pushed;
-        if (!m_pushes.find(timeStep, true).empty())
+        const bool isPushed = !m_pushes.find(timeStep, true).empty();
+        notePushed();
+        if (isPushed)
         {
             pushed.emplace(m_world, m_pushes.found(), false);
             takeStarts();

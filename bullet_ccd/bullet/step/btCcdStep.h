@@ -104,6 +104,7 @@ private:
 
     [[nodiscard]] bool findImpacts(btScalar timeStep);
     void takeBack(btScalar timeStep);
+    void notePushed();
     void takeStarts();
     void takeBackPushes(btScalar timeStep);
     void suspendStockClamping();

@@ -58,8 +58,8 @@ public:
     {
         const auto* object = static_cast<const btCollisionObject*>(proxy->m_clientObject);
         const btCcdTracked* other = m_stepper.m_tracker->find(*object);
-        // Fast objects sweep boxes of their own.
-        if (other != nullptr && !other->m_fast)
+        if (other != nullptr && !m_stepper.sweepsBox(*other) &&
+            (other->m_fast || m_stepper.at(m_index).m_fast))
         {
             m_stepper.addPair(m_index, m_stepper.indexOf(*other));
         }
@@ -145,6 +145,11 @@ void btCcdStepper::endStep()
     m_tracker->endStep();
 }
 
+void btCcdStepper::mayBePushed(const btCollisionObject& object)
+{
+    m_tracker->mayBePushed(object);
+}
+
 void btCcdStepper::teleported(const btCollisionObject& object)
 {
     m_tracker->teleported(object);
@@ -159,11 +164,15 @@ bool btCcdStepper::begin(btScalar timeStep, Motion motion, bool kinematicStands)
     m_pairs.clear();
     m_fast.clear();
     m_changed.clear();
-    m_strays.clear();
     m_isNearListed = false;
     if (m_tracker->look(m_timeStep, kinematicStands))
     {
-        m_tracker->findNeighbours();
+        m_tracker->findNeighbours(motion == Motion::Done);
+        if (m_tracker->isInBoxes())
+        {
+            findPairs(m_tracker->present());
+            return !m_pairs.empty();
+        }
         if (m_tracker->moversCanCross())
         {
             findPairs(m_tracker->movers());
@@ -311,7 +320,14 @@ void btCcdStepper::getReady()
     {
         sweep(at(index));
     }
-    findSlow();
+    for (const int index : m_tracker->strays())
+    {
+        sweep(at(index));
+    }
+    if (!m_tracker->isInBoxes())
+    {
+        findSlow();
+    }
 }
 
 double btCcdStepper::tolerance() const
@@ -520,11 +536,15 @@ void btCcdStepper::addCandidates(int index)
     {
         return;
     }
+    if (m_tracker->isInBoxes())
+    {
+        addSwept(index);
+        return;
+    }
     if (!tracked.m_isStray &&
         (m_motion == Motion::Done || !m_tracker->staysInPlace(tracked, m_time, remaining())))
     {
-        tracked.m_isStray = true;
-        m_strays.push_back(index);
+        m_tracker->stray(tracked);
     }
     if (tracked.m_isStray)
     {
@@ -558,7 +578,7 @@ void btCcdStepper::addNear(int index)
             add(m_near[i]);
         }
     }
-    for (const int stray : m_strays)
+    for (const int stray : m_tracker->strays())
     {
         add(stray);
     }
@@ -591,24 +611,32 @@ void btCcdStepper::listNear()
     forEnds([this](int from, int to) { m_near[m_nearEnds[std::size_t(from)]++] = to; });
 }
 
+/// True if what the object may meet is known from its m_sweep, and not from the broadphase.
+bool btCcdStepper::sweepsBox(const btCcdTracked& tracked) const
+{
+    return m_tracker->isInBoxes() ? tracked.m_isStray : tracked.m_fast;
+}
+
 void btCcdStepper::addSwept(int index)
 {
     const btCcdTracked& tracked = at(index);
-    for (const int other : m_fast)
+    const bool isInBoxes = m_tracker->isInBoxes();
+    for (const int other : isInBoxes ? m_tracker->strays() : m_fast)
     {
         const btCcdTracked& b = at(other);
         // Of two objects that come this way, the pair comes once.
-        const bool first = (tracked.m_fast && index < other) || !b.m_changed;
-        if (other != index && first && b.m_tracked && tracked.m_sweep.meets(b.m_sweep))
+        const bool first = ((tracked.m_fast || isInBoxes) && index < other) || !b.m_changed;
+        if (other != index && first && b.m_tracked && (tracked.m_fast || b.m_fast) &&
+            tracked.m_sweep.meets(b.m_sweep))
         {
             addPair(index, other);
         }
     }
-    if (!tracked.m_fast)
+    if (!tracked.m_fast && !isInBoxes)
     {
         return;
     }
-    if (!m_fewSlow)
+    if (isInBoxes || !m_fewSlow)
     {
         Candidates candidates(*this, index);
         m_world.getBroadphase()->aabbTest(
@@ -814,6 +842,10 @@ void btCcdStepper::note(btCcdTracked& tracked)
     {
         tracked.m_changed = true;
         m_changed.push_back(indexOf(tracked));
+        if (m_tracker->isInBoxes())
+        {
+            m_tracker->stray(tracked);  // its box may be another one by now, too
+        }
     }
 }
 
@@ -848,10 +880,15 @@ void btCcdStepper::refresh()
     // What the last refresh() saw is still there, without a mark.
     std::sort(m_changed.begin(), m_changed.end());
     m_changed.erase(std::unique(m_changed.begin(), m_changed.end()), m_changed.end());
+    const bool isInBoxes = m_tracker->isInBoxes();
     std::erase_if(m_changed,
-                  [this](int index)
+                  [this, isInBoxes](int index)
                   {
                       btCcdTracked& tracked = at(index);
+                      if (isInBoxes)
+                      {
+                          sweep(tracked);
+                      }
                       tracked.m_changed = tracked.m_changed && tracked.m_tracked &&
                                           (takeNewCourse(tracked) || tracked.m_squeezed);
                       return !tracked.m_changed;

@@ -25,8 +25,8 @@ struct btCcdTracked;
 /// passed: half the depth of the core of a convex shape, a part of the margin of a mesh. Only pairs
 /// with a fast object are ever asked: two slow ones cannot cross, and Bullet's discrete contacts
 /// see them. Nor can two that move relative to each other by no more than that together, or less
-/// than they are apart. Pairs come from a list of neighbours (btCcdTracker), after an impact from
-/// the broadphase, by the boxes that fast objects sweep, and are filtered as Bullet does (groups,
+/// than they are apart. Pairs come from Bullet's broadphase or a list of neighbours (btCcdTracker),
+/// after an impact by the boxes that objects sweep, and are filtered as Bullet does (groups,
 /// user filters, parent-child and self-collision flags, contact response). Nothing is asked of a
 /// shape but its outline before a pair needs a query, and that is not asked before it is the turn
 /// of the earliest time at which the outlines may meet: most pairs of what is hit again have
@@ -71,6 +71,8 @@ public:
     void endStep();
     /// The next step takes the object to be where it is, whatever its velocity says.
     void teleported(const btCollisionObject& object);
+    /// The solver may have moved the object beside its velocity. Until newStep().
+    void mayBePushed(const btCollisionObject& object);
     [[nodiscard]] const btCcdTracker& tracker() const { return *m_tracker; }
     /// Where the motion of this object began, if that is done and was not its velocity alone. Until
     /// newStep().
@@ -160,7 +162,6 @@ private:
     std::vector<int> m_fast;
     std::vector<int> m_slow;     // the others, if they are few
     std::vector<int> m_changed;  // since the last refresh(), and what that saw
-    std::vector<int> m_strays;   // what has left its place in the lists of neighbours
     std::vector<int> m_near;     // by the lists, of all objects, one after the other
     std::vector<std::size_t> m_nearEnds;
     std::vector<Pair> m_pairs;
@@ -191,6 +192,7 @@ private:
     void addCandidates(int index);
     void addNear(int index);
     void addSwept(int index);
+    [[nodiscard]] bool sweepsBox(const btCcdTracked& tracked) const;
     void listNear();
     void addPair(int a, int b);
     void push(int a, int b, double time);

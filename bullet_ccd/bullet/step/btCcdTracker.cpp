@@ -17,6 +17,13 @@
 namespace
 {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+/// Objects that leave the boxes that they have in the broadphase: so many, and one of so
+/// many. What is nearer than so many tolerances to a box counts as inside.
+constexpr std::size_t kFewStrays = 16;
+constexpr std::size_t kObjectsOfStray = 4;
+constexpr double kTolerances = 2.0;
+/// Of which the sine is the angle, all but a fourth of its third power [rad].
+constexpr double kSmallTurn = 0.45;
 /// What a shape may use up of the margin of the mesh that it meets.
 constexpr double kPartnersShare = btCcdShareOfMargin;
 /// A list of neighbours is good for this part of an object's reach at least. It is good for fewer
@@ -190,6 +197,7 @@ void btCcdTracker::lookAtAll()
     m_moverList.m_boxes.clear();
     m_movers.clear();
     m_others.clear();
+    m_strays.clear();
     m_isAlongListed = false;
     m_group.clear();
     m_moverCount = 0;
@@ -275,6 +283,7 @@ bool btCcdTracker::look(double timeStep, bool kinematicStands)
     m_timeStep = timeStep;
     ++m_epoch;
     forgetBodies();
+    forgetStrays();
     if (m_touched)
     {
         clearStep();
@@ -298,7 +307,7 @@ void btCcdTracker::clearStep()
     for (btCcdTracked& tracked : m_objects)
     {
         tracked.m_fast = tracked.m_changed = tracked.m_pressed = tracked.m_stopped = false;
-        tracked.m_squeezed = tracked.m_isStray = false;
+        tracked.m_squeezed = false;
         tracked.m_since = tracked.m_turned = 0.0;
         tracked.m_shift.setZero();
         if (!tracked.m_moves)
@@ -477,6 +486,7 @@ void btCcdTracker::readKinematic(btCcdTracked& tracked)
 void btCcdTracker::newStep()
 {
     ++m_step;
+    m_pushable.clear();
 }
 
 void btCcdTracker::endStep()
@@ -857,8 +867,171 @@ void btCcdTracker::listMovers(const btVector3& common)
     takePairs(m_moverList, m_movers);
 }
 
-void btCcdTracker::findNeighbours()
+void btCcdTracker::forgetStrays()
 {
+    for (const int index : m_strays)
+    {
+        m_objects[std::size_t(index)].m_isStray = false;
+    }
+    m_strays.clear();
+}
+
+/// False if there are too many, or it is not worth the while.
+bool btCcdTracker::findStrays(bool done)
+{
+    if (!listsMoversApart())
+    {
+        return false;
+    }
+    // Bullet's boxes are larger than shapes; half of that may be used up by pushes.
+    const double room =
+        0.5 * double(gContactBreakingThreshold) - kTolerances * m_context.m_tolerance;
+    const std::size_t most = kFewStrays + m_objects.size() / kObjectsOfStray;
+    for (const btCollisionObject* object : m_pushable)
+    {
+        btCcdTracked* pushed = find(*object);
+        if (pushed != nullptr && pushed->m_tracked)
+        {
+            stray(*pushed);
+        }
+    }
+    for (btCcdTracked& tracked : m_objects)
+    {
+        if (!tracked.m_moves || !tracked.m_tracked || tracked.m_isStray)
+        {
+            continue;
+        }
+        const bool isSlow = !(tracked.m_motion > room) && tracked.m_way == nullptr &&
+                            btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr;
+        if (!isSlow && !staysInBox(tracked, done))
+        {
+            stray(tracked);
+            if (m_strays.size() > most)
+            {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// True if the box that the object has in the broadphase is about all of its path in the step. It
+/// is about where Bullet expected the object to come to at the velocity before contacts: how far it
+/// comes from there is bounded by differences of velocities. Points that turn are off their chords
+/// by an eighth of the square of the angle, relative to their distance from the axis.
+bool btCcdTracker::staysInBox(const btCcdTracked& tracked, bool done) const
+{
+    const btRigidBody* body = btRigidBody::upcast(tracked.m_object);
+    if (body == nullptr || tracked.m_way != nullptr || !tracked.m_turns)
+    {
+        return false;
+    }
+    const auto timeStep = btScalar(m_timeStep);
+    const btVector3 turn = body->getAngularVelocity() * timeStep;
+    const double angle = lengthOf(turn);
+    const btTransform& from = body->getWorldTransform();
+    const btTransform& to = done ? from : body->getInterpolationWorldTransform();
+    double off = angle * angle / 8.0;
+    double room = kTolerances * m_context.m_tolerance;
+    if (!done)
+    {
+        btVector3 axis(0, 0, 0);  // times the sine of the angle from the one to the other
+        for (int k = 0; k < 3; ++k)
+        {
+            axis += btScalar(0.5) * from.getBasis().getColumn(k).cross(to.getBasis().getColumn(k));
+        }
+        const double sine = lengthOf(axis);
+        off += lengthOf(turn - axis) + 0.25 * sine * sine * sine;
+        room += lengthOf(from.getOrigin() + body->getLinearVelocity() * timeStep - to.getOrigin());
+        if (!(sine < kSmallTurn))
+        {
+            return false;
+        }
+    }
+    room += off * tracked.outline().m_reach;
+    const btBroadphaseProxy& proxy = *body->getBroadphaseHandle();
+    const btVector3 size = proxy.m_aabbMax - proxy.m_aabbMin;
+    if (!(angle < kSmallTurn && btScalar(room) < size[size.maxAxis()]))
+    {
+        return false;
+    }
+    btVector3 low;
+    btVector3 high;
+    tracked.m_collisionShape->getAabb(to, low, high);
+    const btVector3 around = btVector3(1, 1, 1) * btScalar(room);
+    return btCcdBox{proxy.m_aabbMin, proxy.m_aabbMax}.contains(low - around, high + around);
+}
+
+void btCcdTracker::addPresent(btCcdTracked& a, btCcdTracked& b)
+{
+    const bool pressed = a.m_pressed && b.m_pressed;
+    if ((a.m_beyond + b.m_beyond > 0.0 || pressed) &&
+        (moversCanCross() || !a.m_moves || !b.m_moves))
+    {
+        const auto [first, second] = std::minmax({&a, &b});
+        m_present.push_back({first, second, -1.0, childOf(*first->m_object, *second->m_object)});
+    }
+}
+
+/// What the broadphase has, and what strays may meet.
+void btCcdTracker::takePresent()
+{
+    const auto trackedOf = [this](const btBroadphaseProxy& proxy)
+    { return find(*static_cast<const btCollisionObject*>(proxy.m_clientObject)); };
+    struct Found : btBroadphaseAabbCallback
+    {
+        std::vector<const btBroadphaseProxy*> m_proxies;
+        bool process(const btBroadphaseProxy* proxy) override
+        {
+            m_proxies.push_back(proxy);
+            return true;
+        }
+    } found;
+    m_present.clear();
+    btBroadphasePairArray& pairs = m_world.getPairCache()->getOverlappingPairArray();
+    for (int i = 0; i < pairs.size(); ++i)
+    {
+        btCcdTracked* a = trackedOf(*pairs[i].m_pProxy0);
+        btCcdTracked* b = trackedOf(*pairs[i].m_pProxy1);
+        if (a != nullptr && b != nullptr && !a->m_isStray && !b->m_isStray)
+        {
+            addPresent(*a, *b);
+        }
+    }
+    m_strayBoxes.boxes().clear();
+    for (const int index : m_strays)
+    {
+        btCcdTracked& stray = m_objects[std::size_t(index)];
+        const btCcdBox place = placeOf(stray);
+        m_strayBoxes.boxes().push_back(place);
+        found.m_proxies.clear();
+        m_world.getBroadphase()->aabbTest(place.m_low, place.m_high, found);
+        for (const btBroadphaseProxy* proxy : found.m_proxies)
+        {
+            btCcdTracked* other = trackedOf(*proxy);
+            if (other != nullptr && !other->m_isStray)
+            {
+                addPresent(stray, *other);
+            }
+        }
+    }
+    (void)m_strayBoxes.listAmongAll(kAnyNumber);
+    for (const auto& [first, second] : m_strayBoxes.pairs())
+    {
+        addPresent(m_objects[std::size_t(m_strays[std::size_t(first)])],
+                   m_objects[std::size_t(m_strays[std::size_t(second)])]);
+    }
+}
+
+void btCcdTracker::findNeighbours(bool done)
+{
+    m_isInBoxes = findStrays(done);
+    if (m_isInBoxes)
+    {
+        takePresent();
+        return;
+    }
+    forgetStrays();
     if (!m_isListed)
     {
         group();

@@ -58,7 +58,7 @@ struct btCcdTracked
     bool m_jumped = false;    // a kinematic object that has been put where it is
     bool m_squeezed = false;  // what nothing can stop goes on into it
     bool m_stopped = false;   // has been placed for the rest of a motion that is done
-    bool m_isStray = false;   // may leave its place in the lists of neighbours in this step
+    bool m_isStray = false;   // may leave its place among its neighbours in this step
     double m_slow = 0.0;      // what it may move and not be fast [m]
     double m_unseen = 0.0;    // what it may move unseen, whatever it meets [m]
     double m_motion = 0.0;    // bound of what any point of it moves in the rest of the step [m]
@@ -107,6 +107,8 @@ public:
     /// A new step is about to begin.
     void newStep();
     void endStep();
+    /// In this step the object may have been moved otherwise than by its velocity.
+    void mayBePushed(const btCollisionObject& object) { m_pushable.push_back(&object); }
     /// In the step to come it has jumped to where it is.
     void teleported(const btCollisionObject& object) { m_teleported.insert(&object); }
     /// Looks at all objects and makes the models of simple shapes, before the first step.
@@ -115,7 +117,23 @@ public:
     /// @param kinematicStands what is kinematic is where its part of this step begins, and stays
     [[nodiscard]] bool look(double timeStep, bool kinematicStands);
     /// Lists all pairs that may meet in this step, and some more; after look().
-    void findNeighbours();
+    /// @param done the motion is, and everything is where it ended
+    void findNeighbours(bool done);
+    /// True if the pairs are those of Bullet's broadphase: all that moves stays in the boxes that
+    /// it has there in this step, but for a few strays. Then present() has the pairs; else movers()
+    /// and others(), and what has been listed stays in boxes of the lists.
+    [[nodiscard]] bool isInBoxes() const { return m_isInBoxes; }
+    [[nodiscard]] std::vector<btCcdNeighbourPair>& present() { return m_present; }
+    /// What may leave its place among its neighbours, by index.
+    [[nodiscard]] const std::vector<int>& strays() const { return m_strays; }
+    void stray(btCcdTracked& tracked)
+    {
+        if (!tracked.m_isStray)
+        {
+            tracked.m_isStray = true;
+            m_strays.push_back(int(&tracked - m_objects.data()));
+        }
+    }
     /// Of two that moved when the list was made; and all others.
     [[nodiscard]] std::vector<btCcdNeighbourPair>& movers() { return m_movers; }
     [[nodiscard]] std::vector<btCcdNeighbourPair>& others() { return m_others; }
@@ -203,6 +221,10 @@ private:
     std::size_t m_moverCount = 0;
     std::vector<btCcdNeighbourPair> m_movers;
     std::vector<btCcdNeighbourPair> m_others;
+    std::vector<btCcdNeighbourPair> m_present;
+    std::vector<int> m_strays;
+    btCcdNeighbours m_strayBoxes;
+    std::vector<const btCollisionObject*> m_pushable;  // see mayBePushed()
     std::int64_t m_unsupported = 0;
     double m_listedTolerance = -1.0;
     double m_timeStep = 0.0;
@@ -222,6 +244,7 @@ private:
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_hasTriggers = false;
     bool m_isListed = false;  // everything is in its box of the list with what is at rest
+    bool m_isInBoxes = false;
 
     [[nodiscard]] static bool isBoxApart(const btCcdTracked& mover, const btCcdTracked& other);
     [[nodiscard]] bool isAlone() const;
@@ -257,6 +280,11 @@ private:
     void listMovers(const btVector3& common);
     template <typename Make>
     void makeList(List& list, const Make& make) const;
+    void forgetStrays();
+    [[nodiscard]] bool findStrays(bool done);
+    [[nodiscard]] bool staysInBox(const btCcdTracked& tracked, bool done) const;
+    void takePresent();
+    void addPresent(btCcdTracked& a, btCcdTracked& b);
     void takePairs(const List& list, std::vector<btCcdNeighbourPair>& pairs);
     void splitPairs();
 };
