@@ -1,8 +1,9 @@
 #include "bullet_ccd/convex/box_separation.h"
 
+#include "bullet_ccd/convex/turn.h"
+
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,31 +11,52 @@ namespace bullet_ccd
 {
 namespace
 {
+/// Three numbers and one that fills the last pair, computed with two at a time.
+struct Three
+{
+    TwoNumbers low;
+    TwoNumbers high;
+
+    Three(double x, double y, double z) : low{x, y}, high{z, 0.0} {}
+    Three(TwoNumbers xy, TwoNumbers z) : low(xy), high(z) {}
+
+    friend Three operator+(Three a, Three b) { return {a.low + b.low, a.high + b.high}; }
+    friend Three operator-(Three a, Three b) { return {a.low - b.low, a.high - b.high}; }
+    friend Three operator*(Three a, Three b) { return {a.low * b.low, a.high * b.high}; }
+    friend Three operator/(Three a, Three b) { return {a.low / b.low, a.high / b.high}; }
+    friend Three operator*(double k, Three a) { return {k * a.low, k * a.high}; }
+    [[nodiscard]] Three larger(Three b) const
+    {
+        return {low > b.low ? low : b.low, high > b.high ? high : b.high};
+    }
+    /// Zero where `of` is not above the limit.
+    [[nodiscard]] Three where(Three of, double limit) const
+    {
+        const TwoNumbers zero{0.0, 0.0};
+        return {of.low > limit ? low : zero, of.high > limit ? high : zero};
+    }
+    [[nodiscard]] Three abs() const { return larger({-low, -high}); }
+    [[nodiscard]] double sum() const { return low[0] + low[1] + high[0]; }
+    [[nodiscard]] double largest() const { return std::max(std::max(low[0], low[1]), high[0]); }
+};
+
 /// The direction that belongs to the features, towards B: A lies at p from B.
 Eigen::Vector3d normalOf(const Placement& pose, int edgeA, int edgeB)
 {
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    if (edgeB < 0)
+    const Eigen::Vector3d unit(
+        edgeB == 0 ? 1.0 : 0.0, edgeB == 1 ? 1.0 : 0.0, edgeB == 2 ? 1.0 : 0.0);
+    if (edgeA < 0)
     {
-        normal = pose.R.col(edgeA);
+        return pose.p[edgeB] > 0.0 ? Eigen::Vector3d(-unit) : unit;
     }
-    else if (edgeA < 0)
+    Eigen::Vector3d normal = pose.R.col(edgeA);
+    double length = 1.0;
+    if (edgeB >= 0)
     {
-        normal[edgeB] = 1.0;
+        normal = normal.cross(unit);
+        length = normal.norm();
     }
-    else
-    {
-        // The cross product of an axis of A and a unit vector.
-        const int k = (edgeB + 1) % 3;
-        const int m = (edgeB + 2) % 3;
-        const double x = pose.R(m, edgeA);
-        const double y = -pose.R(k, edgeA);
-        const double length = std::sqrt(x * x + y * y);
-        normal[k] = x / length;
-        normal[m] = y / length;
-    }
-    const double sign = normal.dot(pose.p) > 0.0 ? -1.0 : 1.0;
-    return sign * normal;
+    return normal * (normal.dot(pose.p) > 0.0 ? -1.0 / length : 1.0 / length);
 }
 }  // namespace
 
@@ -43,66 +65,72 @@ BoxAxis bestBoxAxis(const Eigen::Vector3d& halfA,
                     const Placement& pose)
 {
     // Which axis is best is as good as random, so branches would be guessed wrongly: all gaps come
-    // first, as squares that keep the sign. The root is taken of the best only.
+    // first, two numbers at once, and the root is taken of the best only.
     const Eigen::Matrix3d& R = pose.R;
-    const Eigen::Matrix3d size = R.cwiseAbs();
-    const Eigen::Vector3d pA = R.transpose() * pose.p;  // along the axes of A
-    const Eigen::Vector3d gapsA = pA.cwiseAbs() - halfA - size.transpose() * halfB;
-    const Eigen::Vector3d gapsB = pose.p.cwiseAbs() - halfB - size * halfA;
-    constexpr std::size_t kAxes = 15;
-    std::array<double, kAxes> squares{};
+    // Column `column` from row `row` on, round again.
+    const auto from = [&R](int row, int column) -> Three {
+        return {R(row, column), R((row + 1) % 3, column), R((row + 2) % 3, column)};
+    };
+    const Three size[3] = {from(0, 0).abs(), from(0, 1).abs(), from(0, 2).abs()};
+    const Three p(pose.p[0], pose.p[1], pose.p[2]);
+    const Three p1(pose.p[1], pose.p[2], pose.p[0]);
+    const Three p2(pose.p[2], pose.p[0], pose.p[1]);
+    const Three halfB1(halfB[1], halfB[2], halfB[0]);
+    const Three halfB2(halfB[2], halfB[0], halfB[1]);
+
+    const Three half(halfB[0], halfB[1], halfB[2]);
+    const Three gapsB =
+        p.abs() - half - halfA[0] * size[0] - halfA[1] * size[1] - halfA[2] * size[2];
+    // Where numbers overflow, no comparison holds: the first face is as good as any.
+    BoxAxis best{.gap = -std::numeric_limits<double>::infinity(), .edgeA = 0};
     for (int i = 0; i < 3; ++i)
     {
-        const auto k = static_cast<std::size_t>(i);
-        squares[k] = gapsA[i] * std::abs(gapsA[i]);
-        squares[3 + k] = gapsB[i] * std::abs(gapsB[i]);
+        const double gapA = std::abs((from(0, i) * p).sum()) - halfA[i] - (size[i] * half).sum();
+        best.edgeA = gapA > best.gap ? i : best.edgeA;
+        best.gap = std::max(best.gap, gapA);
     }
+    for (int j = 0; j < 3; ++j)
+    {
+        const double gapB = j < 2 ? gapsB.low[j] : gapsB.high[0];
+        best.edgeA = gapB > best.gap ? -1 : best.edgeA;
+        best.edgeB = gapB > best.gap ? j : best.edgeB;
+        best.gap = std::max(best.gap, gapB);
+    }
+
     // Edges i of A and j of B: the direction is a_i x b_j, of length sqrt(1 - R_ji^2); in the frame
     // of B, a_i is column i of R. Its height over the corners takes one entry of |R| each. It
-    // counts only where it separates.
+    // counts only where it separates and the edges are not parallel.
     constexpr double kParallel = 1e-10;
-    constexpr double kNever = -std::numeric_limits<double>::infinity();
-    std::size_t axis = 6;
+    std::array<std::array<double, 3>, 3> squares{};
+    double most = 0.0;
     for (int i = 0; i < 3; ++i)
     {
         const int i1 = (i + 1) % 3;
         const int i2 = (i + 2) % 3;
-        for (int j = 0; j < 3; ++j)
+        const Three next = from(1, i);
+        const Three last = from(2, i);
+        const Three apart = p1 * last - p2 * next;
+        const Three reach =
+            halfA[i1] * size[i2] + halfA[i2] * size[i1] + halfB1 * last.abs() + halfB2 * next.abs();
+        const Three length = next * next + last * last;
+        const Three gap = (apart.abs() - reach).larger({0.0, 0.0, 0.0});
+        const Three square = (gap * gap / length).where(length, kParallel);
+        most = std::max(most, square.largest());
+        squares[static_cast<std::size_t>(i)] = {square.low[0], square.low[1], square.high[0]};
+    }
+    if (best.gap <= 0.0 ? most > 0.0 : most > best.gap * best.gap)
+    {
+        for (int k = 0; k < 9; ++k)
         {
-            const int j1 = (j + 1) % 3;
-            const int j2 = (j + 2) % 3;
-            const double apart = std::abs(pose.p[j1] * R(j2, i) - pose.p[j2] * R(j1, i));
-            const double reach = halfA[i1] * size(j, i2) + halfA[i2] * size(j, i1) +
-                                 halfB[j1] * size(j2, i) + halfB[j2] * size(j1, i);
-            const double square = R(j1, i) * R(j1, i) + R(j2, i) * R(j2, i);
-            const double gap = apart - reach;
-            const double height = gap * gap / std::max(square, kParallel);
-            const bool counts =
-                (static_cast<int>(gap > 0.0) & static_cast<int>(square > kParallel)) != 0;
-            squares[axis++] = counts ? height : kNever;
+            const int i = k / 3;
+            const int j = k % 3;
+            const double square = squares[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+            if (square == most)
+            {
+                best = {.gap = std::sqrt(most), .edgeA = i, .edgeB = j};
+                break;
+            }
         }
-    }
-    double most = squares[0];
-    for (const double square : squares)
-    {
-        most = std::max(most, square);
-    }
-    unsigned isBest = 1U << kAxes;  // where numbers overflow, none is
-    for (std::size_t k = 0; k < kAxes; ++k)
-    {
-        isBest |= static_cast<unsigned>(squares[k] == most) << k;
-    }
-    const int first = std::countr_zero(isBest) % static_cast<int>(kAxes);
-    BoxAxis best{.gap = std::copysign(std::sqrt(std::abs(most)), most)};
-    if (first < 6)
-    {
-        best.edgeA = first < 3 ? first : -1;
-        best.edgeB = first < 3 ? -1 : first - 3;
-    }
-    else
-    {
-        best.edgeA = (first - 6) / 3;
-        best.edgeB = (first - 6) % 3;
     }
     best.normal = normalOf(pose, best.edgeA, best.edgeB);
     return best;

@@ -24,10 +24,6 @@ double sizeOf(const Vector3d& x)
 /// Where the shape is in its body, seen from the body's reference point, in the shape's axes.
 Vector3d armOf(const ConvexBody& body)
 {
-    if (isPlain(body))
-    {
-        return -body.motion.reference_B;
-    }
     return body.X_BG.linear().transpose() * (body.X_BG.translation() - body.motion.reference_B);
 }
 }  // namespace
@@ -39,17 +35,19 @@ bool isPlain(const ConvexBody& body)
 }
 
 ConvexCourse::ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB)
-    : shapeA(bodyA.shape), shapeB(bodyB.shape), armA(armOf(bodyA)), armB(armOf(bodyB))
+    : shapeA(bodyA.shape), shapeB(bodyB.shape), isPlainA(isPlain(bodyA)), isPlainB(isPlain(bodyB))
 {
     const RigidMotion& a = bodyA.motion;
     const RigidMotion& b = bodyB.motion;
     D0 = b.X_W0.translation() - a.X_W0.translation();
-    if (!a.reference_B.isZero(0.0) || !b.reference_B.isZero(0.0))
+    V = b.v_W - a.v_W;
+    hasArms = !isPlainA || !isPlainB || !a.reference_B.isZero(0.0) || !b.reference_B.isZero(0.0);
+    if (hasArms)
     {
+        armA = armOf(bodyA);
+        armB = armOf(bodyB);
         D0 += b.X_W0.linear() * b.reference_B - a.X_W0.linear() * a.reference_B;
     }
-    V = b.v_W - a.v_W;
-    hasArms = !armA.isZero(0.0) || !armB.isZero(0.0);
     reachA = shapeA->coreRadius + (hasArms ? armA.norm() : 0.0);
     reachB = shapeB->coreRadius + (hasArms ? armB.norm() : 0.0);
     farthest = std::sqrt(std::max(D0.squaredNorm(), Vector3d(D0 + V).squaredNorm()));
@@ -57,11 +55,10 @@ ConvexCourse::ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB)
 
 namespace
 {
-TurnedAxes axesOf(const Spin& spin, const ConvexBody& body)
+TurnedAxes axesOf(const Spin& spin, const ConvexBody& body, bool isPlain)
 {
     const auto R0 = body.motion.X_W0.linear();
-    return isPlain(body) ? TurnedAxes(spin.axis, R0)
-                         : TurnedAxes(spin.axis, R0 * body.X_BG.linear());
+    return isPlain ? TurnedAxes(spin.axis, R0) : TurnedAxes(spin.axis, R0 * body.X_BG.linear());
 }
 }  // namespace
 
@@ -69,8 +66,8 @@ ConvexPair::ConvexPair(const ConvexCourse& course, const ConvexBody& bodyA, cons
     : ConvexCourse(course),
       spinA(bodyA.motion.w_W),
       spinB(bodyB.motion.w_W),
-      axesA(axesOf(spinA, bodyA)),
-      axesB(axesOf(spinB, bodyB)),
+      axesA(axesOf(spinA, bodyA, isPlainA)),
+      axesB(axesOf(spinB, bodyB, isPlainB)),
       spread((spinA.velocity - spinB.velocity).squaredNorm() +
              spinA.velocity.cross(spinB.velocity).norm()),
       speed(V.norm())
@@ -87,10 +84,11 @@ void ConvexPair::at(double t, ConvexPlaces& places) const
 {
     places.t = t;
     places.D = D0 + t * V;
-    axesA.at(spinA, t, places.RA);
-    axesB.at(spinB, t, places.RB);
-    places.X_BA.R.noalias() = places.RB.transpose() * places.RA;
-    places.X_BA.p.noalias() = -places.RB.transpose() * places.D;
+    const auto [ofA, ofB] = sinesAndCosines(spinA.rate * t, spinB.rate * t);
+    places.axesA = axesA.at(ofA);
+    places.axesB = axesB.at(ofB);
+    places.X_BA.R.noalias() = places.RB().transpose() * places.RA();
+    places.X_BA.p.noalias() = -places.RB().transpose() * places.D;
     if (hasArms)
     {
         places.X_BA.p += places.X_BA.R * armA - armB;
@@ -102,8 +100,8 @@ GapAlong::GapAlong(const ConvexPair& pair,
                    const TurningDirection& direction)
     : m_pair(pair), m_places(places), m_with(direction.with), m_n(direction.n)
 {
-    const Vector3d nA = places.RA.transpose() * m_n;
-    const Vector3d nB = places.RB.transpose() * m_n;
+    const Vector3d& nB = direction.n_B;
+    const Vector3d nA = places.X_BA.R.transpose() * nB;
     Vector3d inA = supportPoint(*pair.shapeA, nA);
     // Of a half-space, the normal is the direction, and turns with it.
     const bool isGround = pair.shapeB->core == ConvexCore::HalfSpace;
@@ -131,13 +129,13 @@ GapAlong::GapAlong(const ConvexPair& pair,
     {
         case TurningDirection::With::BodyA:
             follow(pair.spinA);
-            m_rate += (places.RB * inB).dot(m_n.cross(wB - wA));
+            m_rate += (places.RB() * inB).dot(m_n.cross(wB - wA));
             m_bend += pair.spread * pair.reachB;
             m_height = heightA;
             break;
         case TurningDirection::With::BodyB:
             follow(pair.spinB);
-            m_rate -= (places.RA * inA).dot(m_n.cross(wA - wB));
+            m_rate -= (places.RA() * inA).dot(m_n.cross(wA - wB));
             m_bend += pair.spread * pair.reachA;
             m_height = heightB;
             break;
@@ -148,7 +146,7 @@ GapAlong::GapAlong(const ConvexPair& pair,
             const Vector3d A = wA - w;
             const Vector3d B = wB - w;
             follow(m_spin);
-            m_rate += (places.RB * inB).dot(m_n.cross(B)) - (places.RA * inA).dot(m_n.cross(A));
+            m_rate += (places.RB() * inB).dot(m_n.cross(B)) - (places.RA() * inA).dot(m_n.cross(A));
             m_bend += (A.squaredNorm() + w.cross(A).norm()) * pair.reachA +
                       (B.squaredNorm() + w.cross(B).norm()) * pair.reachB;
             break;
@@ -162,49 +160,53 @@ double GapAlong::gapAt(double t) const
     const ConvexPair& p = m_pair;
     const double later = t - m_places.t;
     const Vector3d D = p.D0 + t * p.V;
+    const auto [ofA, ofB] = sinesAndCosines(p.spinA.rate * later, p.spinB.rate * later);
+    const Turn turnA{p.spinA.axis, ofA};
+    const Turn turnB{p.spinB.axis, ofB};
     const auto heightA = [&](const Vector3d& n)
     {
-        const Vector3d nA = m_places.RA.transpose() * Turn(p.spinA, later).back(n);
+        const Vector3d nA = m_places.RA().transpose() * turnA.back(n);
         return supportHeight(*p.shapeA, nA) + (p.hasArms ? nA.dot(p.armA) : 0.0);
     };
     const auto heightB = [&](const Vector3d& n)
     {
-        const Vector3d nB = m_places.RB.transpose() * Turn(p.spinB, later).back(n);
+        const Vector3d nB = m_places.RB().transpose() * turnB.back(n);
         return (p.hasArms ? nB.dot(p.armB) : 0.0) - supportHeight(*p.shapeB, -nB);
     };
     switch (m_with)
     {
         case TurningDirection::With::BodyA:
         {
-            const Vector3d n = Turn(p.spinA, later)(m_n);
+            const Vector3d n = turnA(m_n);
             return n.dot(D) - m_height + heightB(n);
         }
         case TurningDirection::With::BodyB:
         {
-            const Vector3d n = Turn(p.spinB, later)(m_n);
+            const Vector3d n = turnB(m_n);
             return n.dot(D) - heightA(n) + m_height;
         }
         case TurningDirection::With::Itself:
             break;
     }
-    const Vector3d n = Turn(m_spin, later)(m_n);
+    const Vector3d n = Turn{m_spin.axis, sinesAndCosines(m_spin.rate * later, 0.0)[0]}(m_n);
     return n.dot(D) - heightA(n) + heightB(n);
 }
 
 double certifiedRoot(double first, double last, double length, double bend)
 {
-    // first + b s + bend s^2 / 2 is the chord less its sag.
-    const double b = (last - first) / length - 0.5 * bend * length;
+    // first + b s + bend s^2 / 2 is the chord less its sag. All is taken times the length, which
+    // spares a division.
+    const double b = (last - first) - 0.5 * bend * length * length;
     if (b >= 0.0)
     {
         return length;
     }
-    const double square = b * b - 2.0 * bend * first;
+    const double square = b * b - 2.0 * bend * first * (length * length);
     if (square < 0.0)
     {
         return length;
     }
-    const double root = 2.0 * first / (std::sqrt(square) - b);
+    const double root = 2.0 * first * length / (std::sqrt(square) - b);
     return root < length ? root * (1.0 - 1e-13) : length;
 }
 }  // namespace bullet_ccd

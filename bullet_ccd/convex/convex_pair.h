@@ -20,10 +20,19 @@ struct ConvexBody;
 struct ConvexPlaces
 {
     double t = 0.0;
-    Eigen::Matrix3d RA = Eigen::Matrix3d::Identity();  ///< axes of A's shape
-    Eigen::Matrix3d RB = Eigen::Matrix3d::Identity();
+    MatrixNumbers axesA;  ///< of A's shape
+    MatrixNumbers axesB;
     Eigen::Vector3d D = Eigen::Vector3d::Zero();
     Placement X_BA;  ///< A's core in the frame of B's
+
+    [[nodiscard]] Eigen::Map<const Eigen::Matrix3d> RA() const
+    {
+        return Eigen::Map<const Eigen::Matrix3d>(axesA.data());
+    }
+    [[nodiscard]] Eigen::Map<const Eigen::Matrix3d> RB() const
+    {
+        return Eigen::Map<const Eigen::Matrix3d>(axesB.data());
+    }
 };
 
 /// What the balls around two moving cores depend on. Most queries end with these.
@@ -33,6 +42,8 @@ struct ConvexCourse
     const ConvexShape* shapeB = nullptr;
     Eigen::Vector3d armA = Eigen::Vector3d::Zero();  ///< from reference to shape, in its own axes
     Eigen::Vector3d armB = Eigen::Vector3d::Zero();
+    bool isPlainA = true;  ///< see isPlain()
+    bool isPlainB = true;
     bool hasArms = false;  ///< a shape is not centred at its reference
     Eigen::Vector3d D0 = Eigen::Vector3d::Zero();
     Eigen::Vector3d V = Eigen::Vector3d::Zero();
@@ -43,7 +54,7 @@ struct ConvexCourse
     ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB);
 };
 
-/// Whether the shape stands in its body as it is.
+/// Whether the axes and the origin of the shape are those of its body.
 [[nodiscard]] bool isPlain(const ConvexBody& body);
 
 struct ConvexPair : ConvexCourse
@@ -73,6 +84,7 @@ struct TurningDirection
     };
 
     Eigen::Vector3d n = Eigen::Vector3d::UnitX();
+    Eigen::Vector3d n_B = Eigen::Vector3d::UnitX();  ///< the same in the axes of B
     With with = With::Itself;
     Eigen::Vector3d w = Eigen::Vector3d::Zero();  ///< [rad per step]; used for Itself only
 };

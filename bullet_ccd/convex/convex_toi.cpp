@@ -100,6 +100,11 @@ private:
     {
         return gap > distance + m_radii + m_pair.rounding;
     }
+    void setNormal(const Vector3d& n_B)
+    {
+        m_direction.n_B = n_B;
+        m_direction.n = m_places.RB() * n_B;
+    }
     void look(double t);
     void lookAtBoxes();
     void lookAtGround();
@@ -182,7 +187,7 @@ void ConvexQuery::followSimplex()
         return;
     }
     m_direction.with = TurningDirection::With::Itself;
-    m_direction.w = rateOfFeatures(m_places.RA * edgeA, m_places.RB * edgeB);
+    m_direction.w = rateOfFeatures(m_places.RA() * edgeA, m_places.RB() * edgeB);
 }
 
 /// Finds a direction that separates the cores at time t; m_isExact says whether it is that of the
@@ -211,7 +216,7 @@ void ConvexQuery::look(double t)
                                   m_limits.threshold + m_radii + m_pair.rounding,
                                   m_simplex);
         m_isExact = true;
-        m_direction.n = m_places.RB * m_closest.normal;
+        setNormal(m_closest.normal);
         followSimplex();
     }
 }
@@ -231,7 +236,7 @@ void ConvexQuery::lookAtBoxes()
                     facingPoints(halfA, halfB, pose, m_axis, m_closest);
     }
     m_closest.gap = m_axis.gap;
-    m_direction.n = m_places.RB * m_axis.normal;
+    setNormal(m_axis.normal);
     if (m_axis.edgeA < 0 || m_axis.edgeB < 0)
     {
         m_direction.with =
@@ -239,7 +244,8 @@ void ConvexQuery::lookAtBoxes()
         return;
     }
     m_direction.with = TurningDirection::With::Itself;
-    m_direction.w = rateOfFeatures(m_places.RA.col(m_axis.edgeA), m_places.RB.col(m_axis.edgeB));
+    m_direction.w =
+        rateOfFeatures(m_places.RA().col(m_axis.edgeA), m_places.RB().col(m_axis.edgeB));
 }
 
 /// Above a half-space, its normal is the only direction.
@@ -254,7 +260,8 @@ void ConvexQuery::lookAtGround()
     m_closest.normal = n;
     m_closest.pointB = m_closest.pointA + m_closest.distance * n;
     m_isExact = true;
-    m_direction = {.n = m_places.RB * n, .with = TurningDirection::With::BodyB};
+    setNormal(n);
+    m_direction.with = TurningDirection::With::BodyB;
 }
 
 /// How far the direction certifies; the time of the places if not at all.
@@ -314,7 +321,7 @@ ToiResult ConvexQuery::describe(ToiStatus status) const
 {
     ToiResult result = answer(status, m_places.t);
     const RigidMotion& motion = m_bodyB.motion;
-    const Matrix3d& R_WB = m_places.RB;
+    const auto R_WB = m_places.RB();
     const Vector3d p_WB =
         motion.X_W0 * motion.reference_B + m_places.t * motion.v_W + R_WB * m_pair.armB;
     const Vector3d& n = m_closest.normal;
@@ -338,10 +345,10 @@ bool ConvexQuery::touchesAtStart()
         return false;
     }
     m_touches = true;
-    const Vector3d n = m_places.RB * m_closest.normal;
+    const Vector3d n = m_places.RB() * m_closest.normal;
     const Vector3d a =
-        m_places.RB * (m_closest.pointA - m_places.X_BA.p) + m_places.RA * m_pair.armA;
-    const Vector3d b = m_places.RB * (m_closest.pointB + m_pair.armB);
+        m_places.RB() * (m_closest.pointA - m_places.X_BA.p) + m_places.RA() * m_pair.armA;
+    const Vector3d b = m_places.RB() * (m_closest.pointB + m_pair.armB);
     const Spin& spinA = m_pair.spinA;
     const Spin& spinB = m_pair.spinB;
     const double closing = n.dot(spinA.velocity.cross(a) - spinB.velocity.cross(b) - m_pair.V);

@@ -75,7 +75,8 @@ TEST(ConvexParts, SineAndCosineAreThoseOfTheLibrary)
     {
         const double scale = random.logUniform(1e-9, 3e5);
         const double angle = i == 0 ? 0.0 : random.uniform(-scale, scale);
-        const SineAndCosine found = sineAndCosine(angle);
+        const auto [found, other] = sinesAndCosines(angle, 0.5 * angle);
+        EXPECT_EQ(other.sine, sinesAndCosines(0.0, 0.5 * angle)[1].sine);
         EXPECT_NEAR(found.sine, std::sin(angle), 3e-16) << angle;
         EXPECT_NEAR(found.cosine, std::cos(angle), 3e-16) << angle;
     }
@@ -215,9 +216,11 @@ TEST(ConvexParts, GapsAreSemiConcave)
         pair.at(begin, places);
         using With = TurningDirection::With;
         const std::array<With, 3> kinds{With::BodyA, With::BodyB, With::Itself};
+        const Vector3d n = random.direction();
         const GapAlong along(pair,
                              places,
-                             {.n = random.direction(),
+                             {.n = n,
+                              .n_B = places.RB().transpose() * n,
                               .with = kinds[static_cast<std::size_t>(random.integer(0, 2))],
                               .w = random.inBox(3.0)});
         EXPECT_NEAR(along.gap(), along.gapAt(begin), 1e-13 * (1.0 + std::abs(along.gap())));
