@@ -178,6 +178,29 @@ TEST(PairMask, DistancesLeaveOutExemptPairsOnly)
     EXPECT_LT(allExempt, kScenes / 3);
 }
 
+/// Nodes below which all is exempt intersect: they would be opened down to all pairs of triangles.
+TEST(PairMask, CostsNothingWhereAllBelowTwoNodesIsExempt)
+{
+    Random random(92);
+    const TriangleMesh mesh = soup(random, 600, 1.0, 0.5);
+    const SsvTree tree = buildSsvTree(mesh);
+    const std::vector<std::uint8_t> all(mesh.triangles.size(), 1);
+    const PairMask mask(tree, tree, all, all);
+    RigidMotion turns;
+    turns.w_W = {0.0, 0.0, 1.0};
+    const std::array<MovingBody, 2> bodies{MovingBody{.tree = &tree, .motion = turns},
+                                           MovingBody{.tree = &tree, .motion = RigidMotion{}}};
+    const std::array<BodyPair, 1> pairs{{{.bodyA = 0, .bodyB = 1, .mask = &mask}}};
+    ToiWorkspace work;
+    for (const ToiStrategy strategy : {ToiStrategy::BestFirst, ToiStrategy::Interval})
+    {
+        const FirstContactResult result =
+            firstContact(bodies, pairs, {.tolerance = 1e-5, .strategy = strategy}, work);
+        EXPECT_EQ(result.status, ToiStatus::Separated);
+        EXPECT_LE(result.counters.nodePairs + result.counters.trianglePairs, 16);
+    }
+}
+
 TEST(PairMask, RefusesMarksOfAnotherMesh)
 {
     const SsvTree tree = buildSsvTree(cube(1.0));

@@ -108,7 +108,11 @@ private:
         const Opening opening(a, b);
         for (std::int32_t k = 0; k < opening.count; ++k)
         {
-            m_state.work.push_back(opening.child(p, k));
+            const NodePair child = opening.child(p, k);
+            if (!m_state.scene.isExempt(child))
+            {
+                m_state.work.push_back(child);
+            }
         }
     }
 
