@@ -18,6 +18,7 @@ namespace
 constexpr int kHandGroup = 1;
 constexpr int kObjectGroup = 2;
 constexpr int kTableGroup = 4;
+constexpr int kSceneGroup = 8;
 
 constexpr double kTableDepth = 0.05;   // half of it [m]
 constexpr double kTableSizes = 2.0;    // half its width, over the diagonal of the object's box
@@ -53,10 +54,7 @@ TrialWorld::TrialWorld(const HandModel& hand,
     : m_hand(hand),
       m_pairs(hand),
       m_multiBody(makeHandMultiBody(hand)),
-      m_objectTree(&object.tree, [](const SsvTree*) {}),
-      m_objectMesh(m_objectTree),
-      m_objectShape(false, 1),
-      m_X_OI(Eigen::Isometry3d::Identity()),
+      m_objectSize(bounds(object.tree.mesh()).diagonal().norm()),
       m_dispatcher(&m_configuration),
       m_world(&m_dispatcher, &m_broadphase, &m_solver, &m_configuration),
       m_drives(hand.robot.tree.size(), nullptr),
@@ -103,8 +101,9 @@ TrialWorld::TrialWorld(const HandModel& hand,
         {
             m_multiBody.meshes[i]->setMargin(m_margin);
             m_multiBody.colliders[i]->setFriction(std::sqrt(m_friction));
-            m_world.addCollisionObject(
-                m_multiBody.colliders[i].get(), kHandGroup, kHandGroup | kObjectGroup);
+            m_world.addCollisionObject(m_multiBody.colliders[i].get(),
+                                       kHandGroup,
+                                       kHandGroup | kObjectGroup | kSceneGroup);
         }
     }
     btAlignedObjectArray<btQuaternion> rotations;
@@ -140,31 +139,64 @@ TrialWorld::TrialWorld(const HandModel& hand,
         m_world.addMultiBodyConstraint(constraint.get());
     }
 
-    const MassProperties solid = massProperties(object.tree.mesh());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(solid.inertia *
-                                                                   (bodies.mass / solid.volume));
-    m_X_OI.linear() = principal.eigenvectors();
-    if (m_X_OI.linear().determinant() < 0.0)
+    m_object = makeBody(object.tree,
+                        Eigen::Isometry3d::Identity(),
+                        bodies.mass,
+                        bodies.centerOfMass.value_or(object.centerOfMass));
+    m_world.addRigidBody(
+        m_object.rigid.get(), kObjectGroup, kHandGroup | kObjectGroup | kTableGroup | kSceneGroup);
+}
+
+TrialWorld::Body TrialWorld::makeBody(const SsvTree& tree,
+                                      const Eigen::Isometry3d& X_WB,
+                                      double mass,
+                                      const std::optional<Eigen::Vector3d>& centerOfMass) const
+{
+    Body body;
+    body.X_OI = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d moments = Eigen::Vector3d::Zero();
+    if (mass > 0.0)
     {
-        m_X_OI.linear().col(2) *= -1.0;
+        const MassProperties solid = massProperties(tree.mesh());
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(solid.inertia *
+                                                                       (mass / solid.volume));
+        body.X_OI.linear() = principal.eigenvectors();
+        if (body.X_OI.linear().determinant() < 0.0)
+        {
+            body.X_OI.linear().col(2) *= -1.0;
+        }
+        body.X_OI.translation() = centerOfMass.value_or(solid.center);
+        moments = principal.eigenvalues().cwiseMax(1e-15);
     }
-    m_X_OI.translation() = bodies.centerOfMass.value_or(object.centerOfMass);
-    m_objectMesh.setMargin(m_margin);
-    m_objectShape.addChildShape(btCcdToBullet(m_X_OI.inverse()), &m_objectMesh);
-    m_object = std::make_unique<btRigidBody>(
-        rigidInfo(bodies.mass,
-                  m_objectShape,
-                  btCcdToBullet(Eigen::Vector3d(principal.eigenvalues().cwiseMax(1e-15))),
-                  btCcdToBullet(m_X_OI)));
-    m_object->setFriction(std::sqrt(m_friction));
-    m_object->setActivationState(DISABLE_DEACTIVATION);
-    m_world.addRigidBody(m_object.get(), kObjectGroup, kHandGroup | kObjectGroup | kTableGroup);
+    body.mesh = std::make_unique<btCcdMeshShape>(
+        std::shared_ptr<const SsvTree>(&tree, [](const SsvTree*) {}));  // not owned
+    body.mesh->setMargin(m_margin);
+    body.shape = std::make_unique<btCompoundShape>(false, 1);
+    body.shape->addChildShape(btCcdToBullet(body.X_OI.inverse()), body.mesh.get());
+    body.rigid = std::make_unique<btRigidBody>(
+        rigidInfo(mass, *body.shape, btCcdToBullet(moments), btCcdToBullet(X_WB * body.X_OI)));
+    body.rigid->setFriction(std::sqrt(m_friction));
+    body.rigid->setActivationState(DISABLE_DEACTIVATION);
+    return body;
+}
+
+void TrialWorld::addBody(const SsvTree& tree, const Eigen::Isometry3d& X_WB, double mass)
+{
+    require(std::isfinite(mass) && mass >= 0.0 && X_WB.matrix().allFinite(),
+            "trial: a body needs a finite pose, and a mass of 0 or more");
+    m_bodies.push_back(makeBody(tree, X_WB, mass, std::nullopt));
+    m_world.addRigidBody(
+        m_bodies.back().rigid.get(), kSceneGroup, kHandGroup | kObjectGroup | kSceneGroup);
 }
 
 TrialWorld::~TrialWorld()
 {
     removeTable();
-    m_world.removeRigidBody(m_object.get());
+    m_world.removeRigidBody(m_object.rigid.get());
+    for (const Body& body : m_bodies)
+    {
+        m_world.removeRigidBody(body.rigid.get());
+    }
     for (const auto& constraint : m_constraints)
     {
         m_world.removeMultiBodyConstraint(constraint.get());
@@ -196,7 +228,7 @@ void TrialWorld::drive(std::int32_t link, const DriveSettings& settings, double 
 void TrialWorld::addTable(const Eigen::Vector3d& point, const Eigen::Vector3d& up)
 {
     removeTable();
-    const double half = kTableSizes * bounds(m_objectTree->mesh()).diagonal().norm();
+    const double half = kTableSizes * m_objectSize;
     m_tableShape = btCcdMeshShape::fromMesh(makeBox(Eigen::Vector3d(half, half, kTableDepth)));
     m_tableShape->setMargin(m_margin);
     Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
@@ -245,7 +277,7 @@ void TrialWorld::hardenSkins()
     }
     const double room = std::max(kHardest, 1.0 - deepest / (kSkinDepth * 2.0 * m_margin));
     const double stiffness = m_stiffness / (room * room);
-    m_object->setContactStiffnessAndDamping(stiffness, kSkinTime * stiffness);
+    m_object.rigid->setContactStiffnessAndDamping(stiffness, kSkinTime * stiffness);
     // Points that are there already have what they were made with.
     for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
     {
@@ -283,38 +315,49 @@ void TrialWorld::step(double timeStep,
         m_table->setWorldTransform(pose);
         m_table->setInterpolationWorldTransform(pose);
     }
-    m_object->setGravity(btCcdToBullet(acceleration));
-    m_object->applyCentralForce(btCcdToBullet(force));
-    m_object->applyTorque(btCcdToBullet(moment));
+    for (const Body& body : m_bodies)
+    {
+        body.rigid->setGravity(btCcdToBullet(acceleration));
+    }
+    m_object.rigid->setGravity(btCcdToBullet(acceleration));
+    m_object.rigid->applyCentralForce(btCcdToBullet(force));
+    m_object.rigid->applyTorque(btCcdToBullet(moment));
     m_world.stepSimulation(timeStep, 0);
 }
 
 Eigen::Isometry3d TrialWorld::objectPose() const
 {
-    return btCcdToEigen(m_object->getWorldTransform()) * m_X_OI.inverse();
+    return btCcdToEigen(m_object.rigid->getWorldTransform()) * m_object.X_OI.inverse();
+}
+
+Eigen::Isometry3d TrialWorld::bodyPose(std::size_t body) const
+{
+    const Body& one = m_bodies.at(body);
+    return btCcdToEigen(one.rigid->getWorldTransform()) * one.X_OI.inverse();
 }
 
 Eigen::Vector3d TrialWorld::objectCenter() const
 {
-    return btCcdToEigen(m_object->getWorldTransform().getOrigin());
+    return btCcdToEigen(m_object.rigid->getWorldTransform().getOrigin());
 }
 
 Eigen::Vector3d TrialWorld::objectVelocity() const
 {
-    return btCcdToEigen(m_object->getLinearVelocity());
+    return btCcdToEigen(m_object.rigid->getLinearVelocity());
 }
 
 Eigen::Vector3d TrialWorld::objectSpin() const
 {
-    return btCcdToEigen(m_object->getAngularVelocity());
+    return btCcdToEigen(m_object.rigid->getAngularVelocity());
 }
 
 double TrialWorld::objectEnergy() const
 {
-    const btVector3& inverse = m_object->getInvInertiaDiagLocal();
+    const btVector3& inverse = m_object.rigid->getInvInertiaDiagLocal();
     const btVector3 spin =
-        m_object->getAngularVelocity() * m_object->getWorldTransform().getBasis();
-    double energy = 0.5 * m_object->getLinearVelocity().length2() / m_object->getInvMass();
+        m_object.rigid->getAngularVelocity() * m_object.rigid->getWorldTransform().getBasis();
+    double energy =
+        0.5 * m_object.rigid->getLinearVelocity().length2() / m_object.rigid->getInvMass();
     for (int k = 0; k < 3; ++k)
     {
         energy += inverse[k] > 0.0 ? 0.5 * spin[k] * spin[k] / inverse[k] : 0.0;
@@ -348,8 +391,8 @@ HoldingForces TrialWorld::holdingForces() const
     {
         const btPersistentManifold& manifold =
             *const_cast<RestingDispatcher&>(m_dispatcher).getManifoldByIndexInternal(i);
-        const bool isA = manifold.getBody0() == m_object.get();
-        if (!isA && manifold.getBody1() != m_object.get())
+        const bool isA = manifold.getBody0() == m_object.rigid.get();
+        if (!isA && manifold.getBody1() != m_object.rigid.get())
         {
             continue;
         }

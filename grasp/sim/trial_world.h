@@ -84,6 +84,11 @@ public:
     /// Velocity of the table from now on [W, m/s].
     void moveTable(const Eigen::Vector3d& velocity);
     void removeTable();
+    /// A body that everything meets: an obstacle at rest, or, with a mass [kg], a free one, on
+    /// which the acceleration of step() acts, too. The tree is referred to and must outlive the
+    /// world.
+    /// @param X_WB of its mesh frame
+    void addBody(const SsvTree& tree, const Eigen::Isometry3d& X_WB, double mass);
 
     /// One step.
     /// @param acceleration  that gravity gives the object, less that of the hand [W, m/s^2]
@@ -94,7 +99,9 @@ public:
               const Eigen::Vector3d& force,
               const Eigen::Vector3d& moment = Eigen::Vector3d::Zero());
 
-    [[nodiscard]] Eigen::Isometry3d objectPose() const;    ///< of its mesh frame in W
+    [[nodiscard]] Eigen::Isometry3d objectPose() const;  ///< of its mesh frame in W
+    [[nodiscard]] Eigen::Isometry3d bodyPose(
+        std::size_t body) const;                           ///< in the order of addBody()
     [[nodiscard]] Eigen::Vector3d objectCenter() const;    ///< of mass, W [m]
     [[nodiscard]] Eigen::Vector3d objectVelocity() const;  ///< of its centre of mass, W [m/s]
     [[nodiscard]] Eigen::Vector3d objectSpin() const;      ///< W [rad/s]
@@ -109,15 +116,25 @@ public:
 private:
     [[nodiscard]] JointDrive* driveOf(std::int32_t link) const;
     void hardenSkins();
+    /// Something rigid that is no link.
+    struct Body
+    {
+        std::unique_ptr<btCcdMeshShape> mesh;
+        std::unique_ptr<btCompoundShape> shape;
+        Eigen::Isometry3d X_OI;  ///< inertial frame in the mesh frame
+        std::unique_ptr<btRigidBody> rigid;
+    };
+    [[nodiscard]] Body makeBody(const SsvTree& tree,
+                                const Eigen::Isometry3d& X_WB,
+                                double mass,
+                                const std::optional<Eigen::Vector3d>& centerOfMass) const;
 
     const HandModel& m_hand;
     TrialPairs m_pairs;
     HandMultiBody m_multiBody;
-    std::shared_ptr<const SsvTree> m_objectTree;  // not owned
-    btCcdMeshShape m_objectMesh;
-    btCompoundShape m_objectShape;
-    Eigen::Isometry3d m_X_OI;  // inertial frame in the mesh frame
-    std::unique_ptr<btRigidBody> m_object;
+    double m_objectSize;  // diagonal of its box [m]
+    Body m_object;
+    std::vector<Body> m_bodies;
     std::unique_ptr<btCcdMeshShape> m_tableShape;
     std::unique_ptr<btRigidBody> m_table;
     btDefaultCollisionConfiguration m_configuration;

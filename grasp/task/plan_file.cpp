@@ -1,10 +1,13 @@
 #include "grasp/task/plan_file.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/report/gltf_builder.h"
 #include "grasp/report/grasp_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -242,5 +245,75 @@ void writePlanModel(const PickPlaceTask& task,
     const auto [mesh, name] = add("object: " + task.object.name, task.object.tree, orange);
     gltf.animate(gltf.addNode(name, root, mesh, poses.back().front()), times, poses.back());
     gltf.write(file);
+}
+
+double sampledDistance(const PickPlaceTask& task,
+                       const PickPlacePlan& plan,
+                       std::size_t leg,
+                       int samples)
+{
+    // The links, then the object, then the obstacles.
+    const TaskLeg& way = plan.legs[leg];
+    std::vector<const SsvTree*> things = task.robot.linkTrees;
+    const std::size_t links = things.size();
+    things.push_back(&task.object.tree);
+    for (const RigidBody& obstacle : task.obstacles)
+    {
+        things.push_back(obstacle.tree);
+    }
+    const auto root = static_cast<std::size_t>(task.robot.handRoot);
+    const auto placesAt = [&](const std::vector<double>& q)
+    {
+        std::vector<Eigen::Isometry3d> X_W = linkPoses(task.robot.tree, task.X_WR, q);
+        X_W.push_back(way.carries ? X_W[root] * plan.X_HO : restingPose(plan, leg));
+        for (const RigidBody& obstacle : task.obstacles)
+        {
+            X_W.push_back(obstacle.motion.X_W0);
+        }
+        return X_W;
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i <= links; ++i)
+    {
+        for (std::size_t k = std::max(i + 1, links); things[i] != nullptr && k < things.size(); ++k)
+        {
+            pairs.emplace_back(i, k);
+        }
+    }
+    pairs.insert(pairs.end(), task.robot.selfPairs.begin(), task.robot.selfPairs.end());
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t w = 1; w < way.waypoints.size(); ++w)
+    {
+        const std::vector<double>& from = way.waypoints[w - 1].positions;
+        const std::vector<double>& to = way.waypoints[w].positions;
+        const auto atFrom = placesAt(from);
+        const auto atTo = placesAt(to);
+        std::vector<std::pair<std::size_t, std::size_t>> moving;
+        std::ranges::copy_if(pairs,
+                             std::back_inserter(moving),
+                             [&](const auto& pair)
+                             {
+                                 const auto [i, k] = pair;
+                                 return !(atFrom[k].inverse() * atFrom[i])
+                                             .isApprox(atTo[k].inverse() * atTo[i], 1e-12);
+                             });
+        for (int n = 0; n <= samples; ++n)
+        {
+            const double t = double(n) / std::max(samples, 1);
+            const double s = t * t * t * (10.0 + t * (6.0 * t - 15.0));
+            std::vector<double> q = from;
+            for (std::size_t j = 0; j < q.size(); ++j)
+            {
+                q[j] += s * (to[j] - from[j]);
+            }
+            const auto X_W = placesAt(q);
+            for (const auto& [i, k] : moving)
+            {
+                least =
+                    treeDistance(*things[i], *things[k], X_W[k].inverse() * X_W[i], least).distance;
+            }
+        }
+    }
+    return least;
 }
 }  // namespace bullet_ccd::grasp

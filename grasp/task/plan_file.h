@@ -48,4 +48,14 @@ struct TaskState
 [[nodiscard]] BULLET_CCD_API TaskState stateAt(const PickPlaceTask& task,
                                                const PickPlacePlan& plan,
                                                double time);
+
+/// The smallest distance of two things that the leg moves relative to each other, at samples of
+/// each motion between two waypoints [m]; infinite for a leg without a motion. It shares nothing
+/// with the certificates: the polynomials and poses are computed anew, and every pair is measured
+/// by itself. It is never below the leg's clearance.
+/// @pre the plan is solved
+[[nodiscard]] BULLET_CCD_API double sampledDistance(const PickPlaceTask& task,
+                                                    const PickPlacePlan& plan,
+                                                    std::size_t leg,
+                                                    int samples);
 }  // namespace bullet_ccd::grasp

@@ -126,7 +126,7 @@ TEST_F(GraspTask, SaysThatTheTargetIsOutOfReach)
     EXPECT_THAT(far.err, HasSubstr("no room for block in the target"));
     const Outcome limited = run("", "", "--time-limit 1e-6");
     EXPECT_EQ(limited.exitCode, 1);
-    EXPECT_THAT(limited.err, HasSubstr("stopped after 0"));
+    EXPECT_THAT(limited.err, HasSubstr("stopped after 0 of 1 objects"));
 }
 }  // namespace
 }  // namespace bullet_ccd::tools

@@ -2,6 +2,7 @@
 #ifdef BULLET_CCD_HAS_TASKS
 #include "bullet_ccd/io/nearest_name.h"
 #include "grasp/task/plan_file.h"
+#include "grasp/trial/plan_execution.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/inputs/task_scene.h"
 #include "tools/grasp_cli/plan/output_folder.h"
@@ -13,7 +14,9 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <fstream>
+#include <limits>
 #include <memory>
+#include <optional>
 #endif
 #include <stdexcept>
 
@@ -30,9 +33,12 @@ struct PickPlaceArguments
     std::string srdf;
     std::string flange;
     std::string mount;
-    std::string object;
+    std::vector<std::string> objects;
     std::string output;
     bool quiet = false;
+    bool executes = false;
+    int samples = 0;
+    double mass = 0.3;
     double timeLimit = 0.0;
     grasp::PickPlaceOptions options;
 };
@@ -81,21 +87,32 @@ std::vector<double> startOf(const TaskScene& scene, const grasp::ArmRobot& robot
     return start;
 }
 
-const TaskBody& chosenObject(const PickPlaceArguments& a, const TaskScene& scene)
+/// Those that are named, or all.
+std::vector<const TaskBody*> chosenObjects(const PickPlaceArguments& a, const TaskScene& scene)
 {
+    std::vector<const TaskBody*> chosen;
     std::vector<std::string> names;
     for (const TaskBody& object : scene.objects)
     {
-        if (object.name == a.object)
-        {
-            return object;
-        }
         names.push_back(object.name);
+        if (a.objects.empty())
+        {
+            chosen.push_back(&object);
+        }
     }
-    throw std::runtime_error(fmt::format("{}: objects: there is no {}: the scene has {}",
-                                         scene.file.string(),
-                                         a.object,
-                                         joined(names, ", ")));
+    for (const std::string& name : a.objects)
+    {
+        const auto found = std::ranges::find(scene.objects, name, &TaskBody::name);
+        if (found == scene.objects.end())
+        {
+            throw std::runtime_error(fmt::format("{}: objects: there is no {}: the scene has {}",
+                                                 scene.file.string(),
+                                                 name,
+                                                 joined(names, ", ")));
+        }
+        chosen.push_back(&*found);
+    }
+    return chosen;
 }
 
 std::string attemptsText(const grasp::PickPlacePlan& plan)
@@ -157,20 +174,34 @@ void writeOutputs(const std::string& folder,
                plan.solved ? ", trajectory.csv, trajectory.yaml, plan.glb" : "");
 }
 
-int runPickPlace(const PickPlaceArguments& a)
+/// What became of one object.
+struct TaskRow
 {
-    const TaskScene scene = readTaskScene(resolveScene(a.scene));
-    const LoadedHand hand = loadNamedHand(a.hand, a.srdf);
-    const RobotModel arm = loadRobot(resolveArm(a.arm));
-    const grasp::ArmRobot robot =
-        grasp::mountHand(arm,
-                         hand.hand,
-                         a.flange,
-                         a.mount.empty() ? Eigen::Isometry3d::Identity() : mountOf(a.mount));
-    const TaskBody& chosen = chosenObject(a, scene);
+    std::string object;
+    grasp::PickPlacePlan plan;
+    double seconds = 0.0;                          ///< to plan
+    double sampled = 0.0;                          ///< the smallest distance at samples [m]
+    int doubted = 0;                               ///< legs with a sample below their clearance
+    std::optional<grasp::ExecutionResult> result;  ///< of the simulation
+
+    [[nodiscard]] bool isGood() const
+    {
+        return plan.solved && doubted == 0 && (!result || result->succeeded);
+    }
+};
+
+TaskRow planOne(const PickPlaceArguments& a,
+                const TaskScene& scene,
+                const LoadedHand& hand,
+                const grasp::ArmRobot& robot,
+                const TaskBody& chosen,
+                bool isOnly,
+                const StopRequest& stop)
+{
     const grasp::GraspObject object = grasp::makeGraspObject(chosen.name, chosen.tree->mesh());
     std::vector<RigidBody> bodies;
     std::vector<std::string> names;
+    std::vector<double> masses;
     for (const auto* list : {&scene.obstacles, &scene.objects})
     {
         for (const TaskBody& body : *list)
@@ -179,6 +210,7 @@ int runPickPlace(const PickPlaceArguments& a)
             {
                 bodies.push_back({.tree = body.tree.get(), .motion = restAt(body.X_WO)});
                 names.push_back(body.name);
+                masses.push_back(list == &scene.objects ? a.mass : 0.0);
             }
         }
     }
@@ -192,43 +224,139 @@ int runPickPlace(const PickPlaceArguments& a)
         .obstacles = bodies,
         .obstacleNames = names,
         .target = {.center = scene.targetCenter, .size = scene.targetSize}};
-    const StopRequest stop(a.timeLimit);
     grasp::PickPlaceOptions options = a.options;
     options.stop = stop.condition();
+    TaskRow row;
+    row.object = chosen.name;
     const Stopwatch watch;
-    const grasp::PickPlacePlan plan = grasp::planPickPlace(task, options);
-    const double seconds = watch.seconds();
-    if (!a.quiet)
+    row.plan = grasp::planPickPlace(task, options);
+    row.seconds = watch.seconds();
+    row.sampled = std::numeric_limits<double>::infinity();
+    for (std::size_t leg = 0; row.plan.solved && a.samples > 0 && leg < row.plan.legs.size(); ++leg)
     {
-        fmt::print("{}", attemptsText(plan));
+        const double least = grasp::sampledDistance(task, row.plan, leg, a.samples);
+        row.sampled = std::min(row.sampled, least);
+        row.doubted += least < row.plan.legs[leg].clearance ? 1 : 0;
     }
-    if (plan.solved)
+    if (row.plan.solved && a.executes)
     {
-        fmt::print("{}\n{} is moved by candidate {} (epsilon {:.3f}), planned in {:.2f} s\n",
-                   legsText(plan),
-                   a.object,
-                   plan.grasp.candidate,
-                   plan.grasp.quality.epsilon,
-                   seconds);
+        row.result = grasp::executePlan(task,
+                                        row.plan,
+                                        {.mass = a.mass,
+                                         .friction = options.grasps.friction,
+                                         .obstacleMasses = masses,
+                                         .stop = stop.condition()});
     }
     if (!a.output.empty())
     {
-        writeOutputs(a.output, task, plan);
+        writeOutputs(isOnly ? a.output : a.output + "/" + chosen.name, task, row.plan);
     }
-    if (plan.stopped)
+    return row;
+}
+
+void printOne(const PickPlaceArguments& a, const TaskRow& row)
+{
+    if (!a.quiet)
     {
-        return stop.finish(
-            "grasp task pick-place",
-            plan.attempts.size(),
-            std::max(plan.attempts.size() + 1, static_cast<std::size_t>(a.options.graspsTried)),
-            "grasps that may be tried",
-            kNothingFound);
+        fmt::print("{}", attemptsText(row.plan));
     }
-    if (!plan.solved)
+    if (row.plan.solved)
     {
-        fmt::print(stderr, "grasp task pick-place: {}\n", plan.failure);
+        fmt::print("{}\n{} is moved by candidate {} (epsilon {:.3f}), planned in {:.2f} s\n",
+                   legsText(row.plan),
+                   row.object,
+                   row.plan.grasp.candidate,
+                   row.plan.grasp.quality.epsilon,
+                   row.seconds);
     }
-    return plan.solved ? kDone : kNothingFound;
+}
+
+std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& rows)
+{
+    TextTable table{.header = {"object", "planned in [s]", "grasps tried", "takes [s]"},
+                    .rows = {}};
+    if (a.samples > 0)
+    {
+        table.header.insert(table.header.end(), {"least sample [mm]", "legs in doubt"});
+    }
+    if (a.executes)
+    {
+        table.header.insert(table.header.end(), {"missed by [mm]", "others moved [mm]"});
+    }
+    table.header.emplace_back("outcome");
+    for (const TaskRow& row : rows)
+    {
+        const grasp::PickPlacePlan& plan = row.plan;
+        std::vector<std::string> cells{
+            row.object,
+            fmt::format("{:.2f}", row.seconds),
+            std::to_string(plan.attempts.size()),
+            plan.solved ? fmt::format("{:.1f}", plan.legs.back().waypoints.back().time) : ""};
+        if (a.samples > 0)
+        {
+            cells.push_back(plan.solved ? fmt::format("{:.4f}", 1e3 * row.sampled) : "");
+            cells.push_back(plan.solved ? std::to_string(row.doubted) : "");
+        }
+        if (a.executes)
+        {
+            cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->missed) : "");
+            cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->othersMoved) : "");
+        }
+        cells.push_back(!plan.solved                           ? plan.failure
+                        : row.result && !row.result->succeeded ? row.result->reason
+                        : row.result                           ? "done"
+                                                               : "planned");
+        table.rows.push_back(std::move(cells));
+    }
+    return alignedText(table);
+}
+
+int runPickPlace(const PickPlaceArguments& a)
+{
+    const TaskScene scene = readTaskScene(resolveScene(a.scene));
+    const LoadedHand hand = loadNamedHand(a.hand, a.srdf);
+    const RobotModel arm = loadRobot(resolveArm(a.arm));
+    const grasp::ArmRobot robot =
+        grasp::mountHand(arm,
+                         hand.hand,
+                         a.flange,
+                         a.mount.empty() ? Eigen::Isometry3d::Identity() : mountOf(a.mount));
+    const std::vector<const TaskBody*> chosen = chosenObjects(a, scene);
+    const StopRequest stop(a.timeLimit);
+    std::vector<TaskRow> rows;
+    for (const TaskBody* object : chosen)
+    {
+        if (!rows.empty() && stop.isDue())
+        {
+            break;
+        }
+        rows.push_back(planOne(a, scene, hand, robot, *object, chosen.size() == 1, stop));
+    }
+    const bool isTable = chosen.size() > 1 || a.samples > 0 || a.executes;
+    if (chosen.size() == 1)
+    {
+        printOne(a, rows.front());
+    }
+    if (isTable)
+    {
+        fmt::print("{}", rowsText(a, rows));
+    }
+    std::size_t good = 0;
+    std::size_t ended = 0;
+    for (const TaskRow& row : rows)
+    {
+        good += row.isGood() ? 1 : 0;
+        ended += row.plan.stopped || (row.result && row.result->stopped) ? 0 : 1;
+        if (!row.plan.solved && !row.plan.stopped && !isTable)
+        {
+            fmt::print(stderr, "grasp task pick-place: {}\n", row.plan.failure);
+        }
+    }
+    return stop.finish("grasp task pick-place",
+                       ended,
+                       chosen.size(),
+                       "objects",
+                       good == chosen.size() ? kDone : kNothingFound);
 }
 
 constexpr const char* kPickPlaceFooter =
@@ -242,9 +370,13 @@ constexpr const char* kPickPlaceFooter =
     "and "
     "target (position, size). grasp/task/README.md describes it, and plan.json.\n"
     "\n"
-    "Exit codes: 0 if there is a plan, 1 if there is none (stderr says why), 2 for wrong options, "
-    "3 "
-    "for bad input.\n"
+    "With --execute, arm and fingers follow the plan in a Bullet world, driven by position "
+    "controllers of limited effort, and the scene's other objects are free. It is done if the "
+    "object is within 1 cm of its place, no other has moved by more than 5 mm, and nothing was "
+    "penetrated.\n"
+    "\n"
+    "Exit codes: 0 if there is a plan for each object (with --execute: and it is done), else 1, 2 "
+    "for wrong options, 3 for bad input, 130 after Ctrl-C.\n"
     "\n"
     "Example:\n"
     "  grasp task pick-place table --arm seven_joint_arm --hand parallel_gripper \\\n"
@@ -279,9 +411,11 @@ void addPickPlace(CLI::App& task, int& exitCode)
             "--mount", a->mount, "The pose of the hand's root link in it. Default: the identity.")
         ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
         ->check(parsedBy(mountOf));
-    command->add_option("--object", a->object, "Which of the scene's objects is taken.")
-        ->type_name("NAME")
-        ->required();
+    command
+        ->add_option("--object",
+                     a->objects,
+                     "Which of the scene's objects is taken. Default: each of them, in a table.")
+        ->type_name("NAME");
     command
         ->add_option(
             "-n,--candidates", a->options.grasps.candidates, "How many grasps are planned.")
@@ -320,6 +454,20 @@ void addPickPlace(CLI::App& task, int& exitCode)
             a->output,
             "A folder for plan.json, trajectory.csv, trajectory.yaml and plan.glb, an animation.")
         ->type_name("FOLDER");
+    command
+        ->add_option(
+            "--samples",
+            a->samples,
+            "Measure the distances anew at N samples of each motion between two waypoints.")
+        ->type_name("N")
+        ->check(within(0, 1'000'000))
+        ->capture_default_str();
+    command->add_flag(
+        "--execute", a->executes, "Carry the plan out in a simulation, and judge it.");
+    command->add_option("--mass", a->mass, "The mass of each object in the simulation [kg].")
+        ->type_name("M")
+        ->check(within(1e-3, 1e3))
+        ->capture_default_str();
     command->add_flag("-q,--quiet", a->quiet, "Do not list the grasps that failed.");
     command->footer(kPickPlaceFooter);
     command->callback(
