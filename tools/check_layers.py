@@ -100,6 +100,7 @@ ROOTS = tuple(sorted({room.split("/")[0] for room in ORDER}))
 ADAPTER = {room for room in ORDER if re.match(r"bullet_ccd/bullet\b", room)}
 BULLET_ROOMS = ADAPTER | {
     "bullet_ccd/examples",
+    "grasp/examples",
     "grasp/sim",
     "grasp/trial",
     "python/pybullet",
