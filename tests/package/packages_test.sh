@@ -48,6 +48,31 @@ for component in io bullet bullet_float64 grasp grasp_sim; do
     pkg-config --exists --print-errors bullet_ccd-$component
 done
 
+# The projects of the tutorial, as they stand on the page; what they are called stands in project().
+listings() {
+    awk -v kind="$1" -v number="$2" '$0 == "```" kind { on = ++count == number; next } /^```$/ { on = 0 } on' \
+        "$source/docs/tutorial.md"
+}
+mkdir -p "$scratch"/tutorial/{hello,files,falling}
+cp "$source/bullet_ccd/examples/hello_toi.cpp" "$scratch/tutorial/hello/hello.cpp"
+listings cpp 1 >"$scratch/tutorial/files/files.cpp"
+cp "$source/bullet_ccd/examples/bullet_hello_world.cpp" "$scratch/tutorial/falling"
+number=0
+for project in hello files falling; do
+    listings cmake $((++number)) >"$scratch/tutorial/$project/CMakeLists.txt"
+    cmake -S "$scratch/tutorial/$project" -B "$scratch/tutorial/$project/build" -G Ninja -DCMAKE_PREFIX_PATH="$root/usr" >/dev/null
+    cmake --build "$scratch/tutorial/$project/build" >/dev/null
+    (cd "$root/usr/share/bullet_ccd/objects" && "$scratch/tutorial/$project/build/$project" >"$scratch/tutorial/$project/out")
+done
+grep -q '^contact at t = ' "$scratch/tutorial/hello/out"
+grep -q '^free until t = 0\.[0-9]*$' "$scratch/tutorial/files/out"
+grep -q '^at (.*gap [0-9.e-]* m$' "$scratch/tutorial/files/out"
+# The same world in double precision.
+sed -i 's/COMPONENTS bullet)/COMPONENTS bullet_float64)/; s/bullet_ccd::bullet)/bullet_ccd::bullet_float64)/' \
+    "$scratch/tutorial/falling/CMakeLists.txt"
+cmake -S "$scratch/tutorial/falling" -B "$scratch/tutorial/falling/double" -G Ninja -DCMAKE_PREFIX_PATH="$root/usr" >/dev/null
+cmake --build "$scratch/tutorial/falling/double" >/dev/null && "$scratch/tutorial/falling/double/falling" >/dev/null
+
 cmake -S "$source/tests/package/consumer" -B "$scratch/consumer" -G Ninja \
     -DCMAKE_PREFIX_PATH="$root/usr" >/dev/null
 cmake --build "$scratch/consumer" >/dev/null
