@@ -637,3 +637,11 @@ def trial(hand: Hand, object: GraspObject, record: str, protocol: str, *, mass: 
 def forces(hand: Hand, object: GraspObject, record: str, load: ArrayLike, *, friction: float = ...,
            objective: str = ..., efforts: Dict[str, float] = ...) -> Dict[str, Any]:
     """Use bullet_ccd.grasp.forces()."""
+
+def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Pose, target: ArrayLike,
+               target_size: ArrayLike, *, obstacles: Sequence[Tuple[str, Mesh, Pose]] = ...,
+               start: Dict[str, float] = ..., root_pose: Pose = None, flange: str = "",
+               mount: Pose = None, candidates: int = ..., tries: int = ..., approach: float = ...,
+               lift: float = ..., acceleration: float = ..., seed: int = ...,
+               time_limit: float = 0.0) -> Tuple[str, str]:
+    """Use bullet_ccd.grasp.pick_place()."""

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._core import GraspObject, Hand
+from ._core import GraspObject, Hand, Mesh, Robot
 
-__all__ = ["Forces", "Grasp", "GraspContact", "GraspObject", "Hand", "PlanInterrupted", "Pull",
-           "Squeeze", "Trial", "close", "forces", "plan", "read_grasps", "squeeze", "trial",
-           "write_grasps"]
+__all__ = ["Forces", "Grasp", "GraspContact", "GraspObject", "Hand", "Leg", "PickPlacePlan",
+           "PlanInterrupted", "Pull", "Squeeze", "Trial", "close", "forces", "pick_place", "plan",
+           "read_grasps", "squeeze", "trial", "write_grasps"]
 
 Array = NDArray[np.float64]
 
@@ -111,6 +111,33 @@ class Forces:
     @property
     def balanced(self) -> bool:
         return self.status == "balanced"
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """One motion of a task. The joints rest at every waypoint and move linearly between two, by the
+    polynomial of fifth degree whose velocities and accelerations are zero at both ends."""
+    name: str  #: transit, approach, close, lift, carry, place, open, retreat or return
+    carries: bool  #: the object moves with the hand
+    clearance: float  #: certified: nothing comes nearer [m]
+    times: Array  #: n, of the whole task [s]
+    positions: Array  #: n x joints [rad or m]
+
+
+@dataclass(frozen=True, eq=False)
+class PickPlacePlan:
+    """How an arm takes an object and puts it down elsewhere, or why it does not."""
+    solved: bool
+    failure: Optional[str]  #: why there is no plan
+    attempts: Tuple[Tuple[int, Optional[str], Optional[str]], ...]  #: candidate, failed leg, reason
+    joints: Tuple[str, ...]  #: in the order of all positions
+    legs: Tuple[Leg, ...]
+    duration: float  #: [s]; 0 if there is no plan
+    object_start: Optional[Array]  #: pose in the world
+    object_end: Optional[Array]
+    hand_pose_in_object: Optional[Array]
+    yaml: str = field(repr=False)  #: as trajectory_msgs/JointTrajectory; empty without a plan
+    record: Dict[str, Any] = field(repr=False)  #: as plan.json has it: see grasp/task/README.md
 
 
 class PlanInterrupted(KeyboardInterrupt):
@@ -228,6 +255,45 @@ def forces(hand: Hand, object: GraspObject, grasp: Grasp,
     """
     return Forces(**_core.forces(hand, object, json.dumps(grasp.record), load, friction=friction,
                                  objective=objective, efforts=efforts or {}))
+
+
+def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Array,
+               target: Union[Sequence[float], Array], target_size: Union[Sequence[float], Array], *,
+               obstacles: Sequence[Tuple[str, Mesh, Optional[Array]]] = (),
+               start: Optional[Dict[str, float]] = None, root_pose: Optional[Array] = None,
+               flange: str = "", mount: Optional[Array] = None, candidates: int = 80,
+               tries: int = 20, approach: float = 0.1, lift: float = 0.1, acceleration: float = 5.0,
+               seed: int = 1, time_limit: float = 0.0) -> PickPlacePlan:
+    """Plans how an arm with a hand takes an object and puts it down in a level rectangle. Every motion
+    on the way is certified as a whole, as it is timed: nothing touches, between samples neither.
+
+    Poses are those of the world, whose z is up. The middle of the object ends within target_size [m]
+    around target. obstacles are names, meshes and poses. start has positions of joints of the arm (0
+    where it has none, or the limit next to it). The hand is mounted on the link `flange` (empty: the
+    arm's end) with the pose `mount` in it. candidates grasps are planned, and the best `tries` force
+    closures are tried. approach and lift are straight ways [m]; acceleration is that of any joint at
+    most. After time_limit seconds (0: none) the search ends without a plan; Ctrl-C raises
+    KeyboardInterrupt. Raises ValueError if the object intersects an obstacle where it starts, or the
+    arm does, and RuntimeError in a build without OMPL.
+    """
+    text, yaml = _core.pick_place(
+        arm, hand, object, object_pose, target, target_size, obstacles=list(obstacles),
+        start=start or {}, root_pose=root_pose, flange=flange, mount=mount, candidates=candidates,
+        tries=tries, approach=approach, lift=lift, acceleration=acceleration, seed=seed,
+        time_limit=time_limit)
+    record = json.loads(text)
+    legs = tuple(Leg(leg["leg"], leg["carries"], leg["certified_clearance_m"],
+                     np.array([point["time_s"] for point in leg["waypoints"]]),
+                     np.array([point["positions"] for point in leg["waypoints"]]))
+                 for leg in record.get("legs", ()))
+    taken = record.get("grasp") or {}
+    return PickPlacePlan(
+        solved=record["solved"], failure=record["failure"],
+        attempts=tuple((attempt["candidate"], attempt["failed_leg"], attempt["reason"])
+                       for attempt in record["attempts"]),
+        joints=tuple(record.get("joints", ())), legs=legs, duration=record.get("duration_s", 0.0),
+        object_start=_pose(record["object_start"]), object_end=_pose(record.get("object_end")),
+        hand_pose_in_object=_pose(taken.get("hand_pose_in_object")), yaml=yaml, record=record)
 
 
 def read_grasps(path: Union[str, "os.PathLike[str]"]) -> List[Grasp]:

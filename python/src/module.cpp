@@ -62,5 +62,6 @@ PYBIND11_MODULE(_core, module)
     bullet_ccd::python::addModels(module);
     bullet_ccd::python::addGrasps(module);
     bullet_ccd::python::addTrials(module);
+    bullet_ccd::python::addTasks(module);
     bullet_ccd::python::guardObjects(module);
 }

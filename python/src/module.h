@@ -14,4 +14,5 @@ void addDeformables(pybind11::module_& module);
 void addModels(pybind11::module_& module);
 void addGrasps(pybind11::module_& module);
 void addTrials(pybind11::module_& module);
+void addTasks(pybind11::module_& module);
 }  // namespace bullet_ccd::python
