@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace bullet_ccd
@@ -30,8 +29,7 @@ Vector3d armOf(const ConvexBody& body)
 
 bool isPlain(const ConvexBody& body)
 {
-    static const Eigen::Isometry3d kIdentity = Eigen::Isometry3d::Identity();
-    return std::memcmp(body.X_BG.data(), kIdentity.data(), 16 * sizeof(double)) == 0;
+    return body.X_BG.matrix() == Eigen::Matrix4d::Identity();
 }
 
 ConvexCourse::ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB)

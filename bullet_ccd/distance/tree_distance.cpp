@@ -353,7 +353,8 @@ public:
             m_unmarked[i] = node.count;
             for (std::int32_t k = 0; k < node.count; ++k)
             {
-                m_parents[static_cast<std::size_t>(node.first + k)] = static_cast<std::int32_t>(i);
+                m_parents[static_cast<std::size_t>(node.first) + static_cast<std::size_t>(k)] =
+                    static_cast<std::int32_t>(i);
             }
             if (node.isLeaf())
             {

@@ -85,8 +85,9 @@ btSoftBody* makeVolume(btSoftBodyWorldInfo& info,
     std::map<std::array<int, 3>, int> nodes;
     std::vector<std::array<int, 4>> tetras;
     std::map<int, int> cubes;  // that a node is a corner of
+    const int half = size / 2;
     const auto placeOf = [&](const std::array<int, 3>& i)
-    { return Vector3d(cell * Vector3d(i[0] - size / 2, i[1] - size / 2, i[2])); };
+    { return Vector3d(cell * Vector3d(i[0] - half, i[1] - half, i[2])); };
     for (int i = 0; i < size * size * size; ++i)
     {
         const std::array<int, 3> at{i % size, i / size % size, i / (size * size)};
@@ -343,7 +344,7 @@ public:
     /// Returns whether nothing crosses anything and the thing is lifted.
     bool run(const std::filesystem::path& folder)
     {
-        const int steps = int(kEnd / kTimeStep + 0.5);
+        const int steps = int(std::lround(kEnd / kTimeStep));
         int crossing = 0;
         int checks = 0;
         double before = 0.0;
