@@ -9,8 +9,11 @@
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 #include <BulletCollision/NarrowPhaseCollision/btSubSimplexConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <BulletSoftBody/btSoftBodyInternals.h>
 #include <btBulletCollisionCommon.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 namespace bullet_ccd::benchmarks
@@ -97,5 +100,35 @@ double bulletDistance(const BulletHull& a,
     btPointCollector closest;
     detector.getClosestPoints(input, closest, nullptr);
     return closest.m_hasResult ? closest.m_distance : std::numeric_limits<double>::infinity();
+}
+
+BulletAnswer bulletVertexFace(const ElementaryPair& pair)
+{
+    std::array<btSoftBody::Node, 4> nodes;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        nodes[k].m_x = btCcdToBullet(pair.start[k]);
+        nodes[k].m_v = btCcdToBullet(pair.end[k] - pair.start[k]);
+    }
+    btSoftBody::Face face;
+    std::ranges::transform(
+        nodes.begin() + 1, nodes.end(), face.m_n, [](btSoftBody::Node& node) { return &node; });
+    const auto meets = [&](double until)
+    {
+        btVector3 weights;
+        return continuousCollisionDetection(&face, nodes.data(), until, 1e-6, weights);
+    };
+    if (!meets(1.0))
+    {
+        return {};
+    }
+    double low = 0.0;
+    double high = 1.0;
+    for (int i = 0; i < 20; ++i)
+    {
+        const double middle = 0.5 * (low + high);
+        (meets(middle) ? high : low) = middle;
+    }
+    return {.hit = true, .time = high};
 }
 }  // namespace bullet_ccd::benchmarks

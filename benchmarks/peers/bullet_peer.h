@@ -4,6 +4,7 @@
 /// than 45 degrees per query.
 #pragma once
 
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
@@ -42,6 +43,10 @@ struct BulletAnswer
                                       const RigidMotion& motionA,
                                       const BulletHull& b,
                                       const RigidMotion& motionB);
+
+/// First contact of a vertex and a face by btSoftBody's own continuous test, which says only
+/// whether there is one: the end of the step is halved 20 times.
+[[nodiscard]] BulletAnswer bulletVertexFace(const ElementaryPair& pair);
 
 /// Distance at these poses by Bullet's closest points, negative where the hulls overlap; infinite
 /// if Bullet has no answer.

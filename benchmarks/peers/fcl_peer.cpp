@@ -6,7 +6,10 @@
 #include <fcl/math/motion/interp_motion.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/continuous_collision.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_continuous_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/distance.h>
+#include <limits>
 
 namespace bullet_ccd::benchmarks
 {
@@ -42,6 +45,22 @@ FclAnswer collideContinuously(const FclBody& a,
         &a.model.data().model, &motionA, &b.model.data().model, &motionB, request, result);
     return {.hit = result.is_collide, .time = result.is_collide ? result.time_of_contact : 1.0};
 }
+
+template <typename Model>
+void build(const TriangleMesh& mesh, Model& model)
+{
+    std::vector<fcl::Triangle> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+    {
+        triangles.emplace_back(static_cast<std::size_t>(t[0]),
+                               static_cast<std::size_t>(t[1]),
+                               static_cast<std::size_t>(t[2]));
+    }
+    model.beginModel();
+    model.addSubModel(mesh.vertices, triangles);
+    model.endModel();
+}
 }  // namespace
 
 std::string fclVersion()
@@ -52,18 +71,50 @@ std::string fclVersion()
 FclModel::FclModel(const TriangleMesh& mesh)
 {
     const auto data = std::make_shared<Data>();
-    std::vector<fcl::Triangle> triangles;
-    triangles.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles)
-    {
-        triangles.emplace_back(static_cast<std::size_t>(t[0]),
-                               static_cast<std::size_t>(t[1]),
-                               static_cast<std::size_t>(t[2]));
-    }
-    data->model.beginModel();
-    data->model.addSubModel(mesh.vertices, triangles);
-    data->model.endModel();
+    build(mesh, data->model);
     m_data = data;
+}
+
+struct FclSurface::Data
+{
+    fcl::BVHModel<fcl::AABB<double>> model;
+};
+
+FclSurface::FclSurface(const TriangleMesh& mesh) : m_data(std::make_shared<Data>())
+{
+    build(mesh, m_data->model);
+}
+
+void FclSurface::setEnd(const std::vector<Eigen::Vector3d>& end)
+{
+    m_data->model.beginUpdateModel();
+    m_data->model.updateSubModel(end);
+    m_data->model.endUpdateModel();
+}
+
+FclAnswer fclSurfaces(const FclSurface& a, const FclSurface& b)
+{
+    fcl::detail::MeshContinuousCollisionTraversalNode<fcl::AABB<double>> node;
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    const fcl::CollisionRequest<double> all(std::numeric_limits<std::size_t>::max());
+    fcl::CollisionResult<double> result;
+    node.result = &result;
+    fcl::detail::initialize(node, a.data().model, still, b.data().model, still, all);
+    fcl::detail::collide(&node);
+    return {.hit = !node.pairs.empty(), .time = node.pairs.empty() ? 1.0 : node.time_of_contact};
+}
+
+FclAnswer fclFeatures(const ElementaryPair& pair)
+{
+    using Cubic = fcl::detail::Intersect<double>;
+    const auto& [a0, b0, c0, d0] = pair.start;
+    const auto& [a1, b1, c1, d1] = pair.end;
+    double time = 1.0;
+    Eigen::Vector3d place;
+    const bool hit = pair.kind == ElementaryKind::VertexFace
+                         ? Cubic::intersect_VF(b0, c0, d0, a0, b1, c1, d1, a1, &time, &place)
+                         : Cubic::intersect_EE(a0, b0, c0, d0, a1, b1, c1, d1, &time, &place);
+    return {.hit = hit, .time = hit ? time : 1.0};
 }
 
 FclAnswer fclNaive(const FclBody& a, const FclBody& b, int samples)

@@ -5,6 +5,7 @@
 /// turn.
 #pragma once
 
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 
@@ -12,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::benchmarks
 {
@@ -55,6 +57,26 @@ inline constexpr int kNaiveSamples = 1001;
                                        const FclBody& b,
                                        double timeTolerance,
                                        int iterations = 1'000'000);
+
+/// First contact of two features, by the cubic equation that says when they are coplanar.
+[[nodiscard]] FclAnswer fclFeatures(const ElementaryPair& pair);
+
+/// A mesh that deforms, with FCL's hierarchy of boxes.
+class FclSurface
+{
+public:
+    explicit FclSurface(const TriangleMesh& mesh);
+    /// Takes the next step, from where the last one ended.
+    void setEnd(const std::vector<Eigen::Vector3d>& end);
+
+    struct Data;
+    [[nodiscard]] const Data& data() const { return *m_data; }
+
+private:
+    std::shared_ptr<Data> m_data;
+};
+/// First contact of the two in their steps, of all pairs of triangles.
+[[nodiscard]] FclAnswer fclSurfaces(const FclSurface& a, const FclSurface& b);
 
 /// Whether the surfaces intersect at these poses.
 [[nodiscard]] bool fclOverlap(const FclModel& a,

@@ -34,6 +34,8 @@ namespace
 {
 /// Tasks that a thread takes at once.
 constexpr std::size_t kTasksAtOnce = 256;
+/// How far ahead patches are fetched.
+constexpr std::size_t kTasksAhead = 3;
 
 void checkQuery(std::span<const DeformableBody> bodies, const DeformableOptions& options)
 {
@@ -264,6 +266,10 @@ private:
             const std::size_t end = std::min(begin + kTasksAtOnce, tasks.size());
             for (std::size_t i = begin; i < end; ++i)
             {
+                if (i + kTasksAhead < end)
+                {
+                    search.prefetch(tasks[i + kTasksAhead]);
+                }
                 search.examine(tasks[i]);
             }
             count();

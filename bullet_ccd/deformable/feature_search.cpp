@@ -27,6 +27,20 @@ void swapEdges(std::array<T, 4>& ends)
 }
 }  // namespace
 
+void FeatureSearch::prefetch(const PatchTask& task) const
+{
+    const SurfacePair& surfaces = m_state.surfaces[static_cast<std::size_t>(task.surfacePair)];
+    for (const SurfacePatch* patch :
+         {&surfaces.a->patch(task.patchA), &surfaces.b->patch(task.patchB)})
+    {
+        constexpr std::size_t kCacheLine = 64;
+        for (std::size_t line = 0; line < sizeof(SurfacePatch); line += kCacheLine)
+        {
+            __builtin_prefetch(reinterpret_cast<const char*>(patch) + line);
+        }
+    }
+}
+
 void FeatureSearch::examine(const PatchTask& task)
 {
     if (m_state.firstOnly && task.entry - kEntrySlack > m_state.earliest.load())

@@ -24,8 +24,9 @@ struct FeatureSearchState
 };
 
 /// One thread's part. Candidates wait until there are eight of a kind, because the kernel that
-/// leaves out most of them takes eight at once.
-class FeatureSearch
+/// leaves out most of them takes eight at once. Those of several threads stand side by side: none
+/// writes into a cache line that another reads.
+class alignas(128) FeatureSearch
 {
 public:
     /// @param contacts  gets those that are not later than the earliest when they are found
@@ -34,6 +35,9 @@ public:
     {
     }
 
+    /// Has the patches of a task that comes soon brought into the cache: they lie scattered in memory,
+    /// and most of the time would be spent on waiting for them.
+    void prefetch(const PatchTask& task) const;
     void examine(const PatchTask& task);
     /// Examines what is still waiting. To be called last.
     void finish();

@@ -1,4 +1,4 @@
-#include "benchmarks/deformable/deforming_scenes.h"
+#include "benchmarks/reference/scenes/deforming_scenes.h"
 
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -9,11 +9,10 @@
 #include <limits>
 #include <stdexcept>
 
-namespace bullet_ccd::benchmarks
+namespace bullet_ccd::reference
 {
 namespace
 {
-using reference::Random;
 
 /// A shard of a mesh, apart from the others by vertices of its own.
 struct Shard
@@ -222,4 +221,4 @@ DeformingScene makeDeformingScene(const std::string& name, int triangles, int st
     }
     throw std::invalid_argument("'" + name + "' is no scene: give breaking, falling or layers");
 }
-}  // namespace bullet_ccd::benchmarks
+}  // namespace bullet_ccd::reference

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace bullet_ccd::benchmarks
+namespace bullet_ccd::reference
 {
 /// One mesh, and where its vertices are in every frame; a step goes from one frame to the next.
 struct DeformingScene
@@ -28,4 +28,4 @@ struct DeformingScene
 /// @param steps      at least 1
 /// Throws std::invalid_argument for other names.
 [[nodiscard]] DeformingScene makeDeformingScene(const std::string& name, int triangles, int steps);
-}  // namespace bullet_ccd::benchmarks
+}  // namespace bullet_ccd::reference

@@ -1,4 +1,4 @@
-#include "benchmarks/deformable/plain_method.h"
+#include "benchmarks/reference/oracles/plain_features.h"
 
 #include "bullet_ccd/deformable/moving_polygon.h"
 
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace bullet_ccd::benchmarks
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -80,6 +80,71 @@ double distanceNow(const FourPoints& x, ElementaryKind kind)
     subtract(x, q);
     return nearestPoint<4>(q).distance;
 }
+/// A box of time and of the places on both features.
+struct Cell
+{
+    std::array<double, 3> low{};
+    std::array<double, 3> size{1.0, 1.0, 1.0};
+};
+
+/// The earliest time below `best` at which the features may touch: `best` if the difference of the
+/// features in the cell is apart from zero, else that of the halves along the longest side.
+double bisect(
+    const ElementaryPair& pair, const Cell& cell, double tolerance, double best, int& left)
+{
+    if (cell.low[0] >= best)
+    {
+        return best;
+    }
+    Eigen::AlignedBox3d box;
+    std::array<double, 3> spread{};
+    std::array<Eigen::Vector3d, 8> corner;
+    for (std::size_t i = 0; i < 8; ++i)
+    {
+        std::array<double, 3> at = cell.low;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            at[k] += (i >> k & 1U) != 0 ? cell.size[k] : 0.0;
+        }
+        const auto& [t, u, v] = at;
+        FourPoints x;
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            x[k] = (1.0 - t) * pair.start[k] + t * pair.end[k];
+        }
+        corner[i] = (1.0 - v) * x[2] + v * x[3] - (1.0 - u) * x[0] - u * x[1];
+        if (pair.kind == ElementaryKind::VertexFace)
+        {
+            corner[i] = (1.0 - u - v) * x[1] + u * x[2] + v * x[3] - x[0];
+        }
+        box.extend(corner[i]);
+        for (std::size_t k = 0; k < 3; ++k)  // from the corner before it along axis k
+        {
+            const Eigen::Vector3d way = corner[i] - corner[i & ~(1U << k)];
+            spread[k] = std::max(spread[k], way.lpNorm<Eigen::Infinity>());
+        }
+    }
+    if (box.squaredExteriorDistance(Eigen::Vector3d::Zero()) > 1e-28)
+    {
+        return best;
+    }
+    if (box.sizes().maxCoeff() <= tolerance || --left < 0)
+    {
+        return cell.low[0];
+    }
+    const auto axis = static_cast<std::size_t>(std::ranges::max_element(spread) - spread.begin());
+    for (const double side : {0.0, 0.5})
+    {
+        Cell half = cell;
+        half.size[axis] *= 0.5;
+        half.low[axis] += side * cell.size[axis];
+        if (pair.kind == ElementaryKind::EdgeEdge || half.low[1] + half.low[2] <= 1.0)
+        {
+            best = bisect(pair, half, tolerance, best, left);
+        }
+    }
+    return best;
+}
 }  // namespace
 
 std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
@@ -134,6 +199,12 @@ std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
     return pairs;
 }
 
+double bisectionToi(const ElementaryPair& pair, double tolerance)
+{
+    int cells = 100'000;
+    return bisect(pair, {}, tolerance, 2.0, cells);
+}
+
 double advancementToi(const ElementaryPair& pair, double tolerance)
 {
     // The largest relative speed of a point of one feature and one of the other.
@@ -173,4 +244,4 @@ double advancementToi(const ElementaryPair& pair, double tolerance)
     }
     return t <= 1.0 ? t : 2.0;
 }
-}  // namespace bullet_ccd::benchmarks
+}  // namespace bullet_ccd::reference
