@@ -211,7 +211,8 @@ ClosingResult discreteClosing(LinkProximity& proximity,
     std::vector<Pair> pairs = movingPairs(hand, movingLinks(hand, drives.speeds()));
     while (drives.isRunning() && result.steps < options.maxSteps)
     {
-        const auto timeAt = [&](double part) { return time + part * options.closingStep; };
+        const double step = options.closingStep / drives.pace();
+        const auto timeAt = [&](double part) { return time + part * step; };
         const double part = takeStep(
             proximity,
             pairs,

@@ -59,7 +59,8 @@ ClosingDrives::ClosingDrives(const HandModel& hand,
         const std::vector<double>& ratios = speeds.empty() ? hand.closingSpeeds : speeds;
         drive.speed =
             direction * (joint.type == JointType::Revolute ? kRevoluteSpeed : kPrismaticSpeed);
-        drive.speed *= ratios.empty() ? 1.0 : ratios[i];
+        drive.ratio = ratios.empty() ? 1.0 : ratios[i];
+        drive.speed *= drive.ratio;
         drive.limitTime = (m_closed[i] - m_start[i]) / drive.speed;
         drive.waiting = drive.limitTime > 0.0;
     }
@@ -140,6 +141,16 @@ bool ClosingDrives::isRunning() const
 {
     return std::any_of(
         m_drives.begin(), m_drives.end(), [](const Drive& drive) { return drive.running; });
+}
+
+double ClosingDrives::pace() const
+{
+    double pace = 0.0;
+    for (const Drive& drive : m_drives)
+    {
+        pace = drive.running ? std::max(pace, drive.ratio) : pace;
+    }
+    return pace > 0.0 ? pace : 1.0;
 }
 
 void ClosingDrives::positionsAt(double time, std::vector<double>& positions) const

@@ -42,6 +42,9 @@ public:
     /// The same for the joints above these links.
     [[nodiscard]] double nextLimit(std::span<const std::int32_t> links) const;
     [[nodiscard]] bool isRunning() const;
+    /// The largest ratio of a running drive to its usual speed; 1 if none runs. Steps of time that
+    /// are divided by it move joints as far as the same steps do at the usual speeds.
+    [[nodiscard]] double pace() const;
     /// If nothing runs, the joints with the next turn begin, now.
     void beginNext();
     /// Of the last advanceTo() [s].
@@ -66,6 +69,7 @@ private:
     struct Drive
     {
         double speed = 0.0;      // of the closing joint, signed
+        double ratio = 1.0;      // of it to the usual speed
         double beginTime = 0.0;  // [s]
         double limitTime = 0.0;  // [s]; before it begins: how long it takes
         bool running = false;

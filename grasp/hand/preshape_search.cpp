@@ -29,6 +29,17 @@ struct Task
     Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< aside of the grasp frame's z axis [m]
     double turn = 0.0;                             ///< about it [rad]
     double tilt = 0.0;                             ///< about x [rad]
+
+    /// Of the body in the grasp frame.
+    [[nodiscard]] Eigen::Isometry3d pose() const
+    {
+        Eigen::Isometry3d X_GB = Eigen::Isometry3d::Identity();
+        X_GB.linear() = (Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) *
+                         Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitX()))
+                            .toRotationMatrix();
+        X_GB.translation() = at;
+        return X_GB;
+    }
 };
 
 /// Every body as the hand would have it, then as it comes.
@@ -196,12 +207,7 @@ private:
                                const Eigen::Isometry3d& X_RG,
                                const Task& task) const
     {
-        Eigen::Isometry3d X_GB = Eigen::Isometry3d::Identity();
-        X_GB.linear() = (Eigen::AngleAxisd(task.turn, Eigen::Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(task.tilt, Eigen::Vector3d::UnitX()))
-                            .toRotationMatrix();
-        X_GB.translation() = task.at;
-        return m_trials(positions, X_RG, task.body, X_GB);
+        return m_trials(positions, X_RG, task.body, task.pose());
     }
 
     void judge(Posture& posture, const std::vector<Task>& tasks) const
@@ -476,6 +482,33 @@ std::vector<std::size_t> choose(const std::vector<Posture>& postures)
     return chosen;
 }
 
+/// Closing joints above that of the link that move by themselves, on the way to the root.
+int leadersOf(const HandModel& hand, std::size_t link)
+{
+    const KinematicTree& tree = hand.robot.tree;
+    int leaders = 0;
+    for (std::int32_t above = tree.links[link].parent; above > 0;
+         above = tree.links[static_cast<std::size_t>(above)].parent)
+    {
+        const auto i = static_cast<std::size_t>(above);
+        leaders += hand.closingDirections[i] != 0 && tree.links[i].joint.mimicOf == kNone ? 1 : 0;
+    }
+    return leaders;
+}
+
+std::vector<double> speedsOf(const HandModel& hand, double ratio)
+{
+    std::vector<double> speeds(hand.robot.tree.size(), 1.0);
+    for (std::size_t i = 1; i < speeds.size(); ++i)
+    {
+        if (hand.closingDirections[i] != 0 && hand.robot.tree.links[i].joint.mimicOf == kNone)
+        {
+            speeds[i] = std::pow(ratio, leadersOf(hand, i));
+        }
+    }
+    return speeds;
+}
+
 /// By the tasks at which each is best among them; "open" if there is one only.
 std::vector<std::string> nameAll(const std::vector<Posture>& postures,
                                  const std::vector<Task>& tasks)
@@ -546,5 +579,37 @@ Eigen::Isometry3d searchGraspFrame(const HandModel& hand, const std::vector<doub
 {
     const PreshapeSearch search(hand, std::nullopt);
     return search.hasJoints() ? search.frameOf(positions) : inferGraspFrame(hand, positions);
+}
+
+std::vector<double> searchClosingSpeeds(const HandModel& hand)
+{
+    constexpr std::array kRatios{1.0, 0.5, 0.25, 0.1};
+    const std::vector<double> slowest = speedsOf(hand, kRatios.back());
+    if (std::ranges::min(slowest) == 1.0)
+    {
+        return {};
+    }
+    const TrialGrasps trials(hand);
+    const std::vector<Task> tasks = makeTasks(fingersAreCoupled(hand), true);
+    std::array<double, kRatios.size()> scores{};
+    tbb::parallel_for(std::size_t{0},
+                      kRatios.size(),
+                      [&](std::size_t k)
+                      {
+                          const std::vector<double> speeds = speedsOf(hand, kRatios[k]);
+                          for (const Preshape& preshape : hand.preshapes)
+                          {
+                              for (const Task& task : tasks)
+                              {
+                                  scores[k] += trials(preshape.positions,
+                                                      graspFrame(hand, preshape),
+                                                      task.body,
+                                                      task.pose(),
+                                                      speeds);
+                              }
+                          }
+                      });
+    const auto best = static_cast<std::size_t>(std::ranges::max_element(scores) - scores.begin());
+    return kRatios[best] == 1.0 ? std::vector<double>{} : speedsOf(hand, kRatios[best]);
 }
 }  // namespace bullet_ccd::grasp

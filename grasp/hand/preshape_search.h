@@ -26,4 +26,12 @@ namespace bullet_ccd::grasp
 /// by trial grasps if the hand has joints that searchPreshapes() would search.
 [[nodiscard]] Eigen::Isometry3d searchGraspFrame(const HandModel& hand,
                                                  const std::vector<double>& positions);
+
+/// Ratios of closing speeds, one entry per link (HandModel::closingSpeeds): a joint with k others
+/// above it in its finger that close by themselves, too, closes with the k-th power of a ratio, so
+/// that fingers reach round an object before their ends curl. The ratio is the one of a few with
+/// which trial grasps from the hand's preshapes hold most. Empty if that is 1, or if no finger has
+/// two such joints.
+/// @pre `preshapes` and their grasp frames are set, as well
+[[nodiscard]] BULLET_CCD_API std::vector<double> searchClosingSpeeds(const HandModel& hand);
 }  // namespace bullet_ccd::grasp

@@ -7,8 +7,10 @@
 #include "grasp/hand/self_pairs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -32,6 +34,7 @@ public:
         readPreshapes();
         const std::vector<std::pair<std::int32_t, std::int32_t>> disabled = readDisabled();
         readGraspFrames();
+        inferSpeeds();
         setSelfPairs(m_hand, disabled);
     }
 
@@ -357,6 +360,30 @@ private:
         if (!inferred.empty())
         {
             m_hand.notes.push_back("grasp frame inferred, of preshapes: " + inferred);
+        }
+    }
+
+    /// Elements that say how joints close say how fast, too: 1 if they do not.
+    void inferSpeeds()
+    {
+        if (!m_srdf.closings.empty())
+        {
+            return;
+        }
+        m_hand.closingSpeeds = searchClosingSpeeds(m_hand);
+        std::string slower;
+        for (std::size_t i = 0; i < m_hand.closingSpeeds.size(); ++i)
+        {
+            if (m_hand.closingSpeeds[i] != 1.0)
+            {
+                std::array<char, 32> ratio{};
+                std::snprintf(ratio.data(), ratio.size(), " %g", m_hand.closingSpeeds[i]);
+                slower += (slower.empty() ? "" : ", ") + tree().links[i].joint.name + ratio.data();
+            }
+        }
+        if (!slower.empty())
+        {
+            m_hand.notes.push_back("closing speeds inferred by trial grasps: " + slower);
         }
     }
 

@@ -15,9 +15,9 @@ namespace
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr int kPoints = 1000;        // of all links
-constexpr double kStep = 0.05;       // [s] of closing at 1 rad/s and 0.1 m/s
+constexpr double kStep = 0.05;       // [s] of closing at 1 rad/s and 0.1 m/s of the fastest joint
 constexpr double kSlideSpeed = 0.1;  // [m/s]
-constexpr int kMaxSteps = 80;
+constexpr int kMaxSteps = 160;
 constexpr double kTouch = 4e-4;  // [m] distance that counts as a contact
 constexpr double kApart = 4e-3;  // [m] between two contacts of one link
 constexpr int kContactsPerLink = 3;
@@ -256,9 +256,11 @@ double TrialGrasps::freeTravel(const std::vector<Eigen::Isometry3d>& X_GL,
 
 std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
                                                   const Eigen::Isometry3d& X_BR,
-                                                  const TrialBody& body) const
+                                                  const TrialBody& body,
+                                                  const std::vector<double>& speeds) const
 {
     const KinematicTree& tree = m_hand.robot.tree;
+    const auto ratio = [&](std::size_t link) { return speeds.empty() ? 1.0 : speeds[link]; };
     const std::vector<double> closed = closedPositions(m_hand, positions);
     std::vector<bool> runs(tree.size(), false);
     for (std::size_t i = 1; i < tree.size(); ++i)
@@ -270,24 +272,28 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
     std::vector<Eigen::Isometry3d> X_BL = linkPoses(tree, X_BR, positions);
     for (int step = 0; step < kMaxSteps; ++step)
     {
-        bool isRunning = false;
+        double fastest = 0.0;
+        for (std::size_t i = 1; i < tree.size(); ++i)
+        {
+            fastest = runs[i] ? std::max(fastest, ratio(i)) : fastest;
+        }
+        if (fastest == 0.0)
+        {
+            break;
+        }
         for (std::size_t i = 1; i < tree.size(); ++i)
         {
             moved[i] = 0.0;
             if (runs[i])
             {
-                const double speed =
-                    tree.links[i].joint.type == JointType::Prismatic ? kSlideSpeed : 1.0;
+                const double most =
+                    (tree.links[i].joint.type == JointType::Prismatic ? kSlideSpeed : 1.0) * kStep *
+                    ratio(i) / fastest;
                 const double left = closed[i] - positions[i];
-                moved[i] = std::clamp(left, -speed * kStep, speed * kStep);
+                moved[i] = std::clamp(left, -most, most);
                 positions[i] += moved[i];
-                runs[i] = std::abs(left) > speed * kStep;
-                isRunning = true;
+                runs[i] = std::abs(left) > most;
             }
-        }
-        if (!isRunning)
-        {
-            break;
         }
         applyMimics(tree, positions);
         X_BL = linkPoses(tree, X_BR, positions);
@@ -395,7 +401,8 @@ double TrialGrasps::quality(const std::vector<Eigen::Isometry3d>& X_BL, const Tr
 double TrialGrasps::operator()(const std::vector<double>& positions,
                                const Eigen::Isometry3d& X_RG,
                                const TrialBody& body,
-                               const Eigen::Isometry3d& X_GB) const
+                               const Eigen::Isometry3d& X_GB,
+                               const std::vector<double>& speeds) const
 {
     const std::vector<Eigen::Isometry3d> X_GL =
         linkPoses(m_hand.robot.tree, X_RG.inverse(), positions);
@@ -405,7 +412,11 @@ double TrialGrasps::operator()(const std::vector<double>& positions,
     {
         Eigen::Isometry3d X_GAt = X_GB;
         X_GAt.translation().z() = first + retreat;
-        const double reached = quality(close(positions, (X_RG * X_GAt).inverse(), body), body);
+        const double reached = quality(close(positions,
+                                             (X_RG * X_GAt).inverse(),
+                                             body,
+                                             speeds.empty() ? m_hand.closingSpeeds : speeds),
+                                       body);
         const double score = reached <= 0.0 ? 0.3 * std::max(0.0, 1.0 + reached / 0.3)
                                             : 0.5 + 0.5 * std::min(1.0, reached / kFirm);
         best = std::max(best, score);

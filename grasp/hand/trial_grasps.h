@@ -29,18 +29,21 @@ struct TrialBody
 class TrialGrasps
 {
 public:
-    /// @param hand `robot`, `linkTrees`, `fingers` and `closingDirections` are used
+    /// @param hand `robot`, `linkTrees`, `fingers`, `closingDirections` and `closingSpeeds` are
+    /// used
     explicit TrialGrasps(const HandModel& hand);
 
     /// Moves the hand along the z axis of its grasp frame until it touches the body, or until the
     /// frame's origin is at the body's; draws it back a little; closes it.
     /// @param positions one entry per link [rad or m], mimics applied
     /// @param X_GB      body in the grasp frame where the hand would take it; moved along z
+    /// @param speeds    ratios to the usual speed, one entry per link; empty: those of the hand
     /// @return 1 for a firm grasp, 0 for none, in between for weak ones and near misses
     [[nodiscard]] double operator()(const std::vector<double>& positions,
                                     const Eigen::Isometry3d& X_RG,
                                     const TrialBody& body,
-                                    const Eigen::Isometry3d& X_GB) const;
+                                    const Eigen::Isometry3d& X_GB,
+                                    const std::vector<double>& speeds = {}) const;
 
 private:
     using Row = Eigen::Array<float, Eigen::Dynamic, 1, 0, 256, 1>;
@@ -72,7 +75,8 @@ private:
                                     Eigen::Isometry3d X_GB) const;
     [[nodiscard]] std::vector<Eigen::Isometry3d> close(std::vector<double> positions,
                                                        const Eigen::Isometry3d& X_BR,
-                                                       const TrialBody& body) const;
+                                                       const TrialBody& body,
+                                                       const std::vector<double>& speeds) const;
     [[nodiscard]] double quality(const std::vector<Eigen::Isometry3d>& X_BL,
                                  const TrialBody& body) const;
 

@@ -47,6 +47,8 @@ ClosingSpans closingSpans(const HandModel& hand, const Grasp& grasp, const Closi
                 hasBegun[i] = true;
             }
         }
+        spans.pace.push_back(
+            {spans.pace.back()[0] + drives.pace() * (until - drives.time()), until});
         drives.advanceTo(until);
         spans.end = until;
         for (; stop != grasp.stops.end() && stop->time <= until; ++stop)

@@ -6,6 +6,7 @@
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 
+#include <array>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -23,6 +24,9 @@ struct ClosingSpans
     std::vector<double> from;         ///< positions at time 0, one entry a link [rad or m]
     std::vector<ClosingSpan> joints;  ///< one entry a link
     double end = 0.0;                 ///< of the closing [s]
+    /// Corners (shown, time) [s] of a line from (0, 0) to the end: in shown time the fastest of the
+    /// joints that move has its usual speed, however slowly it closes.
+    std::vector<std::array<double, 2>> pace{{0.0, 0.0}};
 };
 
 /// Goes through the closing again by the stops that the grasp has on record, without any query. A

@@ -187,6 +187,16 @@ PageJson preshapesJson(const HandModel& hand, std::span<const Grasp> grasps)
     return list;
 }
 
+PageJson paceJson(const ClosingSpans& spans)
+{
+    PageJson list = PageJson::array();
+    for (const auto& [shown, time] : spans.pace)
+    {
+        list.push_back({rounded(shown), rounded(time)});
+    }
+    return list;
+}
+
 PageJson spansJson(const HandModel& hand, const ClosingSpans& spans)
 {
     PageJson list = PageJson::array();
@@ -270,7 +280,8 @@ PageJson graspJson(const HandModel& hand,
         json["hand"] = poseList(grasp.X_WH);
         json["joints"] = positionsJson(hand, grasp.positions);
         json["spans"] = spansJson(hand, spans);
-        json["end"] = rounded(spans.end);
+        json["pace"] = paceJson(spans);
+        json["end"] = json["pace"].back()[0];
         json["stops"] = stopsJson(grasp);
         json["contacts"] = contactsJson(grasp);
     }

@@ -24,7 +24,7 @@ namespace
 {
 // A step is one time-of-impact query if nothing is hit. Queries bound the curvature of the motion
 // over the whole step, so a few steps are faster than one; more than that gain nothing.
-constexpr double kLongestStep = 0.2;  // [s]
+constexpr double kLongestStep = 0.2;  // [s] at the usual speeds of joints
 
 /// Links stop at their times of impact and move as they are driven: contacts would be found and
 /// solved only to be overruled.
@@ -236,7 +236,7 @@ void HandSimulation::World::applySpeeds()
 
 void HandSimulation::World::step()
 {
-    const double end = std::min(m_drives->nextLimit(), m_time + kLongestStep);
+    const double end = std::min(m_drives->nextLimit(), m_time + kLongestStep / m_drives->pace());
     m_world.stepSimulation(end - m_time, 0);
     const std::vector<double> speeds = m_drives->speeds();
     if (m_drives->isRunning())

@@ -37,11 +37,24 @@ function share(stages, name, time) {
 
 export const lengthOf = (stages) => (stages.length ? stages[stages.length - 1].to : 0);
 
-/// Seconds since closing began; before that null.
-export function closingTime(stages, time) {
-  const stage = stages.find((candidate) => candidate.name === 'closing');
-  return stage && time >= stage.from ? time - stage.from : null;
+/// Where the rising line through the points [shown, time] is at x of that axis: the other one there.
+function along(points, x, axis) {
+  const found = points.findIndex((point) => point[axis] >= x);
+  const next = found < 0 ? points.length - 1 : Math.max(1, found);
+  const [a, b] = [points[next - 1], points[next]];
+  const length = b[axis] - a[axis];
+  const part = length > 0 ? Math.min(1, (x - a[axis]) / length) : 1;
+  return a[1 - axis] + part * (b[1 - axis] - a[1 - axis]);
 }
+
+/// Seconds since closing began; before that null. The slider passes over slow joints quickly.
+export function closingTime(grasp, stages, time) {
+  const stage = stages.find((candidate) => candidate.name === 'closing');
+  return stage && time >= stage.from ? along(grasp.pace, time - stage.from, 0) : null;
+}
+
+/// Seconds on the slider from where closing begins to that time of closing.
+export const shownTime = (grasp, time) => along(grasp.pace, time, 1);
 
 /// { position, quaternion } of the root link, { joints } in the order of data.joints.
 export function postureAt(data, grasp, time) {
@@ -51,7 +64,7 @@ export function postureAt(data, grasp, time) {
   if (grasp.hand) {
     const hasBackOff = stages.some((stage) => stage.name === 'back off');
     const settled = hasBackOff ? share(stages, 'back off', time)
-        : Number(closingTime(stages, time) !== null || time >= lengthOf(stages));
+        : Number(closingTime(grasp, stages, time) !== null || time >= lengthOf(stages));
     position.lerp(place(grasp.hand), settled);
     quaternion.slerp(turn(grasp.hand), settled);
     if (settled === 1) {  // to the last digit
@@ -65,7 +78,7 @@ export function postureAt(data, grasp, time) {
 function jointsAt(data, grasp, stages, time) {
   const open = data.preshapes[grasp.preshape]?.joints ?? grasp.joints ?? data.joints.map(() => 0);
   if (!grasp.hand) return [...open];
-  const now = time >= lengthOf(stages) ? Infinity : closingTime(stages, time) ?? 0;
+  const now = time >= lengthOf(stages) ? Infinity : closingTime(grasp, stages, time) ?? 0;
   return open.map((from, joint) => {
     const [begin, end] = grasp.spans[joint];
     if (now >= end) return grasp.joints[joint];

@@ -158,7 +158,7 @@ export class GraspScene {
 
   /// A contact is there from when its link is stopped; at the end all are.
   showContacts(time) {
-    const now = time >= lengthOf(this.stages) ? Infinity : closingTime(this.stages, time) ?? -1;
+    const now = time >= lengthOf(this.stages) ? Infinity : closingTime(this.grasp, this.stages, time) ?? -1;
     (this.grasp.contacts ?? []).forEach(({ link }, contact) => {
       const stop = this.grasp.stops.find((candidate) => candidate.link === link);
       const isThere = now >= (stop ? stop.time : Infinity);

@@ -1,7 +1,7 @@
 // The page: reads its data, and joins scene, slider, panel and table.
 import { GraspScene } from './scene.js';
 import { GraspTable } from './table.js';
-import { closingTime, lengthOf, postureAt, stagesOf } from './motion.js';
+import { closingTime, lengthOf, postureAt, shownTime, stagesOf } from './motion.js';
 
 const find = (id) => document.getElementById(id);
 const data = JSON.parse(find('data').textContent);
@@ -135,7 +135,7 @@ function stopText({ link, time: at, by }) {
 
 function momentText() {
   const stages = stagesOf(grasp);
-  const now = closingTime(stages, time);
+  const now = closingTime(grasp, stages, time);
   if (now === null) {
     const stage = stages.find(({ to }) => time <= to);
     if (!stage) return 'at the start';
@@ -162,7 +162,7 @@ function showMarks() {
   for (const { name, from } of stages) mark(from, name, `${name} begins`);
   const closing = stages.find(({ name }) => name === 'closing');
   if (closing) {
-    for (const stop of grasp.stops) mark(closing.from + stop.time, '', stopText(stop));
+    for (const stop of grasp.stops) mark(closing.from + shownTime(grasp, stop.time), '', stopText(stop));
   }
 }
 

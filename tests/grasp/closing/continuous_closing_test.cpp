@@ -101,6 +101,12 @@ TEST_P(ContinuousClosing, JointsCloseAtTheirOwnSpeeds)
     hand.closingSpeeds = {1.0, 3.0, 1.0};
     expectMeeting(close({}), 0.06);
     expectMeeting(close({{"left", 1.0}}), 0.04);
+    // Contacts and work depend on the ratios only.
+    hand.closingSpeeds.clear();
+    const ClosingResult fast = close({{"right", 3.0}});
+    const ClosingResult slow = close({{"left", 1e-3}, {"right", 3e-3}});
+    expectMeeting(slow, 0.02);
+    EXPECT_EQ(slow.steps, fast.steps);
     EXPECT_THROW(static_cast<void>(close({{"middle", 1.0}})), std::invalid_argument);
     EXPECT_THROW(static_cast<void>(close({{"left", 0.0}})), std::invalid_argument);
 }

@@ -162,6 +162,50 @@ TEST(PreshapeSearch, TheThumbIsTurnedInFrontOfThePalmEveryTime)
     EXPECT_GE(turned, 9);
 }
 
+TEST(PreshapeSearch, FingersReachRoundTheObjectBeforeTheirEndsCurl)
+{
+    const TempFolder folder;
+    const HandModel hand = loadHand(folder.write("thumbed.urdf", thumbedHand()));
+    const auto link = [&](const char* joint)
+    { return static_cast<std::size_t>(hand.robot.tree.findJoint(joint)); };
+    ASSERT_EQ(hand.closingSpeeds.size(), hand.robot.tree.size());
+    const double ratio = hand.closingSpeeds[link("fore2")];
+    EXPECT_LT(ratio, 1.0);
+    for (const char* const outer : {"ring2", "thumb2"})
+    {
+        EXPECT_EQ(hand.closingSpeeds[link(outer)], ratio) << outer;
+    }
+    for (const char* const inner : {"turn", "fore1", "ring1", "thumb1"})
+    {
+        EXPECT_EQ(hand.closingSpeeds[link(inner)], 1.0) << inner;
+    }
+    EXPECT_THAT(hand.notes, Contains(HasSubstr("closing speeds inferred by trial grasps: ")));
+    // And with it fingers hold what they hold otherwise, and more.
+    HandModel alike = loadHand(hand.robot.file);
+    alike.closingSpeeds.clear();
+    EXPECT_GE(closuresOnABall(hand, 12), closuresOnABall(alike, 12));
+
+    // What says how joints close says how fast.
+    folder.write("thumbed.srdf",
+                 "<robot name=\"thumbed\"><closing joint=\"fore1\" direction=\"1\"/></robot>");
+    EXPECT_TRUE(loadHand(hand.robot.file).closingSpeeds.empty());
+}
+
+TEST(PreshapeSearch, JointsThatAreAloneInTheirFingersHaveNoSpeedsOfTheirOwn)
+{
+    const TempFolder folder;
+    std::string text = thumbedHand();
+    for (const std::string& joint :
+         {std::string("fore2"), std::string("ring2"), std::string("thumb2")})
+    {
+        const std::string from = "<joint name=\"" + joint + "\" type=\"revolute\">";
+        const std::size_t at = text.find(from);
+        ASSERT_NE(at, std::string::npos);
+        text.replace(at, from.size(), "<joint name=\"" + joint + "\" type=\"fixed\">");
+    }
+    EXPECT_TRUE(loadHand(folder.write("thumbed.urdf", text)).closingSpeeds.empty());
+}
+
 TEST(PreshapeSearch, AKnownGraspFrameIsKept)
 {
     const TempFolder folder;

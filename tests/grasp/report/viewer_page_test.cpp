@@ -136,6 +136,22 @@ TEST(ClosingSpans, AFingerThatWaitsBeginsWhenTheOneBeforeItHasStopped)
     EXPECT_EQ(inTurns.end, 0.5);
 }
 
+TEST(ClosingSpans, SlowJointsAreShownAtTheUsualSpeed)
+{
+    HandModel hand = closingBoxHand();
+    hand.closingSpeeds = {1.0, 1.0, 0.1};
+    Grasp grasp = tests::makeBoxGrasp(2);
+    grasp.positions = {0.0, 0.3, -0.05};
+    grasp.stops = {{.link = 1, .time = 0.3}};
+    const ClosingSpans spans = closingSpans(hand, grasp, {});
+    EXPECT_DOUBLE_EQ(spans.end, 5.0);  // at the limit: 0.01 m/s
+    ASSERT_EQ(spans.pace.size(), 3U);
+    EXPECT_EQ(spans.pace[0], (std::array{0.0, 0.0}));
+    EXPECT_EQ(spans.pace[1], (std::array{0.3, 0.3}));     // the left finger runs at its usual speed
+    EXPECT_DOUBLE_EQ(spans.pace[2][0], 0.3 + 0.1 * 4.7);  // the right one alone, at a tenth
+    EXPECT_DOUBLE_EQ(spans.pace[2][1], 5.0);
+}
+
 TEST(ClosingSpans, AGraspThatNeverClosedRestsInItsPreshape)
 {
     const HandModel hand = closingBoxHand();
