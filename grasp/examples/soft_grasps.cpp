@@ -425,7 +425,7 @@ private:
         X_WG.linear().col(1) = m_scene.approach.cross(m_scene.across);
         X_WG.linear().col(2) = m_scene.approach;
         X_WG.translation() = m_scene.place;
-        const Isometry3d X_WH = X_WG * graspFrame(m_hand, start).inverse();
+        const Isometry3d X_WH = X_WG * m_hand.X_RG.inverse();
 
         btMultiBody& body = *m_multiBody.body;
         body.setCanSleep(false);

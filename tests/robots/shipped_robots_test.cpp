@@ -310,7 +310,8 @@ TEST(AnthropomorphicHand, ThumbOpposesTheFingersAroundASixCentimetreObject)
 TEST(AnthropomorphicHand, FingersCurlClearOfPalmAndNeighboursWhenTheThumbIsAside)
 {
     const HandModel hand = load("anthropomorphic_hand");
-    std::vector<double> positions = preshapeOf(hand, "lateral").positions;
+    std::vector<double> positions = preshapeOf(hand, "open").positions;
+    positions[linkOf(hand, "thumb_base")] = 0.0;
     for (const std::string finger : {"fore", "middle", "ring"})
     {
         for (const std::string bone : {"_proximal", "_medial", "_distal"})
