@@ -11,6 +11,7 @@
 #include <memory>
 
 class btCcdSoftStep;
+class btIDebugDraw;
 
 /// Counts since the solver was made or the counters were reset.
 struct btCcdSoftCounters
@@ -81,6 +82,11 @@ public:
     void resetCcdSoftCounters();
     /// For shapes of colliders that were changed in place.
     void forgetCcdShape(const btCollisionShape* shape);
+
+    /// In wire-frame mode: contacts of the last step (red: the closest points of both features and
+    /// the normal), and the paths that were bent or shortened (yellow). Contacts are kept from the
+    /// first call on. The world of the same name calls it in debugDrawWorld().
+    void debugDraw(btIDebugDraw * drawer);
 
     void predictMotion(btScalar timeStep) override;
     void applyTransforms(btScalar timeStep) override;

@@ -170,6 +170,7 @@ Lines linesOfOurs(Scene& scene, int mode)
     scene.world().btCollisionWorld::debugDrawWorld();
     const auto own = std::ptrdiff_t(drawer.m_lines.size());
     drawer.m_lines.clear();
+    drawer.m_colors.clear();
     scene.world().debugDrawWorld();
     scene.world().setDebugDrawer(nullptr);
     return Lines(drawer.m_lines.begin() + own, drawer.m_lines.end());

@@ -131,3 +131,18 @@ void btCcdDrawImpact(const btCcdPosedModel& a,
     drawCross(pointB, size * btScalar(0.2), draw);
     draw.drawLine(pointA, pointA + size * normal, impactColor());
 }
+
+void btCcdDrawPath(const btVector3& from, const btVector3& to, btIDebugDraw& draw)
+{
+    draw.drawLine(from, to, sweptColor());
+}
+
+void btCcdDrawSoftContact(const btVector3& pointA,
+                          const btVector3& pointB,
+                          const btVector3& normal,
+                          btScalar length,
+                          btIDebugDraw& draw)
+{
+    draw.drawLine(pointA, pointB, impactColor());
+    draw.drawLine(pointA, pointA + length * normal, impactColor());
+}

@@ -30,4 +30,15 @@ void btCcdDrawImpact(const btCcdPosedModel& a,
                      const btVector3& normal,
                      btIDebugDraw& draw);
 
+/// The way of a node of a soft body in a step.
+void btCcdDrawPath(const btVector3& from, const btVector3& to, btIDebugDraw& draw);
+
+/// A contact of a soft body: the closest points of both, and from the point on A the normal, unit
+/// from A to B, drawn as long as said.
+void btCcdDrawSoftContact(const btVector3& pointA,
+                          const btVector3& pointB,
+                          const btVector3& normal,
+                          btScalar length,
+                          btIDebugDraw& draw);
+
 #endif  // BT_CCD_DEBUG_DRAW_H

@@ -5,6 +5,7 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <LinearMath/btIDebugDraw.h>
 
 #include <cmath>
 
@@ -64,6 +65,15 @@ void btCcdDeformableBodySolver::resetCcdSoftCounters()
 void btCcdDeformableBodySolver::forgetCcdShape(const btCollisionShape* shape)
 {
     m_step->m_obstacles.forget(shape);
+}
+
+void btCcdDeformableBodySolver::debugDraw(btIDebugDraw* drawer)
+{
+    if (m_isEnabled && drawer != nullptr &&
+        (drawer->getDebugMode() & btIDebugDraw::DBG_DrawWireframe) != 0)
+    {
+        m_step->draw(*drawer);
+    }
 }
 
 void btCcdDeformableBodySolver::predictMotion(btScalar timeStep)

@@ -37,4 +37,5 @@ void btCcdDeformableMultiBodyDynamicsWorld::debugDrawWorld()
 {
     btDeformableMultiBodyDynamicsWorld::debugDrawWorld();
     drawCcd(getDebugDrawer());
+    m_ccdSolver->debugDraw(getDebugDrawer());
 }

@@ -1,5 +1,7 @@
 #include "bullet_ccd/bullet/soft/btCcdSoftStep.h"
 
+#include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
+
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
@@ -148,6 +150,8 @@ void round(btCcdSoftPart& part)
 void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep)
 {
     m_moved.clear();
+    m_seenContacts.clear();
+    m_bentPaths.clear();
     if (!(timeStep > btScalar(0)) || !gather(bodies, timeStep))
     {
         return;
@@ -164,6 +168,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         commit(timeStep);
         return;
     }
+    keepForDrawing(near.contacts);
     SamePoints points(near.contacts.size());
     for (const DeformableContact& contact : near.contacts)
     {
@@ -557,6 +562,10 @@ void btCcdSoftStep::commit(btScalar timeStep)
             node.m_v = btCcdToBullet(part->m_velocity[v]);
             node.m_splitv = (btCcdToBullet(part->m_end[v]) - node.m_x) / timeStep - node.m_v;
             moved.m_nodes.push_back(v);
+            if (m_isDrawn)
+            {
+                m_bentPaths.emplace_back(node.m_x, btCcdToBullet(part->m_end[v]));
+            }
         }
         if (!moved.m_nodes.empty())
         {
@@ -576,5 +585,40 @@ void btCcdSoftStep::finish()
             node.m_x = node.m_q = btCcdToBullet(moved.m_part->m_end[v]);
             node.m_splitv.setZero();
         }
+    }
+}
+
+void btCcdSoftStep::keepForDrawing(const std::vector<DeformableContact>& contacts)
+{
+    for (std::size_t i = 0; i < contacts.size() && m_isDrawn; ++i)
+    {
+        const DeformableContact& contact = contacts[i];
+        Vector3d pointA = Vector3d::Zero();
+        Vector3d pointB = Vector3d::Zero();
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            const bool isOfA = k < verticesOfA(contact);
+            const btCcdSoftPart& part =
+                *m_parts[std::size_t(isOfA ? contact.bodyA : contact.bodyB)];
+            const auto v = std::size_t(contact.vertices[k]);
+            const Vector3d x = part.m_start[v] + contact.time * (part.m_end[v] - part.m_start[v]);
+            (isOfA ? pointA : pointB) += std::abs(contact.weights[Eigen::Index(k)]) * x;
+        }
+        m_seenContacts.push_back(
+            {btCcdToBullet(pointA), btCcdToBullet(pointB), btCcdToBullet(contact.normal)});
+    }
+}
+
+void btCcdSoftStep::draw(btIDebugDraw& drawer)
+{
+    m_isDrawn = true;
+    for (const SeenContact& seen : m_seenContacts)
+    {
+        btCcdDrawSoftContact(
+            seen.m_pointA, seen.m_pointB, seen.m_normal, btScalar(20.0 * m_keep), drawer);
+    }
+    for (const auto& [from, to] : m_bentPaths)
+    {
+        btCcdDrawPath(from, to, drawer);
     }
 }

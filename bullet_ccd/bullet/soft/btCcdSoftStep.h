@@ -8,6 +8,7 @@
 #include "bullet_ccd/bullet/soft/btCcdSoftSurface.h"
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 class btCcdSoftStep
@@ -22,8 +23,16 @@ public:
     void run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
     /// After Bullet's integration: nodes are exactly where their paths end.
     void finish();
+    /// Draws the contacts and the bent paths of the step; from the first call on they are kept.
+    void draw(btIDebugDraw& drawer);
 
 private:
+    struct SeenContact
+    {
+        btVector3 m_pointA;
+        btVector3 m_pointB;
+        btVector3 m_normal;
+    };
     struct Moved
     {
         btCcdSoftPart* m_part;
@@ -37,6 +46,9 @@ private:
     Eigen::AlignedBox3d m_box;  ///< in which colliders were looked for
     std::vector<Moved> m_moved;
     double m_keep = 0.0;  ///< distance that no path goes below [m]
+    bool m_isDrawn = false;
+    std::vector<SeenContact> m_seenContacts;                   ///< if drawn
+    std::vector<std::pair<btVector3, btVector3>> m_bentPaths;  ///< if drawn
 
     bool gather(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
     /// Looks for colliders wherever paths lead now.
@@ -63,6 +75,7 @@ private:
     void holdBody(const btCcdSoftPart& obstacle, double part);
     void holdAll();
     void commit(btScalar timeStep);
+    void keepForDrawing(const std::vector<bullet_ccd::DeformableContact>& contacts);
 };
 
 #endif  // BT_CCD_SOFT_STEP_H

@@ -5,6 +5,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "tests/bullet/recording_drawer.h"
 #include "tests/support/test_data.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -533,6 +534,40 @@ TEST(SoftDrops, AStepWithoutContactIsBulletsOwn)
     {
         EXPECT_EQ(a.m_nodes[i].m_x, b.m_nodes[i].m_x);
         EXPECT_EQ(a.m_nodes[i].m_v, b.m_nodes[i].m_v);
+    }
+}
+
+TEST(SoftDrops, ContactsAndBentPathsAreDrawn)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        SoftScene scene(kind);
+        addFloor(scene, Floor::Mesh);
+        scene.cloth(at(0.01, 0.1, 0), 1.0, 4, 1.0)->setVelocity(btVector3(0, -20, 0));
+        RecordingDrawer drawer;
+        scene.solver()->debugDraw(&drawer);
+        EXPECT_TRUE(drawer.m_lines.empty()) << "no step yet";
+        scene.step(1.0 / 60.0);
+        scene.world().setDebugDrawer(&drawer);
+        kind == SoftWorld::World ? scene.world().debugDrawWorld()
+                                 : scene.solver()->debugDraw(&drawer);
+        const std::vector<std::pair<Vector3d, Vector3d>> red = drawer.linesOf({1, 0, 0});
+        const std::vector<std::pair<Vector3d, Vector3d>> yellow = drawer.linesOf({1, 1, 0});
+        scene.world().setDebugDrawer(nullptr);
+        ASSERT_GE(red.size(), 2U * 25U);
+        for (std::size_t i = 0; i < red.size(); i += 2)
+        {
+            // From the closest point on one to that on the other, and the normal.
+            EXPECT_NEAR(std::abs(red[i].first.y() - red[i].second.y()), kRest, 0.5 * kRest);
+            const Vector3d normal = red[i + 1].second - red[i + 1].first;
+            EXPECT_NEAR(std::abs(normal.normalized().y()), 1.0, 1e-3);
+        }
+        ASSERT_EQ(yellow.size(), 25U);
+        for (const auto& [from, to] : yellow)
+        {
+            EXPECT_NEAR(from.y(), 0.1, 1e-3);
+            EXPECT_NEAR(to.y(), kRest, 0.2 * kRest);
+        }
     }
 }
 
