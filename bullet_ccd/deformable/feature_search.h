@@ -35,8 +35,8 @@ public:
     {
     }
 
-    /// Has the patches of a task that comes soon brought into the cache: they lie scattered in memory,
-    /// and most of the time would be spent on waiting for them.
+    /// Has the patches of a task that comes soon brought into the cache: they lie scattered in
+    /// memory, and most of the time would be spent on waiting for them.
     void prefetch(const PatchTask& task) const;
     void examine(const PatchTask& task);
     /// Examines what is still waiting. To be called last.
