@@ -16,6 +16,7 @@
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 #include "bullet_ccd/toi/least_distance.h"
+#include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "bullet_ccd/trajectory/contact_manager.h"
 #include "bullet_ccd/trajectory/trajectory.h"

@@ -43,6 +43,7 @@ struct Arguments
         "ycb_16k/025_mug.obj", "ycb_16k/006_mustard_bottle.obj", "ycb_16k/035_power_drill.obj"};
     int candidates = 20;
     std::uint64_t seed = 1;
+    double accuracy = kClosingTolerance;
     bool onlyOurs = false;
 };
 
@@ -71,7 +72,7 @@ struct ClosingComparison
 /// Every method makes its own approach; all close from where ours ended, so that the postures can
 /// be compared.
 /// @param withPeers  otherwise ours alone, and no reference
-ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers)
+ClosingComparison compareClosing(const ClosingCase& scene, double accuracy, bool withPeers)
 {
     const std::vector<ClosingStart> starts = closingStarts(scene);
     ClosingComparison comparison{.candidates = static_cast<int>(starts.size()), .methods = {}};
@@ -87,7 +88,7 @@ ClosingComparison compareClosing(const ClosingCase& scene, bool withPeers)
         method.meanMicroseconds = meanOf(micros);
         comparison.methods.push_back(std::move(method));
     };
-    add("ours", runContinuous(scene, kClosingTolerance));
+    add("ours", runContinuous(scene, accuracy));
     if (!withPeers)
     {
         return comparison;
@@ -218,7 +219,8 @@ bool run(const Arguments& arguments)
                                     .object = object,
                                     .candidates = arguments.candidates,
                                     .seed = arguments.seed};
-            rows.push_back({name, file, compareClosing(scene, !arguments.onlyOurs)});
+            rows.push_back(
+                {name, file, compareClosing(scene, arguments.accuracy, !arguments.onlyOurs)});
             print(rows.back());
         }
     }
@@ -245,6 +247,7 @@ int main(int argc, char** argv)
                      {"--objects", &arguments.objects, "files below objects/"},
                      {"-n,--candidates", &arguments.candidates, "of each hand with each object"},
                      {"--seed", &arguments.seed, "of the candidates"},
+                     {"--accuracy", &arguments.accuracy, "tolerance of ours [m]"},
                      {"--only-ours",
                       &arguments.onlyOurs,
                       "to count its instructions: no other method"}},

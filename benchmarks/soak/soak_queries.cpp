@@ -2,11 +2,13 @@
 /// force.
 #include "benchmarks/reference/queries/soak_queries.h"
 
+#include "benchmarks/reference/queries/accuracy_queries.h"
 #include "benchmarks/reference/queries/chain_queries.h"
 #include "benchmarks/reference/queries/convex_queries.h"
 #include "benchmarks/soak/soak.h"
 
 #include <algorithm>
+#include <iterator>
 #include <thread>
 
 namespace
@@ -37,6 +39,58 @@ SoakSubject rigidSoak()
                 return answerOf(query, outcome, outcome.result.gap);
             },
             .print = [](std::ostream& out, std::uint64_t seed) { print(out, soakQuery(seed)); }};
+}
+
+/// By turns detailed meshes, adversarial pairs and chains, all of which any gap within the
+/// tolerance will do for.
+SoakSubject accuracySoak()
+{
+    std::vector<std::string> families = accuracySizes();
+    const std::size_t sizes = families.size();
+    std::ranges::copy(soakFamilyNames(), std::back_inserter(families));
+    std::ranges::copy(chainFamilyNames(), std::back_inserter(families));
+    return {.program = "benchmarks/run soak accuracy",
+            .families = families,
+            .round = 1440,
+            .shares = {.leastHits = 0, .leastFree = 0, .mostOverlapping = 100},
+            .ask =
+                [sizes](std::uint64_t seed)
+            {
+                SoakAnswer answer;
+                if (seed % 3 == 0)
+                {
+                    const AccuracyQuery query = accuracyQuery(seed / 3);
+                    const AccuracyOutcome outcome = runAccuracyQuery(query);
+                    return SoakAnswer{.family = query.sizeA,
+                                      .status = outcome.result.status,
+                                      .time = outcome.result.time,
+                                      .gap = outcome.result.gap,
+                                      .judgement = outcome.judgement};
+                }
+                if (seed % 3 == 1)
+                {
+                    SoakQuery query = soakQuery(seed / 3);
+                    query.options.anyWithin = true;
+                    const SoakOutcome outcome = runSoakQuery(query);
+                    answer = answerOf(query, outcome, outcome.result.gap);
+                    answer.family += sizes;
+                    return answer;
+                }
+                ChainQuery query = chainQuery(seed / 3);
+                query.options.toi.anyWithin = true;
+                const ChainOutcome outcome = runChainQuery(query);
+                const auto& contacts = outcome.result.contacts;
+                answer = answerOf(query, outcome, contacts.empty() ? 0.0 : contacts.front().gap);
+                answer.family += sizes + kSoakFamilies;
+                return answer;
+            },
+            .print =
+                [](std::ostream& out, std::uint64_t seed)
+            {
+                seed % 3 == 0   ? print(out, accuracyQuery(seed / 3))
+                : seed % 3 == 1 ? print(out, soakQuery(seed / 3))
+                                : print(out, chainQuery(seed / 3));
+            }};
 }
 
 SoakSubject convexSoak()
@@ -93,6 +147,13 @@ int main(int argc, char** argv)
                                 .jobs = jobs,
                                 .checkpoint = "soak_rigid.checkpoint"},
                                [](bool) { return rigidSoak(); }),
+                   soakProgram("accuracy",
+                               "any gap within an accuracy, judged on the full meshes",
+                               {.count = 100'000,
+                                .quickCount = 1'440,
+                                .jobs = jobs,
+                                .checkpoint = "soak_accuracy.checkpoint"},
+                               [](bool) { return accuracySoak(); }),
                    soakProgram("convex",
                                "exact convex shapes, by proof or counterexample on triangles",
                                {.count = 1'000'000,

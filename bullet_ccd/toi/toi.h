@@ -67,6 +67,10 @@ struct ToiOptions
     /// The part of the tolerance that steps leave as gap, in (0, 1/2]. With a small part the
     /// reported time is as late as possible. With 1/2 a query that goes on from there has room.
     double aim = 1.0 / 4096.0;
+    /// The tolerance is the accuracy of the answer: any gap within it ends the query, which looks
+    /// at no more of the meshes than that takes. The reported time is earlier than otherwise by
+    /// what it takes to close that gap. `aim` has no part in this.
+    bool anyWithin = false;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
     StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped

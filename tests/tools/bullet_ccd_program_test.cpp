@@ -116,6 +116,30 @@ TEST_F(BulletCcdProgram, OneQueryGivesTheAnswerOfTheLibrary)
     }
 }
 
+TEST_F(BulletCcdProgram, AnAccuracySaysWhatWasNeededAndIsNeverBelowRounding)
+{
+    const std::string motion = "--a0 1,0,0,0,0,0,2 --a-velocity 0,0,-4 --a-angular 1.5,7,-0.25 ";
+    const Outcome shown = run("toi " + cubeAndPlate() + motion + "--accuracy 1e-3");
+    EXPECT_EQ(shown.exitCode, 0) << shown.err;
+    EXPECT_THAT(shown.out, HasSubstr("hit: "));
+    EXPECT_THAT(shown.out, HasSubstr("needed      2 of 2 bodies, "));
+    EXPECT_THAT(shown.out, HasSubstr(" of 24 triangles"));
+    const Outcome json = run("toi " + cubeAndPlate() + motion + "--accuracy 1e-3 --json");
+    EXPECT_THAT(json.out, HasSubstr("\"of_triangles\": 24}"));
+    EXPECT_THAT(run("toi " + cubeAndPlate() + motion).out, Not(HasSubstr("needed")));
+    // The plate is 20 across.
+    for (const char* accuracy : {"0", "-1", "1e-12"})
+    {
+        const Outcome refused = run("toi " + cubeAndPlate() + "--accuracy " + accuracy);
+        EXPECT_EQ(refused.exitCode, 3) << accuracy;
+        EXPECT_THAT(refused.err, HasSubstr("--accuracy"));
+        EXPECT_THAT(refused.err, HasSubstr("2e-09")) << accuracy;
+    }
+    const Outcome both = run("toi " + cubeAndPlate() + "--accuracy 1e-3 --tolerance 1e-4");
+    EXPECT_EQ(both.exitCode, 2);
+    EXPECT_THAT(both.err, HasSubstr("excludes"));
+}
+
 TEST_F(BulletCcdProgram, OneQueryIsShownToPeople)
 {
     const Outcome hit = run("toi " + cubeAndPlate() + "--a0 1,0,0,0,0,0,2 --a1 1,0,0,0,0,0,-2");

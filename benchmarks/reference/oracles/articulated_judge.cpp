@@ -201,7 +201,8 @@ private:
             complain(Verdict::False, m_result.time, distance, pair->text());
         }
         // The named triangles need not be the closest, but others are closer by the aim at most.
-        const double most = std::max(distance, 2.0 * m_options.aim * m_options.tolerance);
+        const double most = std::max(
+            distance, (m_options.anyWithin ? 1.0 : 2.0 * m_options.aim) * m_options.tolerance);
         const bool isHonest = contact.gap > 0.0 && contact.gap <= m_options.tolerance &&
                               contact.gap >= distance - m_rounding &&
                               contact.gap <= most + m_rounding && hasHonestWitnesses(contact);

@@ -375,7 +375,8 @@ Judgement judgeApart(const ToiOptions& options,
         return wrong(Verdict::False, result.time, distance);
     }
     // The named triangles need not be the closest, but others are closer by the aim at most.
-    const double nearest = options.minimumSeparation + 2.0 * options.aim * options.tolerance;
+    const double nearest = options.minimumSeparation +
+                           (options.anyWithin ? 1.0 : 2.0 * options.aim) * options.tolerance;
     const bool honest = result.gap > 0.0 && result.gap <= contact &&
                         result.gap >= distance - rounding &&
                         result.gap <= std::max(distance, nearest) + rounding;

@@ -20,6 +20,10 @@ constexpr double kRounding = 64.0 * 1.11e-16;
 /// matrix takes about 16, the center 16, the axes and extents 24.
 constexpr double kSingleRounding = 4e-6;
 
+/// What steps leave of the tolerance where any distance within it will do: the less, the fewer
+/// pairs of volumes are as near as that.
+constexpr double kAimOfAny = 1.0 / 32.0;
+
 float up(double x)
 {
     return static_cast<float>(x) * (1.0F + 2e-7F);
@@ -130,7 +134,8 @@ void PairScene::reset(std::span<const MovingBody> bodies,
                       .mask = pairs[i].mask,
                       .limits = {.floor = options.minimumSeparation,
                                  .threshold = options.minimumSeparation + options.tolerance,
-                                 .aim = options.aim}};
+                                 .aim = options.anyWithin ? kAimOfAny : options.aim,
+                                 .anyWithin = options.anyWithin}};
         m_hasFaces = m_hasFaces || !a.tree->faceSlabs().empty() || !b.tree->faceSlabs().empty();
         ScenePair& pair = m_pairs[i];
         pair.isRigid = std::holds_alternative<RigidMotion>(a.motion) &&

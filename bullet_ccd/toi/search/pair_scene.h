@@ -43,6 +43,7 @@ struct ScenePair
     const PairMask* mask = nullptr;
     bool sawTriangles = false;    ///< a pair of triangles was looked at
     bool touchesAtStart = false;  ///< a pair of triangles is within the tolerance at t = 0
+    bool startIsKnown = false;    ///< noteIfNear() found out whether they are
     PairLimits limits;
     /// The whole bodies are apart along a face in [apartFrom, apartUntil].
     double apartFrom = 0.0;
@@ -71,6 +72,10 @@ public:
 
     [[nodiscard]] std::int32_t size() const { return static_cast<std::int32_t>(m_pairs.size()); }
     [[nodiscard]] ScenePair& pair(std::int32_t index)
+    {
+        return m_pairs[static_cast<std::size_t>(index)];
+    }
+    [[nodiscard]] const ScenePair& pair(std::int32_t index) const
     {
         return m_pairs[static_cast<std::size_t>(index)];
     }

@@ -17,14 +17,17 @@ struct PairLimits
     double floor = 0.0;      ///< distance that must be kept
     double threshold = 0.0;  ///< in contact at this distance
     double aim = 0.0;        ///< part of what is between them that a step leaves
+    bool anyWithin = false;  ///< any distance up to the threshold is near enough
 
     /// Distance that no step may go below.
     [[nodiscard]] double margin() const { return floor + aim * (threshold - floor); }
     /// Near enough to stop.
     [[nodiscard]] double near() const
     {
-        return floor + std::min(1.0, 2.0 * aim) * (threshold - floor);
+        return anyWithin ? threshold : floor + std::min(1.0, 2.0 * aim) * (threshold - floor);
     }
+    /// How thick two volumes may be together that are looked through (see meetsBelow()).
+    [[nodiscard]] double room() const { return anyWithin ? 0.5 * (threshold - floor) : 0.0; }
 };
 
 /// Relative state of a pair of bodies at one time.

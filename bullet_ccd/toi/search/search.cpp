@@ -66,7 +66,102 @@ double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
     return velocity.dot((d.pointB - d.pointA).stableNormalized());
 }
 
+/// Counts a look at the triangles of two leaves.
+void countTriangles(SearchState& state, const NodePair& leaves)
+{
+    ++state.counters.trianglePairs;
+    ScenePair& pair = state.scene.pair(leaves.pair);
+    pair.sawTriangles = true;
+    if (state.use != nullptr)
+    {
+        state.use->note(*pair.treeA, pair.treeA->triangle(state.scene.nodeA(leaves).first));
+        state.use->note(*pair.treeB, pair.treeB->triangle(state.scene.nodeB(leaves).first));
+    }
+}
+
+/// Two triangles in contact at the time of their leaves.
+EarliestHit hitOf(const SearchState& state, const NodePair& leaves, const TriangleDistance& apart)
+{
+    const ScenePair& pair = state.scene.pair(leaves.pair);
+    const std::int32_t slotA = state.scene.nodeA(leaves).first;
+    const std::int32_t slotB = state.scene.nodeB(leaves).first;
+    // How long before they were near enough, too: a bound of the speed is known of rigid pairs.
+    // What lies at the limit of what was asked for would be beyond it by rounding.
+    const double nearer = (pair.limits.anyWithin ? 0.9 : 1.0) * pair.limits.near() - apart.distance;
+    const double early =
+        pair.isRigid && nearer > 0.0 && pair.speedScale > 0.0 ? nearer / pair.speedScale : 0.0;
+    return {.time = leaves.time,
+            .pair = leaves.pair,
+            .triangleA = pair.treeA->triangle(slotA),
+            .triangleB = pair.treeB->triangle(slotB),
+            .slotA = slotA,
+            .slotB = slotB,
+            .distance = apart,
+            .enough = std::max(leaves.time - early, 0.5 * leaves.time),
+            .atStart = leaves.time == 0.0};
+}
+
+/// Volumes that are farther apart than the steps leave say nothing of whether the bodies touch
+/// where the query begins. Before such a pair is taken for a contact, this finds out, and then it
+/// has to close in further.
+void relaxUnknownStart(SearchState& state, std::int32_t index)
+{
+    ScenePair& pair = state.scene.pair(index);
+    const bool mayTouch = state.scene.mayStartTouching() || state.begin > 0.0;
+    if (pair.startIsKnown || pair.touchesAtStart || !mayTouch)
+    {
+        return;
+    }
+    pair.startIsKnown = true;
+    const PairState& pose = state.scene.stateAt(index, 0.0, state.counters);
+    EarliestHit start;
+    start.distance.distance = pair.limits.threshold;
+    start = closestTriangles(
+        pair, pose, start, pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{});
+    if (start.triangleA == kNone || !relaxThreshold(pair, pose, start.distance.distance))
+    {
+        return;
+    }
+    pair.touchesAtStart = true;
+    state.start.touches = true;
+    state.start.approaches = state.start.approaches || closingSpeed(pose.motion, start.distance) >
+                                                           kRestingSpeed * pair.speedScale;
+}
 }  // namespace
+
+bool noteIfNear(SearchState& state, const NodePair& leaves)
+{
+    ScenePair& pair = state.scene.pair(leaves.pair);
+    if (state.scene.isExempt(leaves))
+    {
+        return false;
+    }
+    countTriangles(state, leaves);
+    constexpr bool kApart = true;  // the time is certified
+    const PairState& pose = state.scene.stateAt(leaves.pair, leaves.time, state.counters);
+    const TriangleDistance apart = triangleStep(*pair.treeA,
+                                                *pair.treeB,
+                                                pose,
+                                                pair.limits.margin(),
+                                                kApart,
+                                                state.scene.nodeA(leaves).first,
+                                                state.scene.nodeB(leaves).first)
+                                       .distance;
+    if (apart.distance > pair.limits.near())
+    {
+        return false;
+    }
+    relaxUnknownStart(state, leaves.pair);
+    if (apart.distance > pair.limits.near())
+    {
+        return false;
+    }
+    if (leaves.time < state.hit.time)
+    {
+        state.hit = hitOf(state, leaves, apart);
+    }
+    return true;
+}
 
 bool advanceTriangles(SearchState& state, NodePair& p)
 {
@@ -74,10 +169,9 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     {
         return false;
     }
-    ++state.counters.trianglePairs;
+    countTriangles(state, p);
     checkLimit(state, state.certified, p.pair);
     ScenePair& pair = state.scene.pair(p.pair);
-    pair.sawTriangles = true;
     const PairState& pose = state.scene.stateAt(p.pair, p.time, state.counters);
     const std::int32_t slotA = state.scene.nodeA(p).first;
     const std::int32_t slotB = state.scene.nodeB(p).first;
@@ -88,25 +182,13 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     };
     TriangleStep step = look();
     const double distance = step.distance.distance;
-    // How long before they were near enough, too: a bound of the speed is known of rigid pairs.
-    const double nearer = pair.limits.near() - distance;
-    const double early =
-        pair.isRigid && nearer > 0.0 && pair.speedScale > 0.0 ? nearer / pair.speedScale : 0.0;
-    const EarliestHit found{.time = p.time,
-                            .pair = p.pair,
-                            .triangleA = pair.treeA->triangle(slotA),
-                            .triangleB = pair.treeB->triangle(slotB),
-                            .slotA = slotA,
-                            .slotB = slotB,
-                            .distance = step.distance,
-                            .enough = std::max(p.time - early, 0.5 * p.time),
-                            .atStart = p.time == 0.0};
+    const auto found = [&] { return hitOf(state, p, step.distance); };
     if (p.time == 0.0 && distance <= pair.limits.threshold)
     {
         // Nothing is closer than triangles that cross. Of masked meshes others may be closer that
         // do not count; each is then met on its own.
         const bool mayBeCloser = distance > 0.0 && pair.mask == nullptr;
-        const EarliestHit closest = mayBeCloser ? closestTriangles(pair, pose, found) : found;
+        const EarliestHit closest = mayBeCloser ? closestTriangles(pair, pose, found()) : found();
         if (!relaxThreshold(pair, pose, closest.distance.distance))
         {
             state.hit = closest;
@@ -137,7 +219,7 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     {
         if (p.time < state.hit.time)
         {
-            state.hit = found;
+            state.hit = found();
         }
         return false;
     }

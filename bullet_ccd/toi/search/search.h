@@ -1,9 +1,11 @@
 /// The three strategies of firstContact(): how a query walks through the pairs of nodes.
 #pragma once
 
+#include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/search/earliest_first.h"
 #include "bullet_ccd/toi/search/pair_scene.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace bullet_ccd
@@ -54,6 +56,7 @@ struct SearchState
     ToiCounters counters;
     std::int64_t nextCheck = 0;  ///< after so many pairs the limits are looked at
     ToiOptions options;
+    ModelUse* use = nullptr;  ///< of the caller, or null; stays from query to query
 
     /// Makes ready for a query.
     void reset(const ToiOptions& asked);
@@ -77,6 +80,33 @@ inline void checkLimit(SearchState& state, double time, std::int32_t pair)
 /// from there; false if it cannot touch before the end, is exempt, or is in contact, which is then
 /// noted in state.hit.
 [[nodiscard]] bool advanceTriangles(SearchState& state, NodePair& p);
+
+/// Looks at two leaves at the pair's time, which is certified for them. Returns true if their
+/// triangles are near enough: a contact, which is then noted in state.hit.
+[[nodiscard]] bool noteIfNear(SearchState& state, const NodePair& leaves);
+
+/// Least width of a volume.
+[[nodiscard]] inline float thickness(const SsvNode& node)
+{
+    return 2.0F * (std::min({node.half[0], node.half[1], node.half[2]}) + node.radius);
+}
+
+/// Walks from two nodes at the pair's time, which is certified for them, down to the triangles
+/// where their volumes are nearest. Returns true if these are near enough: a contact, which is then
+/// noted in state.hit, found without a look at the rest.
+[[nodiscard]] bool findsContactBelow(SearchState& state, const NodePair& p);
+
+/// The same, but only for volumes so flat that what they bound can hardly be farther apart than the
+/// accuracy that is asked for. How thick a volume is says how far it deviates from a surface that
+/// passes through it from end to end.
+[[nodiscard]] inline bool meetsBelow(SearchState& state, const NodePair& p)
+{
+    const double room = state.scene.pair(p.pair).limits.room();
+    return room > 0.0 && p.time > 0.0 &&
+           static_cast<double>(thickness(state.scene.nodeA(p)) + thickness(state.scene.nodeB(p))) <=
+               room &&
+           findsContactBelow(state, p);
+}
 
 /// True if the bodies of the contact that was found are within the tolerance at t = 0 already, and
 /// close in there: the triangles that meet, or those that are closest then.

@@ -85,6 +85,11 @@ private:
             {
                 break;
             }
+            if (meetsBelow(m_state, p))
+            {
+                m_queue.pop();
+                continue;
+            }
             // A pair that came far for its size is worth another step before it is opened.
             const double way =
                 static_cast<double>(p.lastStep) * m_state.scene.pair(p.pair).speedScale;

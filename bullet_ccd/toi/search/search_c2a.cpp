@@ -86,6 +86,10 @@ private:
             }
             NodePair here = p;
             here.time = now;
+            if (meetsBelow(m_state, here))
+            {
+                break;
+            }
             const Opening opening(m_state.scene.nodeA(p), m_state.scene.nodeB(p));
             for (std::int32_t k = 0; k < opening.count; ++k)
             {

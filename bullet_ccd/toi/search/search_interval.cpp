@@ -17,10 +17,23 @@ public:
     explicit Intervals(SearchState& state) : m_state(state) {}
 
     /// From the pairs in the front.
-    void run(double begin) { process(begin, m_state.end, 0, m_state.front.size(), 0); }
+    void run(double begin)
+    {
+        process(begin, m_state.end, 0, m_state.front.size(), 0);
+        if (m_state.hit.found() && answer() < m_state.hit.time)
+        {
+            moveHit(m_state, answer());
+        }
+    }
 
 private:
-    [[nodiscard]] double last(double end) const { return std::min(end, m_state.hit.time); }
+    /// Nothing later matters. Where any distance within the tolerance will do, the contact that was
+    /// found may as well be named where it begins to be as near as that.
+    [[nodiscard]] double answer() const
+    {
+        return m_state.options.anyWithin ? m_state.hit.enough : m_state.hit.time;
+    }
+    [[nodiscard]] double last(double end) const { return std::min(end, answer()); }
 
     /// Node pairs front[begin, end) are those that may touch in [t0, t1]. All pairs are certified
     /// up to t0, and each up to its own time, from where it is looked at.
@@ -30,17 +43,17 @@ private:
         std::vector<NodePair>& work = m_state.work;
         work.assign(m_state.front.begin() + static_cast<std::ptrdiff_t>(begin),
                     m_state.front.begin() + static_cast<std::ptrdiff_t>(end));
-        while (!work.empty() && t0 < m_state.hit.time)
+        while (!work.empty() && t0 < answer())
         {
             checkLimit(m_state, t0, work.back().pair);
             processBatch(t0, last(t1), depth);
         }
-        if (m_state.front.size() > waiting && t0 < m_state.hit.time)
+        if (m_state.front.size() > waiting && t0 < answer())
         {
             const double middle = 0.5 * (t0 + last(t1));
             const std::size_t stop = m_state.front.size();
             process(t0, middle, waiting, stop, depth + 1);
-            if (middle < m_state.hit.time)
+            if (middle < answer())
             {
                 process(middle, last(t1), waiting, stop, depth + 1);
             }
@@ -88,6 +101,10 @@ private:
             while (p.time <= last(t1) && advanceTriangles(m_state, p))
             {
             }
+            return;
+        }
+        if (meetsBelow(m_state, p))
+        {
             return;
         }
         constexpr double kGood = 0.1;

@@ -191,6 +191,17 @@ World loadWorld(const ArticulatedArguments& a)
     printNotes(world.links.notes);
     world.obstacles = loadObstacles(a.obstacles);
     world.bodies = bodiesOf(world.obstacles);
+    for (const RigidBody& obstacle : world.bodies)
+    {
+        checkAccuracy(a.toi, obstacle.tree->mesh());
+    }
+    for (const SsvTree* link : world.links.linkTrees)
+    {
+        if (link != nullptr)
+        {
+            checkAccuracy(a.toi, link->mesh());
+        }
+    }
     world.seconds = watch.seconds();
     return world;
 }
@@ -199,6 +210,36 @@ void print(const ArticulatedArguments& a, const World& world, const ArticulatedR
 {
     const ArticulatedNames names{.links = world.links, .obstacles = world.obstacles};
     fmt::print("{}", a.json ? jsonText(report, names) : readableText(report, names, a.toi));
+}
+
+/// What the query, through all its contacts, needs of the meshes: it is asked once more for that.
+std::optional<ModelShare> shareOf(const ArticulatedArguments& a,
+                                  const World& world,
+                                  const JointMotion& motion)
+{
+    if (!a.toi.anyWithin)
+    {
+        return std::nullopt;
+    }
+    ModelUse use;
+    ToiWorkspace work;
+    noteModelUse(work, &use);
+    const ArticulatedBody body = world.links.body(motion);
+    if (a.contacts == 1)
+    {
+        static_cast<void>(articulatedToi(body, Environment(world.bodies), {.toi = a.toi}, work));
+    }
+    else
+    {
+        static_cast<void>(articulatedContacts(
+            body, world.bodies, {.query = {.toi = a.toi}, .rule = a.rule}, work));
+    }
+    std::vector<const SsvTree*> trees = world.links.linkTrees;
+    for (const RigidBody& obstacle : world.bodies)
+    {
+        trees.push_back(obstacle.tree);
+    }
+    return ModelShare(use, trees);
 }
 
 int answerOne(ArticulatedArguments a, const World& world, const ArticulatedQuery& query)
@@ -227,7 +268,8 @@ int answerOne(ArticulatedArguments a, const World& world, const ArticulatedQuery
                .contacts = result.contacts,
                .shown = result.contacts.size(),
                .counters = result.counters,
-               .microseconds = answers[0].microseconds});
+               .microseconds = answers[0].microseconds,
+               .needed = shareOf(a, world, query.motion)});
         return exitCodeOf(result.status);
     }
     const SequenceAnswer answer = runSequence(
@@ -240,7 +282,8 @@ int answerOne(ArticulatedArguments a, const World& world, const ArticulatedQuery
            .shown = static_cast<std::size_t>(a.contacts),
            .stopTimes = answer.sequence.stopTimes,
            .counters = answer.sequence.counters,
-           .microseconds = answer.microseconds});
+           .microseconds = answer.microseconds,
+           .needed = shareOf(a, world, query.motion)});
     return exitCodeOf(answer.sequence.status);
 }
 

@@ -78,6 +78,8 @@ int runBatch(const BatchArguments& arguments)
     const QueryFile file = readQueries(arguments);
     requireWritable(arguments.output);
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
+    checkAccuracy(arguments.run.toi, meshes.treeA->mesh());
+    checkAccuracy(arguments.run.toi, meshes.treeB->mesh());
     const Stopwatch watch;
     const StopRequest stop(arguments.timeLimit);
     const std::size_t total = file.queries.size() * static_cast<std::size_t>(arguments.run.repeat);

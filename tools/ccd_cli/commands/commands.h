@@ -30,6 +30,10 @@ void addDistanceOptions(CLI::App& command, double& tolerance, double& minimumSep
 void addDepthOptions(CLI::App& command, ElementaryDepth& depth);
 
 /// Options that the verbs for rigid bodies and robots share: tolerance, minimum separation,
-/// strategy, iteration limit.
+/// accuracy, strategy, iteration limit.
 void addToiOptions(CLI::App& command, ToiOptions& options);
+
+/// Throws std::invalid_argument, with the smallest accuracy, if less than that was asked for on
+/// this mesh.
+void checkAccuracy(const ToiOptions& options, const TriangleMesh& mesh);
 }  // namespace bullet_ccd::tools

@@ -103,6 +103,19 @@ void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
         ->capture_default_str();
 }
 
+/// What the query needs of the meshes; it is asked once more for that.
+ModelShare shareOf(const MeshPair& meshes, const RigidQuery& query, const ToiOptions& options)
+{
+    ModelUse use;
+    ToiWorkspace work;
+    noteModelUse(work, &use);
+    static_cast<void>(rigidToi({.tree = meshes.treeA.get(), .motion = query.motionA},
+                               {.tree = meshes.treeB.get(), .motion = query.motionB},
+                               options,
+                               work));
+    return {use, std::array{meshes.treeA.get(), meshes.treeB.get()}};
+}
+
 int answer(const ToiArguments& arguments)
 {
     if (arguments.motion == PathKind::Screw && arguments.bodyA.end.empty() &&
@@ -115,11 +128,17 @@ int answer(const ToiArguments& arguments)
                    .motionA = motionOf(arguments.bodyA, arguments.motion),
                    .motionB = motionOf(arguments.bodyB, arguments.motion)}};
     const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
+    checkAccuracy(arguments.toi, meshes.treeA->mesh());
+    checkAccuracy(arguments.toi, meshes.treeB->mesh());
     const StopRequest stop(arguments.timeLimit);
     ToiOptions options = arguments.toi;
     options.stop = stop.condition();
-    const std::vector<TimedAnswer> answers = runQueries(
+    std::vector<TimedAnswer> answers = runQueries(
         *meshes.treeA, *meshes.treeB, query, {.toi = options}, [](std::size_t) { return true; });
+    if (options.anyWithin)
+    {
+        answers[0].needed = shareOf(meshes, query[0], options);
+    }
     const ToiResult& result = answers[0].result;
     std::vector<FeatureContact> contacts;
     if (result.status == ToiStatus::Hit || result.status == ToiStatus::TouchingPressing)

@@ -1,3 +1,4 @@
+#include "bullet_ccd/reduce/reduce_mesh.h"
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
@@ -66,9 +67,35 @@ void addDepthOptions(CLI::App& command, ElementaryDepth& depth)
         ->excludes(exact);
 }
 
+void checkAccuracy(const ToiOptions& options, const TriangleMesh& mesh)
+{
+    const double smallest = smallestAccuracy(mesh);
+    if (options.anyWithin && !(options.tolerance >= smallest))
+    {
+        throw std::invalid_argument(
+            fmt::format("--accuracy {}: the smallest for a mesh of this size and place is {:.2g}: "
+                        "less is lost in the rounding of its coordinates",
+                        options.tolerance,
+                        smallest));
+    }
+}
+
 void addToiOptions(CLI::App& command, ToiOptions& options)
 {
     addDistanceOptions(command, options.tolerance, options.minimumSeparation);
+    command
+        .add_option_function<double>(
+            "--accuracy",
+            [&options](double accuracy)
+            {
+                options.tolerance = accuracy;
+                options.anyWithin = true;
+            },
+            "In place of --tolerance: any contact within this gap will do. Nothing is looked at "
+            "more closely than that asks for, and times may be earlier by what it takes to close "
+            "the gap [unit of the meshes].")
+        ->type_name("D")
+        ->excludes("--tolerance");
     command
         .add_option("--strategy",
                     options.strategy,

@@ -3,9 +3,11 @@
 
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "tools/ccd_cli/files/query_file.h"
+#include "tools/ccd_cli/run/model_share.h"
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,8 +25,9 @@ struct TimedAnswer
 {
     bool isThere = false;  ///< false if the run was stopped before
     ToiResult result;
-    double microseconds = 0.0;      ///< of rigidToi() alone; median of the passes
-    double warmMicroseconds = 0.0;  ///< likewise of the second time in a row
+    double microseconds = 0.0;           ///< of rigidToi() alone; median of the passes
+    double warmMicroseconds = 0.0;       ///< likewise of the second time in a row
+    std::optional<ModelShare> needed{};  ///< where somebody asked
 };
 
 /// Answers in the order of the queries; but for the times they do not depend on jobs and repeat.

@@ -183,6 +183,7 @@ std::string readableText(const ArticulatedReport& report,
                       "  pairs       {}, culled by space {}, by time {}\n"
                       "  examined    {} node pairs, {} triangle pairs, {} states, {} "
                       "intervals halved\n"
+                      "{}"
                       "  took        {:.1f} microseconds\n",
                       c.pairs,
                       c.culledBySpace,
@@ -191,6 +192,7 @@ std::string readableText(const ArticulatedReport& report,
                       c.trianglePairs,
                       c.states,
                       c.subdivisions,
+                      report.needed ? readableText(*report.needed) : "",
                       report.microseconds);
 }
 
@@ -221,7 +223,7 @@ std::string jsonText(const ArticulatedReport& report, const ArticulatedNames& na
   "node_pairs": {},
   "triangle_pairs": {},
   "states": {},
-  "subdivisions": {},
+  "subdivisions": {},{}
   "microseconds": {}
 }}
 )",
@@ -237,6 +239,7 @@ std::string jsonText(const ArticulatedReport& report, const ArticulatedNames& na
         c.trianglePairs,
         c.states,
         c.subdivisions,
+        report.needed ? "\n  " + jsonText(*report.needed) + "," : "",
         report.microseconds);
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include "tools/ccd_cli/run/articulated_run.h"
+#include "tools/ccd_cli/run/model_share.h"
 #include "tools/support/obstacles/obstacle_list.h"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -28,6 +30,7 @@ struct ArticulatedReport
     std::span<const double> stopTimes{};  ///< of a sequence
     ArticulatedCounters counters;
     double microseconds = 0.0;
+    std::optional<ModelShare> needed{};
 };
 
 /// Some lines to read.

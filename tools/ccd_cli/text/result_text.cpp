@@ -269,7 +269,7 @@ std::string jsonText(const TimedAnswer& answer, std::span<const FeatureContact> 
   "contacts": {},
   "node_pairs": {},
   "triangle_pairs": {},
-  "states": {},
+  "states": {},{}
   "microseconds": {}
 }}
 )",
@@ -283,6 +283,7 @@ std::string jsonText(const TimedAnswer& answer, std::span<const FeatureContact> 
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,
+        answer.needed ? "\n  " + jsonText(*answer.needed) + "," : "",
         answer.microseconds);
 }
 
@@ -300,6 +301,7 @@ std::string readableText(const TimedAnswer& answer,
         "  normal      {}{}\n"
         "{}"
         "  examined    {} node pairs, {} triangle pairs, {} states\n"
+        "{}"
         "  took        {:.1f} microseconds\n",
         statusWord(result.status),
         sentence(result, options),
@@ -313,6 +315,7 @@ std::string readableText(const TimedAnswer& answer,
         result.counters.nodePairs,
         result.counters.trianglePairs,
         result.counters.states,
+        answer.needed ? readableText(*answer.needed) : "",
         answer.microseconds);
 }
 }  // namespace bullet_ccd::tools
