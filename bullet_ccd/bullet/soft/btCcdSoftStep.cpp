@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <map>
@@ -158,8 +159,20 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
     }
     const double rest = 2.0 * m_keep;
     btCcdSoftResponse response(rest, double(timeStep));
-    const auto isOfNoUse = [this](const DeformableContact& contact)
-    { return isOfTwoNodes(contact) || isAnchored(contact) || !hasPlainNormal(contact); };
+    std::atomic<bool> hasRims = false;
+    const auto isOfNoUse = [&](const DeformableContact& contact)
+    {
+        if (isOfTwoNodes(contact) || isAnchored(contact))
+        {
+            return true;
+        }
+        if (hasPlainNormal(contact))
+        {
+            return false;
+        }
+        hasRims = true;
+        return true;
+    };
     const DeformableResult near = contacts(rest, 0.125 * rest, isOfNoUse);
     if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
     {
@@ -178,10 +191,11 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         }
     }
     m_counters.m_contacts += std::int64_t(near.contacts.size());
-    if (response.isEmpty())
+    if (response.isEmpty() && !hasRims)
     {
         return;
     }
+    // What comes near at a rim is no answer, but its path may lead through the face behind.
     bendPaths(response);
     response.solveVelocities();
     commit(timeStep);

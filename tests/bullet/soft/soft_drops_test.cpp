@@ -537,6 +537,35 @@ TEST(SoftDrops, AStepWithoutContactIsBulletsOwn)
     }
 }
 
+/// A cloth that hits a ball: later an edge of it comes over the rim of one of its faces. All that
+/// is near then has a normal that leans, which is of no use as an answer, but it is there.
+TEST(SoftDrops, WhatComesOverTheRimOfAFaceIsSeen)
+{
+    Random random(241 * 7919);
+    Isometry3d X = Isometry3d::Identity();
+    X.linear() =
+        Eigen::AngleAxisd(random.uniform(-0.3, 0.3), random.direction()).toRotationMatrix();
+    const double size = random.uniform(0.2, 0.4);
+    SoftScene scene(SoftWorld::World);
+    scene.obstacle(std::make_unique<btSphereShape>(btScalar(size)), makeSphere(size, 2), X);
+    static_cast<void>(random.integer(1, 3));
+    X.linear() =
+        Eigen::AngleAxisd(random.uniform(-0.2, 0.2), random.direction()).toRotationMatrix();
+    X.translation() = Vector3d(random.uniform(-0.1, 0.1), 0.5, random.uniform(-0.1, 0.1));
+    btSoftBody* body = scene.cloth(
+        X, random.uniform(0.5, 1.2), random.integer(3, 16), random.logUniform(0.2, 5.0));
+    body->m_cfg.kDF = btScalar(random.uniform(0.0, 0.8));
+    body->setVelocity(btVector3(btScalar(random.uniform(-3.0, 3.0)),
+                                btScalar(-random.uniform(0.0, 50.0)),
+                                btScalar(random.uniform(-3.0, 3.0))));
+    for (int i = 0; i < 15; ++i)
+    {
+        scene.step(1.0 / 30.0);
+        EXPECT_EQ(scene.judge().crossing, 0) << "step " << i;
+    }
+    EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 0);
+}
+
 TEST(SoftDrops, ContactsAndBentPathsAreDrawn)
 {
     for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
