@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bullet_ccd/convex/convex_shape.h"
+#include "bullet_ccd/export.h"
 
 #include <Eigen/Geometry>
 
@@ -39,9 +40,9 @@ struct ClosestPoints
 /// @param enough  the search ends early where the gap is larger than this and most of the distance
 /// @param simplex where to begin; empty if nothing is known. On return, what carries the points.
 /// @pre neither is a half-space
-[[nodiscard]] ClosestPoints closestPoints(const ConvexShape& coreA,
-                                          const ConvexShape& coreB,
-                                          const Placement& pose,
-                                          double enough,
-                                          Simplex& simplex);
+[[nodiscard]] BULLET_CCD_API ClosestPoints closestPoints(const ConvexShape& coreA,
+                                                         const ConvexShape& coreB,
+                                                         const Placement& pose,
+                                                         double enough,
+                                                         Simplex& simplex);
 }  // namespace bullet_ccd

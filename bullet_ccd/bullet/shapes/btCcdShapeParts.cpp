@@ -26,6 +26,7 @@
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -110,6 +111,21 @@ double depthOf(const TriangleMesh& core, const TriangleMesh& polytope)
     return core.vertices.empty() ? 0.0 : depth;
 }
 
+/// Nothing for what has so many corners that a hierarchy is faster.
+std::optional<bullet_ccd::ConvexShape> exactHull(const TriangleMesh& polytope, double radius)
+{
+    constexpr std::size_t kMostCorners = 32;
+    if (polytope.vertices.size() == 1)
+    {
+        return bullet_ccd::sphereShape(radius);
+    }
+    if (polytope.vertices.size() > kMostCorners)
+    {
+        return std::nullopt;
+    }
+    return bullet_ccd::hullShape(polytope.vertices).rounded(radius);
+}
+
 /// A convex polytope swept by a ball of radius r. If all of its planes are at least d from an inner
 /// point, the core is the polytope inset by d / 2, swept by r / 2: a core point is x + b with x at
 /// least d / 2 from all planes and |b| <= r / 2, so a ball of radius d / 2 + r - r / 2 about it is
@@ -136,8 +152,10 @@ btCcdShapePart convexPart(TriangleMesh polytope, double radius, btCcdTreeStore& 
         }
     }
     part.m_depth = (inset + 0.5 * radius) * kRoundDown;
+    part.m_exact = exactHull(polytope, radius);
     if (part.m_depth > 0.0)
     {
+        part.m_exactCore = exactHull(core, part.m_coreRadius);
         part.m_core = trees.tree(std::move(core));
     }
     part.m_tree = trees.tree(std::move(polytope));
@@ -159,6 +177,11 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
     part.m_depth = btCcdCoreDepth(part.m_radius);
+    const auto exact = [&end](double radius) {
+        return bullet_ccd::hullShape(std::array<Eigen::Vector3d, 2>{-end, end}).rounded(radius);
+    };
+    part.m_exact = exact(part.m_radius);
+    part.m_exactCore = exact(part.m_coreRadius);
     return part;
 }
 
@@ -167,8 +190,11 @@ btCcdShapePart boxPart(const Eigen::Vector3d& half, btCcdTreeStore& trees)
     btCcdShapePart part;
     part.m_tree = trees.tree(bullet_ccd::makeBox(half));
     const double inner = half.minCoeff();
-    part.m_core = trees.tree(bullet_ccd::makeBox(half.array() - 0.5 * inner));
+    const Eigen::Vector3d core = half.array() - 0.5 * inner;
+    part.m_core = trees.tree(bullet_ccd::makeBox(core));
     part.m_depth = btCcdCoreDepth(inner);
+    part.m_exact = bullet_ccd::boxShape(half);
+    part.m_exactCore = bullet_ccd::boxShape(core);
     return part;
 }
 

@@ -3,6 +3,8 @@
 #include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
 #include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
+#include "bullet_ccd/convex/closest_points.h"
+#include "bullet_ccd/convex/convex_toi.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <algorithm>
@@ -44,29 +46,105 @@ struct Parts
     bullet_ccd::ToiWorkspace& m_work;
 };
 
-FirstContactResult ask(const Parts& parts,
-                       const SsvTree& treeA,
-                       const SsvTree& treeB,
-                       double separation,
-                       double tolerance)
+/// The surface of a part, or its core.
+struct Layer
 {
-    const std::array<MovingBody, 2> bodies{parts.m_motionA.body(treeA, parts.X_AG),
-                                           parts.m_motionB.body(treeB, parts.X_BG)};
+    const SsvTree& m_tree;
+    double m_radius;
+    const bullet_ccd::ConvexShape* m_exact;  // null: only the hierarchy is known
+};
+
+Layer surfaceOf(const btCcdShapePart& part)
+{
+    return {*part.m_tree, part.m_radius, part.m_exact ? &*part.m_exact : nullptr};
+}
+
+/// The surface of what has no core.
+Layer coreOf(const btCcdShapePart& part)
+{
+    return part.m_core == nullptr ? surfaceOf(part)
+                                  : Layer{*part.m_core,
+                                          part.m_coreRadius,
+                                          part.m_exactCore ? &*part.m_exactCore : nullptr};
+}
+
+/// Null for links, and where the exact shape is not known.
+const bullet_ccd::RigidMotion* exactMotionOf(const btCcdObjectMotion& motion, const Layer& layer)
+{
+    return layer.m_exact != nullptr ? std::get_if<bullet_ccd::RigidMotion>(&motion.m_motion)
+                                    : nullptr;
+}
+
+FirstContactResult overlapping()
+{
+    FirstContactResult overlap;
+    overlap.status = ToiStatus::Overlapping;
+    overlap.time = 0.0;
+    return overlap;
+}
+
+/// As firstContact() has it, but solid. The points are those of the hierarchies.
+FirstContactResult askExact(const bullet_ccd::ConvexBody& a,
+                            const bullet_ccd::ConvexBody& b,
+                            const ToiOptions& options)
+{
+    FirstContactResult first;
+    static_cast<bullet_ccd::ToiResult&>(first) = bullet_ccd::convexToi(a, b, options);
+    first.startsPressing = first.status == ToiStatus::TouchingPressing;
+    first.startsTouching = first.startsPressing || first.status == ToiStatus::TouchingLeaving;
+    first.mayStartTouching = first.status != ToiStatus::Separated;
+    if (first.startsTouching)
+    {
+        first.status = first.startsPressing ? ToiStatus::Hit : ToiStatus::Separated;
+    }
+    first.pointA -= a.shape->radius * first.normal;
+    first.pointB += b.shape->radius * first.normal;
+    return first;
+}
+
+/// @param separation beyond the radii
+FirstContactResult ask(
+    const Parts& parts, const Layer& a, const Layer& b, double separation, double tolerance)
+{
+    ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
+    const bullet_ccd::RigidMotion* motionA = exactMotionOf(parts.m_motionA, a);
+    const bullet_ccd::RigidMotion* motionB = exactMotionOf(parts.m_motionB, b);
+    if (motionA != nullptr && motionB != nullptr)
+    {
+        const FirstContactResult first =
+            askExact({a.m_exact, *motionA, parts.m_motionA.X_BS * parts.X_AG},
+                     {b.m_exact, *motionB, parts.m_motionB.X_BS * parts.X_BG},
+                     options);
+        if (!gaveUp(first.status))
+        {
+            return first;
+        }
+    }
+    options.minimumSeparation += a.m_radius + b.m_radius;
+    const std::array<MovingBody, 2> bodies{parts.m_motionA.body(a.m_tree, parts.X_AG),
+                                           parts.m_motionB.body(b.m_tree, parts.X_BG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
-    const ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
     return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
 }
 
-/// Distance of two trees at the start if it is below `bound`, else `bound`.
-double distanceAtStart(const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double bound)
+/// Distance beyond the radii at the start if it is below `bound`, else `bound`.
+double distanceAtStart(const Parts& parts, const Layer& a, const Layer& b, double bound)
 {
     const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
     const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
-    return bullet_ccd::treeDistance(treeA, treeB, X_WB.inverse() * X_WA, bound).distance;
+    const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
+    const double radii = a.m_radius + b.m_radius;
+    if (a.m_exact != nullptr && b.m_exact != nullptr)
+    {
+        bullet_ccd::Simplex simplex;
+        const bullet_ccd::ClosestPoints closest = bullet_ccd::closestPoints(
+            *a.m_exact, *b.m_exact, {X_BA.linear(), X_BA.translation()}, radii + bound, simplex);
+        return std::min(closest.distance - radii, bound);
+    }
+    return bullet_ccd::treeDistance(a.m_tree, b.m_tree, X_BA, radii + bound).distance - radii;
 }
 
-/// True if the query began within the distance `reach` that it was to find, of the parts
-/// themselves.
+/// True if the query began within the distance `reach` beyond the radii that it was to find.
 bool startsWithin(const Parts& parts, const FirstContactResult& first, double reach)
 {
     if (first.status == ToiStatus::Overlapping || first.startsTouching || !first.mayStartTouching)
@@ -74,24 +152,19 @@ bool startsWithin(const Parts& parts, const FirstContactResult& first, double re
         return first.status == ToiStatus::Overlapping || first.startsTouching;
     }
     // The query did not find out.
-    return distanceAtStart(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, reach) < reach;
+    return distanceAtStart(parts, surfaceOf(parts.m_a), surfaceOf(parts.m_b), reach) < reach;
 }
 
-/// For a pair that is near already: it may lose a quarter of its distance beyond `separation` (of
-/// `most` at most). One that has lost nearly all of it does not approach any more.
-FirstContactResult askCloser(
-    const Parts& parts, const SsvTree& treeA, const SsvTree& treeB, double separation, double most)
+/// For a pair that is near already: it may lose a quarter of its distance (of `most` at most). One
+/// that has lost nearly all of it does not approach any more.
+FirstContactResult askCloser(const Parts& parts, const Layer& a, const Layer& b, double most)
 {
-    const double distance = distanceAtStart(parts, treeA, treeB, separation + most) - separation;
+    const double distance = distanceAtStart(parts, a, b, most);
     if (!(distance > kTouching * most))
     {
-        FirstContactResult overlap;
-        overlap.status = ToiStatus::Overlapping;
-        overlap.time = 0.0;
-        return overlap;
+        return overlapping();
     }
-    FirstContactResult first =
-        ask(parts, treeA, treeB, separation + kCloser * distance, kTarget * distance);
+    FirstContactResult first = ask(parts, a, b, kCloser * distance, kTarget * distance);
     if (first.status == ToiStatus::Hit && distance < kSmallestGap * most)
     {
         first.time = 0.0;
@@ -107,25 +180,21 @@ double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
 /// The contacts are ours: zones of the shell.
 FirstContactResult askShell(const Parts& parts)
 {
-    const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
+    const Layer a = surfaceOf(parts.m_a);
+    const Layer b = surfaceOf(parts.m_b);
     const double margins = marginsOf(parts.m_a, parts.m_b);
     const double shell = margins > 0.0 ? margins : btCcdManifolds::kLeastShell;
-    const auto zone = [&](double floor, double width) {
-        return ask(
-            parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii + floor * shell, width * shell);
-    };
-    const auto startsInside = [&](const FirstContactResult& first, double reach)
-    { return startsWithin(parts, first, radii + reach * shell); };
+    const auto zone = [&](double floor, double width)
+    { return ask(parts, a, b, floor * shell, width * shell); };
 
     FirstContactResult first = zone(1.0, kTarget);
-    if (startsInside(first, 1.0 + kTarget))
+    if (startsWithin(parts, first, (1.0 + kTarget) * shell))
     {
         first = zone(kSolverZone, kTarget);
     }
-    if (startsInside(first, kSolverZone + kTarget))
+    if (startsWithin(parts, first, (kSolverZone + kTarget) * shell))
     {
-        first = askCloser(
-            parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii, (kSolverZone + kTarget) * shell);
+        first = askCloser(parts, a, b, (kSolverZone + kTarget) * shell);
     }
     return first;
 }
@@ -158,7 +227,7 @@ bool isCornerInside(const SsvTree& tree, const Eigen::Isometry3d& X_OT, const Ss
 bool startsInside(const Parts& parts, bool cores)
 {
     const auto tree = [cores](const btCcdShapePart& part) -> const SsvTree&
-    { return cores && part.m_core != nullptr ? *part.m_core : *part.m_tree; };
+    { return cores ? coreOf(part).m_tree : *part.m_tree; };
     const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
     const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
     const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
@@ -171,12 +240,12 @@ bool startsInside(const Parts& parts, bool cores)
 /// The contacts are Bullet's: the surfaces, and below them the cores.
 FirstContactResult askStock(const Parts& parts, double tolerance)
 {
+    const Layer surfaceA = surfaceOf(parts.m_a);
+    const Layer surfaceB = surfaceOf(parts.m_b);
     // Bullet counts the margin of a mesh as part of it.
-    const double surfaces =
-        parts.m_a.m_radius + parts.m_b.m_radius + marginsOf(parts.m_a, parts.m_b);
-    const FirstContactResult first =
-        ask(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, surfaces, tolerance);
-    if (!startsWithin(parts, first, surfaces + tolerance))
+    const double margins = marginsOf(parts.m_a, parts.m_b);
+    const FirstContactResult first = ask(parts, surfaceA, surfaceB, margins, tolerance);
+    if (!startsWithin(parts, first, margins + tolerance))
     {
         if (!startsInside(parts, false))
         {
@@ -184,29 +253,21 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
         }
         if (startsInside(parts, true))
         {
-            FirstContactResult overlap;
-            overlap.status = ToiStatus::Overlapping;
-            overlap.time = 0.0;
-            return overlap;
+            return overlapping();
         }
     }
-    const auto core = [](const btCcdShapePart& part) -> const SsvTree&
-    { return part.m_core != nullptr ? *part.m_core : *part.m_tree; };
-    const auto radius = [](const btCcdShapePart& part)
-    { return part.m_core != nullptr ? part.m_coreRadius : part.m_radius; };
     return askCloser(parts,
-                     core(parts.m_a),
-                     core(parts.m_b),
-                     radius(parts.m_a) + radius(parts.m_b),
+                     coreOf(parts.m_a),
+                     coreOf(parts.m_b),
                      parts.m_a.m_depth + parts.m_b.m_depth + 2.0 * tolerance);
 }
 
 /// The surfaces alone, wherever they touch at the start.
 FirstContactResult askTouch(const Parts& parts, double tolerance)
 {
-    const double radii = parts.m_a.m_radius + parts.m_b.m_radius;
-    FirstContactResult first = ask(parts, *parts.m_a.m_tree, *parts.m_b.m_tree, radii, tolerance);
-    if (startsWithin(parts, first, radii + tolerance) || startsInside(parts, false))
+    FirstContactResult first =
+        ask(parts, surfaceOf(parts.m_a), surfaceOf(parts.m_b), 0.0, tolerance);
+    if (startsWithin(parts, first, tolerance) || startsInside(parts, false))
     {
         first.status = ToiStatus::Overlapping;
         first.time = 0.0;

@@ -1,4 +1,5 @@
 #include "benchmarks/reference/bullet/days.h"
+
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
