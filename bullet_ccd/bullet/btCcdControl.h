@@ -202,12 +202,13 @@ public:
     void forgetCcdShape(const btCollisionShape* shape);
 
 protected:
-    using Integrate = std::function<void(btScalar)>;
+    /// Moves a rigid body at its velocity for the given time, or all multibodies (null).
+    using Integrate = std::function<void(btRigidBody*, btScalar)>;
 
     /// The way of a world through the integration of a step: beginStep(); if something may meet,
     /// integrateFromImpactToImpact(), else the integration of stock Bullet; endStep().
     [[nodiscard]] bool beginStep(btScalar timeStep);
-    /// `integrate` moves everything at its velocity for the given time.
+    /// Bodies move when an impact concerns them, or at the end.
     void integrateFromImpactToImpact(btScalar timeStep, const Integrate& integrate);
     void endStep();
     /// The step has been done: takes back what went too far.

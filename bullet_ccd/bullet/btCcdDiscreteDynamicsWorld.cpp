@@ -15,8 +15,17 @@ void btCcdDiscreteDynamicsWorld::integrateTransforms(btScalar timeStep)
     if (beginStep(timeStep))
     {
         integrateFromImpactToImpact(timeStep,
-                                    [this](btScalar part)
-                                    { btDiscreteDynamicsWorld::integrateTransforms(part); });
+                                    [this](btRigidBody* body, btScalar part)
+                                    {
+                                        if (body != nullptr)
+                                        {
+                                            integrateTransformsInternal(&body, 1, part);
+                                        }
+                                    });
+        if (getApplySpeculativeContactRestitution())
+        {
+            btDiscreteDynamicsWorld::integrateTransforms(btScalar(0));
+        }
     }
     else
     {

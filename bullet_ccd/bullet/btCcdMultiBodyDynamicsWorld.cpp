@@ -15,8 +15,21 @@ void btCcdMultiBodyDynamicsWorld::integrateTransforms(btScalar timeStep)
     if (beginStep(timeStep))
     {
         integrateFromImpactToImpact(timeStep,
-                                    [this](btScalar part)
-                                    { btMultiBodyDynamicsWorld::integrateTransforms(part); });
+                                    [this](btRigidBody* body, btScalar part)
+                                    {
+                                        if (body != nullptr)
+                                        {
+                                            integrateTransformsInternal(&body, 1, part);
+                                        }
+                                        else
+                                        {
+                                            integrateMultiBodyTransforms(part);
+                                        }
+                                    });
+        if (getApplySpeculativeContactRestitution())
+        {
+            btDiscreteDynamicsWorld::integrateTransforms(btScalar(0));
+        }
     }
     else
     {

@@ -1,6 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
 
 #include "bullet_ccd/bullet/step/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdProgress.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -21,6 +22,8 @@ namespace
 {
 constexpr int kIterations = 4;           // times those of the world
 constexpr int kThoroughIterations = 10;  // for contacts that come again
+/// The solver is done where no row changes a velocity by more [m/s].
+constexpr btScalar kSolved = btScalar(1e-6);
 /// So many objects of a heap take part, and what is joined to them.
 constexpr std::size_t kMostObjects = 32;
 /// Cosine between the normals of an impact and of its contacts.
@@ -309,6 +312,8 @@ btContactSolverInfo impactInfo(const btContactSolverInfo& step, btCcdAnswer answ
         info.m_erp = info.m_erp2 = info.m_frictionERP = btScalar(0);
     }
     info.m_splitImpulse = 0;
+    info.m_leastSquaresResidualThreshold =
+        std::max(info.m_leastSquaresResidualThreshold, kSolved * kSolved);
     info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
     info.m_numIterations *= answer == btCcdAnswer::Bounce ? kIterations : kThoroughIterations;
     if (answer != btCcdAnswer::Bounce)
@@ -338,8 +343,10 @@ void refreshDynamics(btMultiBody& body)
 }
 }  // namespace
 
-btCcdImpactSolver::btCcdImpactSolver(btDiscreteDynamicsWorld& world)
-    : m_world(world), m_multiBodyWorld(dynamic_cast<btMultiBodyDynamicsWorld*>(&world))
+btCcdImpactSolver::btCcdImpactSolver(btDiscreteDynamicsWorld& world, btCcdProgress& progress)
+    : m_world(world),
+      m_progress(progress),
+      m_multiBodyWorld(dynamic_cast<btMultiBodyDynamicsWorld*>(&world))
 {
 }
 
@@ -430,6 +437,7 @@ void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
             if (std::find(touching.begin(), touching.end(), object) == touching.end())
             {
                 touching.push_back(object);
+                m_progress.bring(*object);
                 m_world.updateSingleAabb(object);
             }
         }
@@ -470,6 +478,7 @@ void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
             {
                 continue;
             }
+            m_progress.bring(*object);
             dispatcher.getNearCallback()(*pair, dispatcher, m_world.getDispatchInfo());
             if (pair->m_algorithm != nullptr)
             {
@@ -506,6 +515,7 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     for (const int index : m_reached)
     {
         btCollisionObject& object = at(index);
+        m_progress.bring(object);
         object.activate();
         m_objects.push_back(&object);
         btMultiBody* body = multiBodyOf(&object);

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+class btCcdProgress;
 class btMultiBody;
 class btMultiBodyDynamicsWorld;
 class btRigidBody;
@@ -35,7 +36,7 @@ enum class btCcdAnswer
 class btCcdImpactSolver
 {
 public:
-    explicit btCcdImpactSolver(btDiscreteDynamicsWorld& world);
+    btCcdImpactSolver(btDiscreteDynamicsWorld& world, btCcdProgress& progress);
 
     void beginStep();
     using Place = std::function<bool(const std::vector<btCollisionObject*>&)>;
@@ -61,6 +62,7 @@ private:
     };
 
     btDiscreteDynamicsWorld& m_world;
+    btCcdProgress& m_progress;
     btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
     bool m_isListed = false;                     // the two that follow are those of this step
     std::vector<std::vector<int>> m_touching;    // of what Bullet moves, by index in the world

@@ -84,15 +84,28 @@ void btCcdSpins::free(btCcdStepper& stepper)
     restore();
 }
 
-int btCcdSpins::pieces(btScalar time) const
+int btCcdSpins::pieces(const btCcdBody& body, btScalar time)
 {
     btScalar fastest = 0;
-    for (const btCcdBody& body : m_free)
-    {
-        body.forSpins([&](int link) { fastest = std::max(fastest, body.spin(link).length()); });
-    }
+    body.forSpins([&](int link) { fastest = std::max(fastest, body.spin(link).length()); });
     return std::clamp(
         int(std::ceil(fastest * time / (ANGULAR_MOTION_THRESHOLD * kPiece))), 1, kMostPieces);
+}
+
+int btCcdSpins::pieces(btRigidBody& body, btScalar time) const
+{
+    const btCcdBody freed{&body, nullptr};
+    return m_free.count(freed) != 0 ? pieces(freed, time) : 1;
+}
+
+int btCcdSpins::pieces(btScalar time) const
+{
+    int most = 1;
+    for (const btCcdBody& body : m_free)
+    {
+        most = std::max(most, body.m_multiBody != nullptr ? pieces(body, time) : 1);
+    }
+    return most;
 }
 
 void btCcdSpins::endStep()

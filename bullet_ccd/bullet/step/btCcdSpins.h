@@ -23,8 +23,16 @@ public:
     bool limit(btScalar timeStep);
     /// Gives back those that nobody has changed.
     void restore();
-    /// An impact sees all of a spin.
+    /// An impact sees all of a spin. To be called when what has one is where it is by then.
     void free(btCcdStepper& stepper);
+    template <typename Visit>
+    void forLimited(const Visit& visit) const
+    {
+        for (const Limited& spin : m_limited)
+        {
+            visit(*spin.m_collider);
+        }
+    }
     /// The body may have got a spin that is to be taken as it is.
     void add(const btCcdBody& body)
     {
@@ -33,7 +41,9 @@ public:
             m_free.insert(body);
         }
     }
-    /// How many calls it takes to integrate this long.
+    /// How many calls it takes to integrate the body this long,
+    [[nodiscard]] int pieces(btRigidBody& body, btScalar time) const;
+    /// and all multibodies.
     [[nodiscard]] int pieces(btScalar time) const;
     void endStep();
 
@@ -53,6 +63,7 @@ private:
     std::set<btCcdBody> m_free;  // since an impact of this step
 
     void limit(const btCcdBody& body, btScalar timeStep);
+    [[nodiscard]] static int pieces(const btCcdBody& body, btScalar time);
 };
 
 #endif  // BT_CCD_SPINS_H

@@ -110,9 +110,10 @@ private:
 btCcdStep::btCcdStep(btDiscreteDynamicsWorld& world)
     : m_world(world),
       m_context(btCcdContext::of(*world.getDispatcher())),
-      m_stepper(world),
-      m_solver(world),
       m_spins(world),
+      m_progress(world, m_spins),
+      m_stepper(world, m_progress),
+      m_solver(world, m_progress),
       m_pushes(world),
       m_triggers(world)
 {
@@ -230,40 +231,27 @@ void btCcdStep::teleported(const btCollisionObject& object)
 void btCcdStep::integrate(btScalar timeStep, const Integrate& integrate)
 {
     m_timeStep = timeStep;
+    m_progress.begin(integrate);
     btScalar elapsed = 0;
     while (elapsed < timeStep)
     {
         const btCcdStepper::Event event = m_stepper.next();
-        const btScalar advance = (event.m_found ? event.m_time : timeStep) - elapsed;
-        integrateInPieces(advance, integrate);
         if (!event.m_found)
         {
             break;
         }
         elapsed = std::max(elapsed, event.m_time);
+        m_progress.advance(elapsed);
         m_stepper.advance(elapsed);
         respond(event, timeStep - elapsed);
         m_stepper.refresh();
         m_triggers.changed(m_stepper, elapsed);
     }
+    m_progress.finish(timeStep);
     releaseStopped();
     m_pairEvents.clear();
     m_spins.endStep();
     countQueries();
-}
-
-/// An impact may leave a body spinning faster than Bullet's integrator turns it in one call.
-void btCcdStep::integrateInPieces(btScalar time, const Integrate& integrate)
-{
-    if (!(time > btScalar(0)))
-    {
-        return;
-    }
-    const int pieces = m_spins.pieces(time);
-    for (int i = 0; i < pieces; ++i)
-    {
-        integrate(time / btScalar(pieces));
-    }
 }
 
 void btCcdStep::rollBack(btScalar timeStep)
@@ -556,7 +544,17 @@ void btCcdStep::releaseStopped()
 void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
 {
     BT_PROFILE("btCcdStep::respond");
+    m_spins.forLimited([this](const btCollisionObject& object) { m_progress.bring(object); });
     m_spins.free(m_stepper);
+    if (m_listener != nullptr)
+    {
+        m_progress.bringAll();
+    }
+    for (const btCcdImpact& impact : event.m_impacts)
+    {
+        m_progress.bring(*impact.m_objectA);
+        m_progress.bring(*impact.m_objectB);
+    }
     const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;

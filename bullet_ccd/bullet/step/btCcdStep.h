@@ -5,6 +5,7 @@
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 #include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
+#include "bullet_ccd/bullet/step/btCcdProgress.h"
 #include "bullet_ccd/bullet/step/btCcdPushes.h"
 #include "bullet_ccd/bullet/step/btCcdSpins.h"
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
@@ -25,7 +26,7 @@ class btCcdContext;
 class btCcdStep
 {
 public:
-    using Integrate = std::function<void(btScalar)>;
+    using Integrate = btCcdProgress::Integrate;
     /// An impact and where its colliders were then.
     struct SeenImpact
     {
@@ -74,9 +75,10 @@ private:
 
     btDiscreteDynamicsWorld& m_world;
     btCcdContext& m_context;
+    btCcdSpins m_spins;
+    btCcdProgress m_progress;
     btCcdStepper m_stepper;
     btCcdImpactSolver m_solver;
-    btCcdSpins m_spins;
     btCcdPushes m_pushes;
     btCcdTriggers m_triggers;
     btCcdImpactListener* m_listener = nullptr;
@@ -108,7 +110,6 @@ private:
     void takeStarts();
     void takeBackPushes(btScalar timeStep);
     void suspendStockClamping();
-    void integrateInPieces(btScalar time, const Integrate& integrate);
     void releaseStopped();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer);

@@ -3,6 +3,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdPairRules.h"
+#include "bullet_ccd/bullet/step/btCcdProgress.h"
 #include "bullet_ccd/bullet/step/btCcdTracker.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -71,9 +72,10 @@ private:
     int m_index;
 };
 
-btCcdStepper::btCcdStepper(btCollisionWorld& world)
+btCcdStepper::btCcdStepper(btCollisionWorld& world, btCcdProgress& progress)
     : m_world(world),
       m_context(btCcdContext::of(*world.getDispatcher())),
+      m_progress(progress),
       m_tracker(std::make_unique<btCcdTracker>(world))
 {
 }
@@ -429,6 +431,7 @@ const btCcdObjectMotion* btCcdStepper::motionOf(const btCollisionObject& object)
     if (pose.m_epoch != m_epoch)
     {
         pose.m_epoch = m_epoch;
+        m_progress.bring(object);
         readPose(*tracked, pose.m_motion);
     }
     return &pose.m_motion;
@@ -664,6 +667,8 @@ void btCcdStepper::addPair(int a, int b)
     {
         return;
     }
+    m_progress.bring(*older.m_object);
+    m_progress.bring(*newer.m_object);
     if (const double time = earliestTime(older, newer); time < kNever)
     {
         push(first, second, time);

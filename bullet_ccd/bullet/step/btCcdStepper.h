@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+class btCcdProgress;
 class btCcdTracker;
 struct btCcdNeighbourPair;
 struct btCcdTracked;
@@ -54,7 +55,7 @@ public:
         std::vector<btCcdImpact> m_impacts;  ///< all at that time; the first is the earliest
     };
 
-    explicit btCcdStepper(btCollisionWorld& world);
+    btCcdStepper(btCollisionWorld& world, btCcdProgress& progress);
     ~btCcdStepper() override;
     btCcdStepper(const btCcdStepper&) = delete;
     btCcdStepper& operator=(const btCcdStepper&) = delete;
@@ -153,6 +154,7 @@ private:
 
     btCollisionWorld& m_world;
     btCcdContext& m_context;
+    btCcdProgress& m_progress;
     std::unique_ptr<btCcdTracker> m_tracker;
     btCcdImpactListener* m_listener = nullptr;
     std::vector<Pose> m_poses;  // by index in the world

@@ -4,9 +4,11 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <tuple>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -119,6 +121,43 @@ TEST(Transparency, OnlyRelativeMotionIsWorthAQuery)
         EXPECT_EQ(queriesOfFlight(kind, 50.0, 50.0), 0);
         EXPECT_GT(queriesOfFlight(kind, 50.0, 40.0), 0);
         EXPECT_GT(queriesOfFlight(kind, 50.0, 0.0), 0);
+    }
+}
+
+/// Balls that hit a plate one after the other, in the middle of steps, and a box that turns far
+/// from them: it goes all of its way at once.
+TEST(Transparency, OfWhatNoImpactConcernsIsBitwise)
+{
+    const auto posesOfBox = [](Kind kind, std::int64_t& impacts)
+    {
+        Scene scene(kind, WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -9.81));
+        scene.body(scene.box(vec(5, 5, 0.01)), 0.0, btTransform::getIdentity());
+        for (int i = 0; i < 5; ++i)
+        {
+            btCollisionShape* ball = scene.keep(std::make_unique<btSphereShape>(btScalar(0.1)));
+            scene.body(ball, 1.0, poseAt(vec(i, 0, 1 + 0.3 * i)))
+                ->setLinearVelocity(vec(0, 0, -60));
+        }
+        btRigidBody* box = scene.body(scene.box(vec(0.1, 0.2, 0.3)), 1.0, poseAt(vec(90, 0, 9)));
+        box->setLinearVelocity(vec(3, 20, 5));
+        box->setAngularVelocity(vec(2, 7, 1));
+        std::vector<btTransform> poses;
+        for (int step = 0; step < 20; ++step)
+        {
+            scene.step(1.0 / 60.0);
+            poses.push_back(box->getWorldTransform());
+        }
+        impacts = scene.counters().m_impacts;
+        return poses;
+    };
+    std::int64_t impacts = 0;
+    const std::vector<btTransform> stock = posesOfBox(Kind::Stock, impacts);
+    const std::vector<btTransform> ours = posesOfBox(Kind::World, impacts);
+    EXPECT_GE(impacts, 5);
+    for (std::size_t step = 0; step < stock.size(); ++step)
+    {
+        EXPECT_TRUE(ours[step] == stock[step]) << step;
     }
 }
 
