@@ -89,8 +89,11 @@ public:
             m_arguments.passes, [&] { first = deformableToi(bodies, options, m_work); });
         const double gain = twoThreadGain(bodies, all, first, start, end);
 
-        const std::vector<FeaturePair> candidates =
-            overlappingFeatures(m_scene.mesh, start, end, m_arguments.tolerance);
+        std::vector<FeaturePair> candidates;
+        if (m_arguments.sample > 0)
+        {
+            candidates = overlappingFeatures(m_scene.mesh, start, end, m_arguments.tolerance);
+        }
         const PlainTime bisection = plain(candidates, step, all, bisectionToi);
         const PlainTime advancement = plain(candidates, step, all, advancementToi);
         const double ours = refit + query;
@@ -161,7 +164,7 @@ private:
             found.emplace(contact.kind, contact.vertices);
         }
         const std::size_t stride = std::max<std::size_t>(
-            1, candidates.size() / static_cast<std::size_t>(m_arguments.sample));
+            1, candidates.size() / static_cast<std::size_t>(std::max(1, m_arguments.sample)));
         std::vector<FeaturePair> touching;
         std::size_t asked = 0;
         PlainTime time;
@@ -251,7 +254,7 @@ int main(int argc, char** argv)
               {"-n,--triangles", &arguments.triangles, "about how many a scene has; several", 100},
               {"--steps", &arguments.steps, "of each scene"},
               {"--passes", &arguments.passes, "of which the median is shown"},
-              {"--sample", &arguments.sample, "pairs that the plain method is asked"},
+              {"--sample", &arguments.sample, "pairs that the plain methods are asked", 0},
               {"--tolerance", &arguments.tolerance, "of all methods"}},
          .run = [&] { return run(arguments); }});
 }
