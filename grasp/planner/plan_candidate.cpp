@@ -18,6 +18,9 @@ constexpr std::int32_t kObject = 0;
 /// holds the object. A link that lands on the object's near side is stopped at once when closing
 /// begins there; a little farther back it can come round.
 constexpr std::array kRetreats{0.0, 0.005, 0.015};
+/// The same for jaws on one motor, which hold between two places at most: where they do not fit at
+/// one depth, they may at another.
+constexpr std::array kJawRetreats{0.01, 0.02, 0.03, 0.045, 0.06};
 /// Poses of closing that differ by less are the same [m].
 constexpr double kSamePose = 1e-3;
 /// Sideways centring of coupled fingers: at most this many shifts.
@@ -77,7 +80,9 @@ bool better(const Grasp& a, const Grasp& b)
 }
 
 /// Travels along the approach at which closing is tried, the first contact first.
-std::vector<double> closingTravels(const ApproachCandidate& candidate, double travel)
+std::vector<double> closingTravels(const ApproachCandidate& candidate,
+                                   double travel,
+                                   bool areCoupled)
 {
     std::vector<double> travels;
     const auto add = [&](double value)
@@ -98,6 +103,13 @@ std::vector<double> closingTravels(const ApproachCandidate& candidate, double tr
     if (candidate.centerDistance < travel)
     {
         add(candidate.centerDistance);
+    }
+    if (areCoupled)
+    {
+        for (const double retreat : kJawRetreats)
+        {
+            add(travel - retreat);
+        }
     }
     return travels;
 }
@@ -319,7 +331,8 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
     }
 
     std::optional<Grasp> best;
-    for (const double travel : closingTravels(candidate, approached.approachDistance))
+    for (const double travel :
+         closingTravels(candidate, approached.approachDistance, fingersAreCoupled(context.hand)))
     {
         const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
         Grasp grasp = closeAt(approached, X_WH, preshape.positions, context);

@@ -66,7 +66,7 @@ struct Surroundings
                                                 const Surroundings& surroundings);
 
 /// Approaches until the first contact, closes there and at poses a little farther back (and, if the
-/// hand got past the middle of the object, at the middle), and keeps the grasp with the largest
-/// epsilon.
+/// hand got past the middle of the object, at the middle; jaws on one motor also at other depths),
+/// until one is a force closure, and keeps the grasp with the largest epsilon.
 [[nodiscard]] Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& context);
 }  // namespace bullet_ccd::grasp

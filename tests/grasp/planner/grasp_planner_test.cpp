@@ -13,6 +13,7 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <numbers>
 #include <set>
 
 namespace bullet_ccd::grasp
@@ -94,6 +95,62 @@ TEST(GraspPlanner, CoupledJawsGraspABoxFromBothSides)
             EXPECT_TRUE(linksOf(grasp).contains(1));
             EXPECT_TRUE(linksOf(grasp).contains(2));
         }
+    }
+}
+
+/// A block of 0.03 m x 0.03 m x 0.035 m with its top at z = 0; below it a wedge that widens too
+/// steeply for friction 0.5. With its palm on the block the hand has the wedge between its tips.
+TEST(GraspPlanner, CoupledJawsTryOtherDepths)
+{
+    TriangleMesh mesh = makeBox({0.015, 0.015, 0.0175});
+    transformMesh(mesh, Eigen::Affine3d(Eigen::Translation3d(0.0, 0.0, -0.0175)));
+    TriangleMesh wedge = makeBox({0.015, 0.015, 0.015});
+    for (Eigen::Vector3d& vertex : wedge.vertices)
+    {
+        vertex.x() *= vertex.z() < 0.0 ? 0.035 / 0.015 : 1.0;
+        vertex.z() -= 0.05;
+    }
+    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+    for (const Triangle& t : wedge.triangles)
+    {
+        mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    mesh.vertices.insert(mesh.vertices.end(), wedge.vertices.begin(), wedge.vertices.end());
+    const GraspObject object = makeGraspObject("block on wedge", std::move(mesh));
+    const HandModel hand = makeGripper(true);
+
+    ApproachCandidate candidate{.distance = 0.3, .centerDistance = 0.3};
+    candidate.X_WStart = Eigen::Translation3d(0.0, 0.0, 0.1) *
+                         Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+    candidate.direction_W = -Eigen::Vector3d::UnitZ();
+    const std::array bodies{RigidBody{.tree = &object.tree, .motion = {}}};
+    Environment environment;
+    environment.reset(bodies);
+    const PlannerOptions options;
+    const CloseHand close = kinematicClosing();
+    PenetrationCheck check(hand, object);
+    ToiWorkspace work;
+    CandidateContext context{.hand = hand,
+                             .object = object,
+                             .environment = environment,
+                             .options = options,
+                             .close = close,
+                             .check = check,
+                             .work = work};
+    const Grasp grasp = planCandidate(candidate, context);
+    EXPECT_NEAR(grasp.approachDistance, 0.105, 1e-4);  // the palm's front is 5 mm behind the root
+    EXPECT_EQ(grasp.reject, RejectReason::None);
+    for (const GraspContact& contact : grasp.contacts)
+    {
+        EXPECT_GT(contact.point.z(), -0.035);
+    }
+    for (const double retreat : {0.0, 0.005, 0.015})  // on the wedge
+    {
+        Eigen::Isometry3d X_WH = candidate.X_WStart;
+        X_WH.translation().z() -= grasp.approachDistance - retreat;
+        Grasp deep;
+        closeAndScore(deep, X_WH, hand.preshapes[0].positions, context);
+        EXPECT_EQ(deep.reject, RejectReason::NoForceClosure) << retreat;
     }
 }
 
