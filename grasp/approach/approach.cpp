@@ -19,7 +19,9 @@ ArticulatedToiResult moveUntilContact(const HandModel& hand,
         .root = root, .positions = positions, .rates = std::vector<double>(positions.size(), 0.0)};
     const ArticulatedBody body{
         .tree = &hand.robot.tree, .linkTrees = hand.linkTrees, .motion = &motion, .selfPairs = {}};
-    return articulatedToi(body, environment, {.toi = {.tolerance = tolerance, .aim = 0.5}}, work);
+    const ToiOptions toi{
+        .tolerance = tolerance, .aim = 0.5, .anyWithin = tolerance > kDefaultTolerance};
+    return articulatedToi(body, environment, {.toi = toi}, work);
 }
 }  // namespace
 

@@ -19,7 +19,7 @@ namespace bullet_ccd::grasp
 {
 /// First contact of any link with the environment while the hand moves along `shift` (W [m]) from
 /// X_WH, with its joints at rest. A hit leaves about half the tolerance as gap, so that closing can
-/// go on from there.
+/// go on from there; with a tolerance coarser than the default, any part of it.
 ///
 /// Guarantee: as that of articulatedToi().
 /// @param X_WH      pose of the root link

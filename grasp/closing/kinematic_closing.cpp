@@ -44,8 +44,11 @@ public:
           m_environment(environment),
           m_drives(drives),
           m_work(work),
-          // A query stops half a tolerance short: there is room to go on from.
-          m_query{.toi = {.tolerance = options.tolerance, .aim = 0.5}},
+          // A query stops half a tolerance short: there is room to go on from. A tolerance that is
+          // coarser than usual is an accuracy: nothing is looked at more closely.
+          m_query{.toi = {.tolerance = options.tolerance,
+                          .aim = 0.5,
+                          .anyWithin = options.tolerance > kDefaultTolerance}},
           m_events(groups.groups.size())
     {
         m_motion.root = restAt(X_WH);

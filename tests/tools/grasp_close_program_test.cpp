@@ -91,6 +91,24 @@ TEST_F(GraspClose, JawsStopAtTheSidesOfABoxBetweenThem)
     }
 }
 
+TEST_F(GraspClose, AnAccuracySaysHowNearIsNearEnough)
+{
+    const double accuracy = 2e-3;
+    const Outcome closed = close(at(0.0, kAround), "--json -q --accuracy 2e-3");
+    EXPECT_EQ(closed.exitCode, 0) << closed.err;
+    const Json record = Json::parse(closed.out);
+    EXPECT_TRUE(record["reject"].is_null());
+    EXPECT_TRUE(record["quality"]["force_closure"]);
+    EXPECT_GT(jawOf(record), kHalfWidth);
+    EXPECT_LE(jawOf(record), kHalfWidth + accuracy);
+    for (const char* wrong : {"0", "-1", "1e-10", "nan"})
+    {
+        const Outcome refused = close(at(0.0, kAround), std::string("--accuracy ") + wrong);
+        EXPECT_EQ(refused.exitCode, 2) << wrong;
+        EXPECT_THAT(refused.err, HasSubstr("from 1e-09 to"));
+    }
+}
+
 TEST_F(GraspClose, PrintsWhatPeopleWantToKnow)
 {
     const Outcome closed = close(at(0.0, kAround), "-q");

@@ -69,7 +69,8 @@ double smallestGap(const HandModel& hand,
 void expectContactsOfTheFinalPosture(const HandModel& hand,
                                      const GraspObject& object,
                                      const Isometry3d& X_WH,
-                                     const ClosingResult& result)
+                                     const ClosingResult& result,
+                                     double tolerance = kDefaultTolerance)
 {
     const std::vector<Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, result.positions);
     const auto distance = [](const SsvTree& a, const SsvTree& b, const Isometry3d& X_BA)
@@ -90,7 +91,7 @@ void expectContactsOfTheFinalPosture(const HandModel& hand,
         const SsvTree& link = *hand.linkTrees[at(contact.link)];
         const Isometry3d& X_WL = poses[at(contact.link)];
         // Other points of the two may be nearer, but none is farther apart than the tolerance.
-        EXPECT_LE(contact.gap, 2.001e-5);
+        EXPECT_LE(contact.gap, 1.0005 * tolerance);
         EXPECT_LE(distance(link, object.tree, X_WL), contact.gap + 1e-9);
         const auto pointAt = [&](double along)
         { return buildSsvTree(shifted(cube(1e-10), contact.point - along * contact.normal)); };
@@ -236,6 +237,42 @@ void expectEnginesAgree(const HandModel& hand,
     EXPECT_GE(same, closed - closed / 20);
 }
 }  // namespace
+
+/// Tolerances coarser than usual look at less of the meshes, and nothing else changes.
+TEST_P(RealHand, KeepsAnAccuracyOnTheFullMeshes)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(handFile, std::string("hands/") + GetParam().hand);
+    BULLET_CCD_TEST_DATA_OR_SKIP(objectFile, std::string("objects/") + GetParam().object);
+    const HandModel hand = handFrom(handFile);
+    const GraspObject object = grasp::makeGraspObject("object", loadMeshFile(objectFile).mesh);
+    const std::vector<double>& open = hand.preshapes.front().positions;
+    const grasp::CloseHand close = grasp::kinematicClosing();
+    const int wanted = longTests() ? 40 : 4;
+    for (const double accuracy : {1e-5, 1e-4, 5e-4, 1e-3, 5e-3})
+    {
+        Random random(5);
+        int closed = 0;
+        std::size_t touched = 0;
+        for (int trial = 0; trial < 40 * wanted && closed < wanted; ++trial)
+        {
+            const Isometry3d X_WH = randomApproach(random, hand, object);
+            const ClosingResult result =
+                close(hand, object, X_WH, open, {.tolerance = accuracy, .contactThreshold = 1e-2});
+            ASSERT_NE(result.status, ToiStatus::IterationLimit);
+            if (result.status == ToiStatus::Overlapping)
+            {
+                continue;
+            }
+            ++closed;
+            touched += result.contacts.size();
+            EXPECT_TRUE(grasp::checkPenetration(hand, object, X_WH, result.positions).clean())
+                << accuracy;
+            expectContactsOfTheFinalPosture(hand, object, X_WH, result, accuracy);
+        }
+        EXPECT_EQ(closed, wanted) << "the test is vacuous";
+        EXPECT_GT(touched, 0U) << "the test is vacuous";
+    }
+}
 
 TEST_P(RealHand, KinematicAndSimulatedClosingAgree)
 {

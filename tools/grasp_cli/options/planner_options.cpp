@@ -3,6 +3,7 @@
 #include "tools/grasp_cli/inputs/path_file.h"
 #include "tools/support/option_values.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
@@ -14,6 +15,10 @@ namespace bullet_ccd::tools
 {
 namespace
 {
+/// Of --accuracy [m]: a billionth of a hand and an object of a metre is lost in rounding.
+constexpr double kSmallestAccuracy = 1e-9;
+constexpr double kLargestAccuracy = 0.05;
+
 /// An option with a default that the help shows.
 template <typename T>
 CLI::Option* addValue(
@@ -170,6 +175,22 @@ void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing)
         ->delimiter(',')
         ->allow_extra_args(false)
         ->default_str(grasp::toString(closing.order))
+        ->group("Closing");
+    command
+        .add_option_function<double>(
+            "--accuracy",
+            [&closing](double accuracy)
+            {
+                closing.tolerance = accuracy;
+                // What stopped a link shall be among its contacts.
+                closing.contactThreshold = std::max(closing.contactThreshold, 1.25 * accuracy);
+            },
+            "How large the gap at which links stop may be [m]. Above the default nothing is looked "
+            "at more closely than that asks for; contacts are then features within 1.25 times as "
+            "much.")
+        ->type_name("M")
+        ->check(within(kSmallestAccuracy, kLargestAccuracy))
+        ->default_str(fmt::format("{:g}", closing.tolerance))
         ->group("Closing");
     command
         .add_option_function<std::vector<std::string>>(

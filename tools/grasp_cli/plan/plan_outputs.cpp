@@ -125,6 +125,10 @@ std::string closeCommand(const grasp::GraspRun& run, const std::vector<std::stri
     {
         add("--engine", toString(options.engine));
     }
+    if (options.closing.tolerance != defaults.closing.tolerance)
+    {
+        add("--accuracy", fmt::format("{}", options.closing.tolerance));
+    }
     if (options.closing.order != defaults.closing.order)
     {
         const std::vector<std::string>& first = options.closing.firstFingers;
