@@ -45,9 +45,12 @@ class BULLET_CCD_API ContactProgramSolver
 public:
     ContactProgramSolver();
 
-    /// Improves x, which is where it starts. Returns the number of iterations. The answer is always
+    /// Improves x, which is where it starts. Returns the number of iterations. What does not move
+    /// each other is solved for itself. The answer is always
     /// within its bounds and cones. Where the method of alternating directions does not come to an
-    /// end, sweeps row by row from zero give the answer, which is then not exact.
+    /// end, it is asked for the contacts alone: bounded rows that are within their bounds are
+    /// solved for, and those at a bound stay there, until no row would change sides. Where that
+    /// comes to no end either, sweeps row by row from zero give the answer, which is not exact.
     int solve(const ContactProgram& program,
               Eigen::VectorXd& x,
               const ContactProgramOptions& options);
@@ -56,12 +59,25 @@ public:
     [[nodiscard]] long failures() const { return m_failures; }
 
 private:
+    int solvePart(const ContactProgram& program,
+                  Eigen::VectorXd& x,
+                  const ContactProgramOptions& options);
     [[nodiscard]] bool alternate(const ContactProgram& program,
                                  Eigen::VectorXd& x,
                                  const ContactProgramOptions& options,
+                                 double& weight,
+                                 int& iterations) const;
+    [[nodiscard]] bool eliminate(const ContactProgram& program,
+                                 Eigen::VectorXd& x,
+                                 const ContactProgramOptions& options,
                                  int& iterations);
+    void giveUp(const ContactProgram& program,
+                Eigen::VectorXd& x,
+                const ContactProgramOptions& options);
 
-    double m_weight;  ///< relative to the diagonal
+    double m_weight;            ///< relative to the diagonal
+    double m_contactsWeight;    ///< of contacts alone
+    bool m_eliminates = false;  ///< the last program needed it
     long m_failures = 0;
 };
 }  // namespace bullet_ccd::grasp

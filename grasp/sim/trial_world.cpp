@@ -259,7 +259,7 @@ void TrialWorld::removeTable()
     }
 }
 
-/// The stiffness is that of all points, by the deepest one before the step.
+/// The stiffness is that of all points of the object, by the deepest one before the step.
 void TrialWorld::hardenSkins()
 {
     if (m_stiffness <= 0.0)
@@ -270,7 +270,10 @@ void TrialWorld::hardenSkins()
     for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
     {
         const btPersistentManifold& manifold = *m_dispatcher.getManifoldByIndexInternal(i);
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        // Those of other bodies on each other have no skins.
+        const bool isOfObject = manifold.getBody0() == m_object.rigid.get() ||
+                                manifold.getBody1() == m_object.rigid.get();
+        for (int k = 0; isOfObject && k < manifold.getNumContacts(); ++k)
         {
             deepest = std::max(deepest, -manifold.getContactPoint(k).getDistance() - kRestBelow);
         }

@@ -5,11 +5,13 @@
 #include "grasp/check/closed_surface.h"
 #include "grasp/report/closing_spans.h"
 #include "grasp/task/arm_kinematics.h"
+#include "grasp/task/firm_grasps.h"
 #include "grasp/task/task_legs.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -112,13 +114,17 @@ public:
              candidates *= kMoreGrasps)
         {
             grasps = graspsOfObject(candidates, grasps);
-            for (const Grasp& grasp : grasps)
+            std::vector<Grasp> fresh;
+            std::ranges::copy_if(grasps,
+                                 std::back_inserter(fresh),
+                                 [&](const Grasp& grasp)
+                                 { return known.insert(grasp.candidate).second; });
+            for (const Grasp& grasp :
+                 firmGrasps(m_task.hand, m_task.object, m_inObject, fresh, m_options))
             {
-                const bool isNew = known.insert(grasp.candidate).second;
-                if (grasp.reject != RejectReason::None || !isNew ||
-                    tried == m_options.graspsTried || isStopped())
+                if (tried == m_options.graspsTried || isStopped())
                 {
-                    continue;
+                    break;
                 }
                 ++tried;
                 if (tryGrasp(grasp))
@@ -130,8 +136,11 @@ public:
         }
         m_plan.stopped = isStopped();
         m_plan.failure = m_plan.stopped ? "stopped after " + std::to_string(tried) + " grasps"
-                         : tried == 0   ? "no grasp of " + m_task.object.name +
-                                            " is a force closure that is clear of its surroundings"
+                         : m_plan.forceClosures == 0
+                             ? "no grasp of " + m_task.object.name +
+                                   " is a force closure that is clear of its surroundings"
+                         : tried == 0 ? "no grasp of " + m_task.object.name +
+                                            " holds it firmly and keeps the margin to all else"
                                       : "none of the grasps that were tried (" +
                                             std::to_string(tried) + ") can be carried out";
         return std::move(m_plan);
@@ -288,7 +297,7 @@ private:
             q += 1e-6;
         }
         TaskLeg leg = legOf("start", {whole(m_task.start, open), whole(moved, open)}, 0.0, false);
-        const std::string touched = certifyLeg(m_robot, m_task.X_WR, m_before, leg, m_work);
+        const std::string touched = certifyLeg(m_robot, m_task.X_WR, m_before, leg, 0.0, m_work);
         require(touched.empty(),
                 "pick and place: the robot is in collision where it starts: " + touched +
                     ": correct the start of the robot, or the scene");
@@ -351,9 +360,10 @@ private:
     /// Certifies the leg, or says what is in its way.
     std::optional<Obstruction> check(const RobotBody& body,
                                      const NamedSurroundings& around,
-                                     TaskLeg& leg)
+                                     TaskLeg& leg,
+                                     double margin)
     {
-        const std::string touched = certifyLeg(body, m_task.X_WR, around, leg, m_work);
+        const std::string touched = certifyLeg(body, m_task.X_WR, around, leg, margin, m_work);
         return touched.empty() ? std::nullopt : std::optional(Obstruction{leg.name, touched});
     }
 
@@ -367,22 +377,22 @@ private:
     {
         std::vector<double> rest = whole(from, hand);
         rest.resize(body.tree.size(), 0.0);
-        const JointPathResult found =
-            planJointPath({.body = body.body(),
-                           .environment = &around.environment,
-                           .joints = m_task.robot.joints,
-                           .positions = rest,
-                           .X_WR = m_task.X_WR,
-                           .toi = {.tolerance = kDefaultTolerance}},
-                          from,
-                          to,
-                          {.seed = m_options.seed, .stop = m_options.stop});
+        const JointPathResult found = planJointPath(
+            {.body = body.body(),
+             .environment = &around.environment,
+             .joints = m_task.robot.joints,
+             .positions = rest,
+             .X_WR = m_task.X_WR,
+             .toi = {.tolerance = kDefaultTolerance, .minimumSeparation = m_options.margin}},
+            from,
+            to,
+            {.seed = m_options.seed, .stop = m_options.stop});
         if (!found.failure.empty())
         {
             return Obstruction{name, found.failure};
         }
         leg = legOf(name, wholes(found.waypoints, hand), 0.0, &body == &m_carrying);
-        return check(body, around, leg);
+        return check(body, around, leg, m_options.margin);
     }
 
     bool tryGrasp(const Grasp& grasp)
@@ -393,6 +403,12 @@ private:
         if (postures.empty())
         {
             note(grasp, {"reach", "the arm does not reach the hand's pose"});
+            return false;
+        }
+        const std::string objection = m_options.objection ? m_options.objection(grasp) : "";
+        if (!objection.empty())
+        {
+            note(grasp, {"rehearsal", objection});
             return false;
         }
         std::optional<Obstruction> last;
@@ -475,7 +491,7 @@ private:
         }
         std::ranges::reverse(approach);
         m_plan.legs[1] = legOf("approach", wholes(approach, m_open), 0.0, false);
-        if (const auto failed = check(m_robot, m_before, m_plan.legs[1]))
+        if (const auto failed = check(m_robot, m_before, m_plan.legs[1], m_options.margin))
         {
             return failed;
         }
@@ -496,7 +512,7 @@ private:
             return Obstruction{"lift", "the arm cannot follow the straight way up"};
         }
         m_plan.legs[3] = legOf("lift", wholes(lift, m_plan.grasp.positions), 0.0, true);
-        if (const auto failed = check(m_carrying, m_scene, m_plan.legs[3]))
+        if (const auto failed = check(m_carrying, m_scene, m_plan.legs[3], 0.0))
         {
             return failed;
         }
@@ -541,7 +557,7 @@ private:
             positions.push_back(whole(posture, hand));
         }
         leg = legOf(name, positions, 0.0, false);
-        return check(m_robot, around, leg);
+        return check(m_robot, around, leg, 0.0);
     }
 
     /// Where the object is put down, and the arm's posture then.
@@ -596,9 +612,9 @@ private:
         std::vector<TaskLeg>& legs = m_plan.legs;
         legs[5] = legOf("place", wholes(down, m_plan.grasp.positions), 0.0, true);
         legs[7] = legOf("retreat", wholes(back, m_open), 0.0, false);
-        std::optional<Obstruction> failed = check(m_carrying, m_scene, legs[5]);
+        std::optional<Obstruction> failed = check(m_carrying, m_scene, legs[5], 0.0);
         failed = failed ? failed : fingers("open", posture, opening, after, legs[6]);
-        failed = failed ? failed : check(m_robot, after, legs[7]);
+        failed = failed ? failed : check(m_robot, after, legs[7], m_options.margin);
         failed = failed ? failed
                         : planBetween(m_carrying,
                                       m_scene,

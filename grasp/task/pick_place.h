@@ -51,6 +51,16 @@ struct PickPlaceOptions
     /// Between the object and what it rests on [m]. An object that is nearer is raised by what is
     /// missing before anything is planned, and put down at this distance.
     double gap = 1e-4;
+    /// Kept to all that is not to be touched [m]: by the open hand to the object when it arrives
+    /// and leaves, and on all ways but those of the object to and from what it stands on.
+    double margin = 2e-3;
+    /// SqueezeOptions::firmness: more than for a hand at rest, since the arm accelerates.
+    double firmness = 12.0;
+    /// Grasps that do not hold so many times grasps.mass by their squeeze are not tried.
+    double holds = 2.0;
+    /// Says why a grasp that is within reach is not to be tried, or nothing: rehearsal() in
+    /// trial/plan_execution.h asks a simulation.
+    std::function<std::string(const Grasp&)> objection{};
     double acceleration = 5.0;  ///< of every joint at most [rad/s^2 or m/s^2]
     double freeSpeed = 1.0;     ///< of joints without a limit [rad/s or m/s]
     std::uint64_t seed = 1;
@@ -75,7 +85,7 @@ inline constexpr double kEnoughClearance = 0.02;
 struct TaskAttempt
 {
     std::int64_t candidate = 0;
-    std::string leg;     ///< reach, or as TaskLeg::name; empty: it is the plan
+    std::string leg;     ///< reach, rehearsal, or as TaskLeg::name; empty: it is the plan
     std::string reason;  ///< with the names of the links and obstacles that touch
 };
 
@@ -86,7 +96,9 @@ struct PickPlacePlan
     std::string failure;             ///< why there is no plan
     std::int64_t forceClosures = 0;  ///< among the candidates
     std::vector<TaskAttempt> attempts;
-    Grasp grasp;  ///< in the object's frame; the hand is where the arm brings it to
+    /// In the object's frame; the hand is where the arm brings it to, and quality.largestMass is
+    /// what its squeeze holds.
+    Grasp grasp;
     Eigen::Isometry3d X_HO = Eigen::Isometry3d::Identity();  ///< object in the hand's root link
     Eigen::Isometry3d X_WOStart = Eigen::Isometry3d::Identity();  ///< raised by the gap
     Eigen::Isometry3d X_WOEnd = Eigen::Isometry3d::Identity();

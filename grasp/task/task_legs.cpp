@@ -114,6 +114,7 @@ std::string certifyLeg(const RobotBody& body,
                        const Eigen::Isometry3d& X_WR,
                        const NamedSurroundings& around,
                        TaskLeg& leg,
+                       double margin,
                        ToiWorkspace& work)
 {
     leg.clearance = kEnoughClearance;
@@ -129,12 +130,13 @@ std::string certifyLeg(const RobotBody& body,
         waypoint.accelerations.resize(body.tree.size(), 0.0);
     }
     const Trajectory trajectory = trajectoryThrough(body.tree, X_WR, waypoints);
-    const TrajectoryToiResult toi =
-        trajectoryToi(body.body(),
-                      around.environment,
-                      trajectory,
-                      {.toi = {.tolerance = kLegTolerance, .strategy = ToiStrategy::Interval}},
-                      std::span(&work, 1));
+    const TrajectoryToiResult toi = trajectoryToi(body.body(),
+                                                  around.environment,
+                                                  trajectory,
+                                                  {.toi = {.tolerance = kLegTolerance,
+                                                           .minimumSeparation = margin,
+                                                           .strategy = ToiStrategy::Interval}},
+                                                  std::span(&work, 1));
     if (toi.status != ToiStatus::Separated)
     {
         return touchText(body, around, toi, trajectory);

@@ -48,10 +48,12 @@ struct RobotBody
 inline constexpr double kLegTolerance = 1e-6;
 
 /// Certifies the leg and fills in its clearance. Returns what is touched, or nothing.
-/// @param X_WR pose of the root
+/// @param X_WR   pose of the root
+/// @param margin so near nothing comes, beside the tolerance; what is nearer at the start may stay
 [[nodiscard]] std::string certifyLeg(const RobotBody& body,
                                      const Eigen::Isometry3d& X_WR,
                                      const NamedSurroundings& around,
                                      TaskLeg& leg,
+                                     double margin,
                                      ToiWorkspace& work);
 }  // namespace bullet_ccd::grasp

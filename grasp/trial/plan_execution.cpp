@@ -5,6 +5,7 @@
 #include "grasp/force/grasp_forces.h"
 #include "grasp/sim/trial_world.h"
 #include "grasp/squeeze/squeeze.h"
+#include "grasp/trial/grasp_trial.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +21,9 @@ constexpr double kSqueezeTime = 0.5;          // [s]
 constexpr double kReleaseTime = 0.25;         // [s]
 constexpr double kSettleTime = 1.0;           // [s]
 constexpr double kSamplesPerSecond = 60.0;
+constexpr double kRehearsedWay = 3e-3;      // [m]
+constexpr double kRehearsedTurn = 0.07;     // [rad]
+constexpr double kRehearsedFriction = 0.8;  // of that which is counted on
 /// Controllers of the arm: full effort at this error of position [rad or m], and how long a push
 /// takes to fade [s].
 constexpr double kArmError = 0.02;
@@ -80,13 +84,15 @@ public:
             m_result.reason = "the grasp cannot squeeze the object: " + m_squeeze.reason;
             return m_result;
         }
-        for (const TaskLeg& leg : m_plan.legs)
+        for (std::size_t i = 0; i < m_plan.legs.size(); ++i)
         {
+            const TaskLeg& leg = m_plan.legs[i];
             if (leg.name == "open")
             {
                 press(1.0, 0.0, kReleaseTime, leg.waypoints.front().positions);
             }
             follow(leg);
+            watch(i);
             if (leg.name == "close")
             {
                 press(0.0, 1.0, kSqueezeTime, leg.waypoints.back().positions);
@@ -208,6 +214,23 @@ private:
         }
     }
 
+    /// Notes the first leg at whose end the object is not where the leg brings it.
+    void watch(std::size_t leg)
+    {
+        const TaskLeg& done = m_plan.legs[leg];
+        const std::vector<Eigen::Isometry3d> X_O =
+            linkPoses(m_task.robot.tree, m_X_OW * m_task.X_WR, done.waypoints.back().positions);
+        const Eigen::Isometry3d X_OExpected =
+            done.carries ? X_O[static_cast<std::size_t>(m_task.robot.handRoot)] * m_plan.X_HO
+                         : m_X_OW * restingPose(m_plan, leg);
+        const double off =
+            (m_world.objectCenter() - X_OExpected * m_task.object.centerOfMass).norm();
+        if (m_lostDuring.empty() && !(off <= m_options.placeTolerance))
+        {
+            m_lostDuring = done.name;
+        }
+    }
+
     /// Distances of all that the plan tests, at this moment.
     void look()
     {
@@ -244,6 +267,11 @@ private:
         }
     }
 
+    [[nodiscard]] std::string lostText() const
+    {
+        return m_lostDuring.empty() ? "" : ": it came off its way during " + m_lostDuring;
+    }
+
     void judge()
     {
         const Eigen::Vector3d place = m_plan.X_WOEnd * m_task.object.centerOfMass;
@@ -264,10 +292,12 @@ private:
         m_result.reason = m_isStopped                     ? "stopped"
                           : m_result.leastDistance <= 0.0 ? "something was penetrated"
                           : !(m_result.missed <= m_options.placeTolerance)
-                              ? "the object is not where it is to be"
+                              ? "the object is not where it is to be" + lostText()
                           : m_result.othersMoved > m_options.othersTolerance ? moved + " was moved"
                                                                              : "";
         m_result.stopped = m_isStopped;
+        const HoldingSolver::Counters counters = m_world.solverCounters();
+        m_result.inexact = double(counters.failures) / double(std::max(1L, counters.solves));
         m_result.succeeded = m_result.reason.empty();
     }
 
@@ -284,9 +314,45 @@ private:
     TrialWorld m_world;
     bool m_isStopped = false;
     double m_samples = 0.0;
+    std::string m_lostDuring;
     ExecutionResult m_result;
 };
 }  // namespace
+
+std::function<std::string(const Grasp&)> rehearsal(const PickPlaceTask& task,
+                                                   const ExecutionOptions& options)
+{
+    return [&task, options = options](const Grasp& grasp)
+    {
+        using Kind = TrialPhase::Kind;
+        TrialProtocol lift{.name = "rehearsal", .start = TrialStart::Table};
+        lift.phases = {{.kind = Kind::Lift, .time = 0.75, .amount = 0.1},
+                       {.kind = Kind::Load, .time = 0.25, .direction = {0.5, 0.0, -1.0}},
+                       {.kind = Kind::Load, .time = 0.25, .direction = {-0.5, 0.0, -1.0}},
+                       {.kind = Kind::Load, .time = 0.25, .direction = {0.0, 0.5, -1.0}},
+                       {.kind = Kind::Load, .time = 0.25, .direction = {0.0, -0.5, -1.0}}};
+        lift.heldWay = kRehearsedWay;
+        lift.heldTurn = kRehearsedTurn;
+        const TrialResult result =
+            runTrial(task.hand,
+                     task.object,
+                     grasp,
+                     lift,
+                     {.squeeze = {.mass = options.mass,
+                                  .friction = options.friction,
+                                  .firmness = options.firmness},
+                      .friction = kRehearsedFriction * options.friction,
+                      .rate = options.rate,
+                      .up = task.X_WO.linear().transpose() * Eigen::Vector3d::UnitZ(),
+                      .skin = options.skin,
+                      .skinStiffness = options.skinStiffness,
+                      .stop = options.stop});
+        return result.outcome == TrialOutcome::Held
+                   ? std::string()
+                   : "in a simulation: " + std::string(toString(result.outcome)) +
+                         (result.reason.empty() ? "" : ": " + result.reason);
+    };
+}
 
 ExecutionResult executePlan(const PickPlaceTask& task,
                             const PickPlacePlan& plan,

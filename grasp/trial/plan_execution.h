@@ -6,6 +6,7 @@
 #include "bullet_ccd/math/stop_condition.h"
 #include "grasp/task/pick_place.h"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,9 @@ namespace bullet_ccd::grasp
 {
 struct ExecutionOptions
 {
-    double mass = 0.3;      ///< of the object [kg]
-    double friction = 0.5;  ///< Coulomb coefficient of all pairs
-    /// SqueezeOptions::firmness: more than for a hand at rest, since the arm accelerates.
-    double firmness = 12.0;
+    double mass = 0.3;       ///< of the object [kg]
+    double friction = 0.5;   ///< Coulomb coefficient of all pairs
+    double firmness = 12.0;  ///< PickPlaceOptions::firmness
     /// One entry per obstacle [kg]: those above 0 are free; empty: all are fixed.
     std::vector<double> obstacleMasses{};
     double rate = 240.0;            ///< steps per second
@@ -31,13 +31,22 @@ struct ExecutionResult
 {
     bool succeeded = false;
     bool stopped = false;        ///< ExecutionOptions::stop ended it: it says nothing
-    std::string reason;          ///< why not
+    std::string reason;          ///< why not, and the leg during which the object went astray
     double missed = 0.0;         ///< how far the object's centre of mass is from its place [m]
     double othersMoved = 0.0;    ///< the farthest way of a free obstacle [m]
     double leastDistance = 0.0;  ///< of what may not intersect, at 60 samples a second [m]
     double grip = 0.0;           ///< sum of the normal forces that the squeeze is made for [N]
     double seconds = 0.0;        ///< of simulated time
+    double inexact = 0.0;        ///< share of the solver's answers that are not exact
 };
+
+/// For PickPlaceOptions::objection: the hand alone closes on the object where it stands, squeezes,
+/// lifts it by 10 cm, and it is pulled sideways by half its weight. All rub by 0.8 of the friction,
+/// and the object must not turn by more than 4 degrees or slip by more than 3 mm. The answer says
+/// what it did instead.
+/// @param task      must outlive the answer
+[[nodiscard]] BULLET_CCD_API std::function<std::string(const Grasp&)> rehearsal(
+    const PickPlaceTask& task, const ExecutionOptions& options = {});
 
 /// The legs of the plan are followed as they are timed. After the hand has closed it squeezes
 /// (squeeze.h) for half a second, and lets go for a quarter before it opens; a second after the end

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <random>
 
 namespace bullet_ccd::grasp
@@ -98,6 +100,72 @@ TEST(ContactProgram, RandomProgramsObeyTheirLaws)
     }
     EXPECT_GE(solved, kPrograms * 95 / 100);
     EXPECT_GE(sliding, kPrograms / 4);
+}
+
+/// A hand on an arm: drives and couplings without limits that move each other much more than what
+/// the contacts do to them.
+ContactProgram programOfAChain(std::uint32_t seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto noise = [&] { return uniform(random); };
+    constexpr Eigen::Index kBounded = 9;
+    constexpr Eigen::Index kContacts = 4;
+    constexpr Eigen::Index kRows = kBounded + 3 * kContacts;
+    Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(kRows, kRows + 4, noise);
+    for (Eigen::Index i = 1; i < kBounded; ++i)
+    {
+        J.row(i) = 4.0 * J.row(0) + 0.3 * J.row(i);
+    }
+    ContactProgram program;
+    program.A = J * J.transpose();
+    program.b = Eigen::VectorXd::NullaryExpr(kRows, noise);
+    program.lower = Eigen::VectorXd::Constant(kBounded, -1e30);
+    program.upper = Eigen::VectorXd::Constant(kBounded, 1e30);
+    program.lower[kBounded - 1] = -2.0;  // a drive that may be at its limit
+    program.upper[kBounded - 1] = 2.0;
+    program.friction.assign(kContacts, 0.5);
+    return program;
+}
+
+TEST(ContactProgram, ChainsThatCarryContactsAreSolvedExactly)
+{
+    int sliding = 0;
+    int limited = 0;
+    for (std::uint32_t seed = 1; seed <= 50; ++seed)
+    {
+        const ContactProgram program = programOfAChain(seed);
+        Eigen::VectorXd x = Eigen::VectorXd::Zero(program.b.size());
+        ContactProgramSolver solver;
+        (void)solver.solve(program, x, {.accuracy = 1e-8, .maxIterations = 200});
+        EXPECT_EQ(solver.failures(), 0) << seed;
+        expectLaws(program, x, sliding);
+        limited += std::abs(x[8]) == 2.0 ? 1 : 0;
+    }
+    EXPECT_GT(sliding, 0);
+    EXPECT_GT(limited, 5);
+    EXPECT_LT(limited, 45);
+}
+
+TEST(ContactProgram, WhatDoesNotMoveEachOtherIsSolvedAlone)
+{
+    // A pair of blocks, one on the other, at its solution, and a block that comes to no end.
+    ContactProgram program;
+    program.A = Eigen::MatrixXd::Zero(9, 9);
+    program.A.topLeftCorner<3, 3>().setIdentity();
+    program.A.block<3, 3>(3, 3) = 2.0 * Eigen::Matrix3d::Identity();
+    program.A.block<3, 3>(0, 3) = program.A.block<3, 3>(3, 0) = -Eigen::Matrix3d::Identity();
+    program.A.bottomRightCorner<3, 3>().setIdentity();
+    Eigen::VectorXd x(9);
+    x << 2.0, 0.1, 0.0, 1.0, 0.1, 0.1, 100.0, -40.0, 40.0;
+    const Eigen::VectorXd pair = x.head<6>();
+    program.b = program.A * x;
+    program.b.tail<3>() << 1.0, 4.0, 0.0;
+    program.friction = {0.5, 0.5, 0.5};
+    ContactProgramSolver solver;
+    (void)solver.solve(program, x, {.accuracy = 1e-12, .maxIterations = 2});
+    EXPECT_EQ(solver.failures(), 1);
+    EXPECT_LT((x.head<6>() - pair).norm(), 1e-10);
 }
 
 TEST(ContactProgram, GivesUpWithinTheCone)

@@ -37,6 +37,7 @@ struct PickPlaceArguments
     std::string output;
     bool quiet = false;
     bool executes = false;
+    bool rehearses = true;
     int samples = 0;
     double mass = 0.3;
     double timeLimit = 0.0;
@@ -226,6 +227,15 @@ TaskRow planOne(const PickPlaceArguments& a,
         .target = {.center = scene.targetCenter, .size = scene.targetSize}};
     grasp::PickPlaceOptions options = a.options;
     options.stop = stop.condition();
+    const grasp::ExecutionOptions execution{.mass = a.mass,
+                                            .friction = options.grasps.friction,
+                                            .firmness = options.firmness,
+                                            .obstacleMasses = masses,
+                                            .stop = stop.condition()};
+    if (a.rehearses)
+    {
+        options.objection = grasp::rehearsal(task, execution);
+    }
     TaskRow row;
     row.object = chosen.name;
     const Stopwatch watch;
@@ -240,12 +250,7 @@ TaskRow planOne(const PickPlaceArguments& a,
     }
     if (row.plan.solved && a.executes)
     {
-        row.result = grasp::executePlan(task,
-                                        row.plan,
-                                        {.mass = a.mass,
-                                         .friction = options.grasps.friction,
-                                         .obstacleMasses = masses,
-                                         .stop = stop.condition()});
+        row.result = grasp::executePlan(task, row.plan, execution);
     }
     if (!a.output.empty())
     {
@@ -262,12 +267,15 @@ void printOne(const PickPlaceArguments& a, const TaskRow& row)
     }
     if (row.plan.solved)
     {
-        fmt::print("{}\n{} is moved by candidate {} (epsilon {:.3f}), planned in {:.2f} s\n",
-                   legsText(row.plan),
-                   row.object,
-                   row.plan.grasp.candidate,
-                   row.plan.grasp.quality.epsilon,
-                   row.seconds);
+        fmt::print(
+            "{}\n{} is moved by candidate {} (epsilon {:.3f}, holds {:.2f} kg), planned in "
+            "{:.2f} s\n",
+            legsText(row.plan),
+            row.object,
+            row.plan.grasp.candidate,
+            row.plan.grasp.quality.epsilon,
+            row.plan.grasp.quality.largestMass.value_or(0.0),
+            row.seconds);
     }
 }
 
@@ -281,7 +289,8 @@ std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& ro
     }
     if (a.executes)
     {
-        table.header.insert(table.header.end(), {"missed by [mm]", "others moved [mm]"});
+        table.header.insert(table.header.end(),
+                            {"missed by [mm]", "others moved [mm]", "inexact [%]"});
     }
     table.header.emplace_back("outcome");
     for (const TaskRow& row : rows)
@@ -301,6 +310,7 @@ std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& ro
         {
             cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->missed) : "");
             cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->othersMoved) : "");
+            cells.push_back(row.result ? fmt::format("{:.1f}", 1e2 * row.result->inexact) : "");
         }
         cells.push_back(!plan.solved                           ? plan.failure
                         : row.result && !row.result->succeeded ? row.result->reason
@@ -464,7 +474,11 @@ void addPickPlace(CLI::App& task, int& exitCode)
         ->capture_default_str();
     command->add_flag(
         "--execute", a->executes, "Carry the plan out in a simulation, and judge it.");
-    command->add_option("--mass", a->mass, "The mass of each object in the simulation [kg].")
+    command->add_flag("--rehearse,!--no-rehearsal",
+                      a->rehearses,
+                      "Lift the object in a simulation of the hand alone before a grasp is tried "
+                      "(default).");
+    command->add_option("--mass", a->mass, "The mass of each object [kg].")
         ->type_name("M")
         ->check(within(1e-3, 1e3))
         ->capture_default_str();
@@ -474,6 +488,7 @@ void addPickPlace(CLI::App& task, int& exitCode)
         [a, &exitCode]
         {
             a->options.grasps.seed = a->options.seed;
+            a->options.grasps.mass = a->mass;
             exitCode = runPickPlace(*a);
         });
 }
