@@ -41,7 +41,8 @@ struct btCcdSoftCounters
 /// Excepted: nodes that are pinned or anchored and meet what they cannot evade, and what is
 /// squeezed between objects that nothing can stop (kinematic objects); both are counted
 /// (m_squeezed). A multibody between which and something else a soft body is squeezed is held
-/// back with all its joints. Of a soft body that intersects itself or something else already, the
+/// back with all its joints; a kinematic object does not move it through a soft body, as it does
+/// rigid bodies. Of a soft body that intersects itself or something else already, the
 /// features that intersect are left alone.
 ///
 /// Contacts are inelastic or bounce as btCollisionObject::getRestitution() of both says, and rub

@@ -20,10 +20,12 @@ using Eigen::Vector3d;
 
 namespace
 {
-/// Rounds that bend paths, that shorten them, and that shorten them to nothing.
+/// Rounds that bend paths, that shorten them, and that shorten them to nothing; and those in which
+/// nothing moves but what is taken along.
 constexpr int kBendings = 10;
 constexpr int kShortenings = 8;
 constexpr int kHolds = 40;
+constexpr int kCarries = 40;
 /// Cosine of the angle between a normal and a feature that counts as right.
 constexpr double kMostLean = 1e-3;
 /// Pairs of features in a step; more than that is no simulation any more.
@@ -84,6 +86,26 @@ btTransform between(const btTransform& start, const btTransform& end, double par
     }
     return btTransform(start.getRotation().slerp(end.getRotation(), btScalar(part)),
                        start.getOrigin().lerp(end.getOrigin(), btScalar(part)));
+}
+
+btTransform carried(const btTransform& pose, const btCcdSoftPart& carrier)
+{
+    return carrier.m_endPose * (carrier.m_startPose.inverse() * pose);
+}
+
+/// True if nothing forbids the rigid body to go where the carrier takes it.
+bool canBeCarried(const btCcdSoftPart& part, const btCcdSoftPart& carrier)
+{
+    const btRigidBody* body = yieldingBody(part);
+    if (body == nullptr)
+    {
+        return false;
+    }
+    const btVector3 way =
+        carried(part.m_startPose, carrier).getOrigin() - part.m_startPose.getOrigin();
+    const bool turns = !(carrier.m_startPose.getBasis() == carrier.m_endPose.getBasis());
+    return (way * body->getLinearFactor() - way).length() <= btScalar(1e-3) * way.length() &&
+           (!turns || body->getAngularFactor() == btVector3(1, 1, 1));
 }
 
 /// Tells contacts between the same two points apart from others: a node above an inner node of
@@ -153,25 +175,28 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
     m_moved.clear();
     m_seenContacts.clear();
     m_bentPaths.clear();
+    m_carriers.clear();
     if (!(timeStep > btScalar(0)) || !gather(bodies, timeStep))
     {
         return;
     }
     const double rest = 2.0 * m_keep;
     btCcdSoftResponse response(rest, double(timeStep));
-    std::atomic<bool> hasRims = false;
+    // As a rule what is left out here has a neighbour with a plain normal. Where it has none (a
+    // node against a rim, or all in one plane), the paths have to be checked nevertheless.
+    std::atomic<bool> isAnyLeftOut = false;
     const auto isOfNoUse = [&](const DeformableContact& contact)
     {
-        if (isOfTwoNodes(contact) || isAnchored(contact))
+        if (isAnchored(contact))
         {
             return true;
         }
-        if (hasPlainNormal(contact))
+        const bool isLeftOut = isOfTwoNodes(contact) || !hasPlainNormal(contact);
+        if (isLeftOut)
         {
-            return false;
+            isAnyLeftOut = true;
         }
-        hasRims = true;
-        return true;
+        return isLeftOut;
     };
     const DeformableResult near = contacts(rest, 0.125 * rest, isOfNoUse);
     if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
@@ -191,11 +216,10 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         }
     }
     m_counters.m_contacts += std::int64_t(near.contacts.size());
-    if (response.isEmpty() && !hasRims)
+    if (response.isEmpty() && !isAnyLeftOut)
     {
         return;
     }
-    // What comes near at a rim is no answer, but its path may lead through the face behind.
     bendPaths(response);
     response.solveVelocities();
     commit(timeStep);
@@ -425,8 +449,8 @@ void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
 
 void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
 {
-    bool hasMoved = true;
-    for (int i = 0; i < kHolds && hasMoved; ++i)
+    bool isToNothing = false;
+    for (int i = 0; i < kHolds + kCarries; ++i)
     {
         const std::vector<DeformableContact> left = violations();
         if (left.empty())
@@ -434,13 +458,24 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
             return;
         }
         ++m_counters.m_rounds;
-        hasMoved = false;
+        isToNothing = isToNothing || i >= kShortenings;
+        if (i == kHolds)
+        {
+            holdAll();
+        }
+        bool hasMoved = false;
         for (const DeformableContact& contact : left)
         {
             answer(contact, true, response);
-            hold(contact, i < kShortenings ? 0.8 * contact.time : 0.0, hasMoved);
+            hold(contact, isToNothing ? 0.0 : 0.8 * contact.time, hasMoved);
         }
         std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
+        if (!hasMoved && isToNothing)
+        {
+            m_counters.m_squeezed += std::int64_t(left.size());
+            return;
+        }
+        isToNothing = isToNothing || !hasMoved;
     }
     holdAll();
     m_counters.m_squeezed += std::int64_t(violations().size());
@@ -450,9 +485,14 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
 {
     btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
     btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    const btCcdSoftPart* carrier = carrierOf(contact);
     for (btCcdSoftPart* obstacle : {&a, &b})
     {
-        if (yields(*obstacle) && !(obstacle->m_endPose == obstacle->m_startPose))
+        if (part <= 0.0 && carrier != nullptr && canBeCarried(*obstacle, *carrier))
+        {
+            m_carriers.try_emplace({obstacle->m_object, bullet_ccd::kNone}, carrier);
+        }
+        if (yields(*obstacle) && !(obstacle->m_endPose == baseOf(*obstacle)))
         {
             holdBody(*obstacle, part);
             hasMoved = true;
@@ -461,22 +501,18 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
     for (std::size_t k = 0; k < 4; ++k)
     {
         btCcdSoftPart& own = k < verticesOfA(contact) ? a : b;
-        const btCcdSoftPart& other = k < verticesOfA(contact) ? b : a;
         const std::int32_t v = contact.vertices[k];
         if (!own.isMovable(v))
         {
             continue;
         }
-        const Vector3d& start = own.m_start[std::size_t(v)];
-        Vector3d& end = own.m_end[std::size_t(v)];
-        // What cannot be held takes the node along.
-        Vector3d base = start;
-        if (other.m_soft == nullptr && !yields(other))
+        if (carrier != nullptr)
         {
-            base =
-                btCcdToEigen(other.m_endPose) * btCcdToEigen(other.m_startPose).inverse() * start;
+            m_carriers.try_emplace({own.m_object, v}, carrier);
         }
-        const Vector3d shorter = base + part * (end - base);
+        const Vector3d base = baseOf(own, v);
+        Vector3d& end = own.m_end[std::size_t(v)];
+        const Vector3d shorter = btCcdToEigen(btCcdToBullet(Vector3d(base + part * (end - base))));
         if ((shorter - end).norm() > 1e-9 * m_keep)
         {
             end = shorter;
@@ -484,6 +520,58 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
             ++m_counters.m_held;
         }
     }
+}
+
+const btCcdSoftPart* btCcdSoftStep::carrierOf(const btCollisionObject* object,
+                                              std::int32_t node) const
+{
+    const auto known = m_carriers.find({object, node});
+    return known != m_carriers.end() ? known->second : nullptr;
+}
+
+const btCcdSoftPart* btCcdSoftStep::carrierOf(const DeformableContact& contact) const
+{
+    const btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+    const btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+    for (const btCcdSoftPart* obstacle : {&a, &b})
+    {
+        if (obstacle->m_soft == nullptr && !yields(*obstacle) &&
+            !(obstacle->m_endPose == obstacle->m_startPose))
+        {
+            return obstacle;
+        }
+    }
+    for (const btCcdSoftPart* obstacle : {&a, &b})
+    {
+        if (const btCcdSoftPart* known = carrierOf(obstacle->m_object, bullet_ccd::kNone))
+        {
+            return known;
+        }
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& own = k < verticesOfA(contact) ? a : b;
+        if (const btCcdSoftPart* known = carrierOf(own.m_object, contact.vertices[k]))
+        {
+            return known;
+        }
+    }
+    return nullptr;
+}
+
+btTransform btCcdSoftStep::baseOf(const btCcdSoftPart& obstacle) const
+{
+    const btCcdSoftPart* carrier = carrierOf(obstacle.m_object, bullet_ccd::kNone);
+    return carrier != nullptr ? carried(obstacle.m_startPose, *carrier) : obstacle.m_startPose;
+}
+
+Vector3d btCcdSoftStep::baseOf(const btCcdSoftPart& soft, std::int32_t node) const
+{
+    const Vector3d& start = soft.m_start[std::size_t(node)];
+    const btCcdSoftPart* carrier = carrierOf(soft.m_object, node);
+    return carrier != nullptr ? Vector3d(btCcdToEigen(carrier->m_endPose) *
+                                         (btCcdToEigen(carrier->m_startPose).inverse() * start))
+                              : start;
 }
 
 void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
@@ -502,7 +590,7 @@ void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
         }
         const btTransform pose = part > 0.0 && yieldingMultiBody(*other) != nullptr
                                      ? other->m_object->getWorldTransform()
-                                     : between(other->m_startPose, other->m_endPose, part);
+                                     : between(baseOf(*other), other->m_endPose, part);
         poses.emplace(other->m_object, pose);
         other->setEndPose(pose);
     }
@@ -528,7 +616,7 @@ void btCcdSoftStep::holdAll()
 {
     for (btCcdSoftPart* part : m_parts)
     {
-        if (yields(*part) && !(part->m_endPose == part->m_startPose))
+        if (yields(*part) && !(part->m_endPose == baseOf(*part)))
         {
             holdBody(*part, 0.0);
         }
@@ -539,7 +627,7 @@ void btCcdSoftStep::holdAll()
         {
             if (part->m_inverseMass[v] > 0.0)
             {
-                part->m_end[v] = part->m_start[v];
+                part->m_end[v] = baseOf(*part, std::int32_t(v));
                 ++m_counters.m_held;
             }
         }

@@ -7,7 +7,9 @@
 #include "bullet_ccd/bullet/soft/btCcdSoftResponse.h"
 #include "bullet_ccd/bullet/soft/btCcdSoftSurface.h"
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -45,6 +47,9 @@ private:
     btBroadphaseInterface* m_broadphase = nullptr;
     Eigen::AlignedBox3d m_box;  ///< in which colliders were looked for
     std::vector<Moved> m_moved;
+    /// Kinematic objects that take along rigid bodies (kNone) and nodes of soft bodies in this
+    /// step.
+    std::map<std::pair<const btCollisionObject*, std::int32_t>, const btCcdSoftPart*> m_carriers;
     double m_keep = 0.0;  ///< distance that no path goes below [m]
     bool m_isDrawn = false;
     std::vector<SeenContact> m_seenContacts;                   ///< if drawn
@@ -71,6 +76,15 @@ private:
     [[nodiscard]] bool hasPlainNormal(const bullet_ccd::DeformableContact& contact) const;
     void bendPaths(btCcdSoftResponse& response);
     void shortenPaths(btCcdSoftResponse& response);
+    /// What takes along the rigid body (kNone) or node; null if nothing does.
+    [[nodiscard]] const btCcdSoftPart* carrierOf(const btCollisionObject* object,
+                                                 std::int32_t node) const;
+    /// The same of any of those that meet: a kinematic object, or what takes one of them along.
+    [[nodiscard]] const btCcdSoftPart* carrierOf(
+        const bullet_ccd::DeformableContact& contact) const;
+    /// Where a path ends that is shortened to nothing: at its start, or where it is taken along.
+    [[nodiscard]] btTransform baseOf(const btCcdSoftPart& obstacle) const;
+    [[nodiscard]] Eigen::Vector3d baseOf(const btCcdSoftPart& soft, std::int32_t node) const;
     void hold(const bullet_ccd::DeformableContact& contact, double part, bool& hasMoved);
     void holdBody(const btCcdSoftPart& obstacle, double part);
     void holdAll();

@@ -515,6 +515,104 @@ TEST(SoftDrops, ALinkThatPressesAClothOnAFloorSqueezesNothingThrough)
     EXPECT_LT(double(press->getJointPos(0)), 0.05);  // the cloth has folds
 }
 
+// Between the lift and a box that is free nothing has to be squeezed: the box gives way.
+TEST(SoftDrops, ALiftTakesAlongWhatLiesOnTheClothThatLiesOnIt)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        SoftScene scene(kind);
+        const btVector3 half(btScalar(0.3), btScalar(0.02), btScalar(0.3));
+        btRigidBody* lift =
+            scene.obstacle(std::make_unique<btBoxShape>(half), makeBox(btCcdToEigen(half)));
+        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift->setActivationState(DISABLE_DEACTIVATION);
+        btSoftBody* cloth = scene.cloth(at(0, 0.04, 0), 0.5, 8, 0.2);
+        btRigidBody* box =
+            scene.obstacle(std::make_unique<btBoxShape>(btVector3(1, 1, 1) * btScalar(0.1)),
+                           makeBox({0.1, 0.1, 0.1}),
+                           at(0, 0.15, 0),
+                           1.0);
+        for (int i = 0; i < 90; ++i)
+        {
+            const double y = 0.3 * std::sin(std::max(0.0, 2.0 * (i - 30) / 60.0));
+            lift->setWorldTransform(btCcdToBullet(at(0, y, 0)));
+            scene.step(1.0 / 60.0);
+            const double top = y + 0.02;
+            EXPECT_GT(height(*cloth, true), top) << i;
+            EXPECT_GT(double(box->getWorldTransform().getOrigin().y()) - 0.1, top) << i;
+            ASSERT_FALSE(HasFailure()) << int(kind);
+        }
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+        EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
+    }
+}
+
+// Where a node meets a rim, no contact has the normal of a surface.
+TEST(SoftDrops, ANodeStopsAtARim)
+{
+    // A cloth flies against the rim of another in the same plane with one corner.
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    btSoftBody* wall = scene.cloth(at(0, 0, 0), 1.0, 2, 1.0);
+    Isometry3d X = at(-1.3, 0, 0.2);
+    X.linear() = Eigen::AngleAxisd(0.25 * std::numbers::pi, Vector3d::UnitY()).toRotationMatrix();
+    btSoftBody* cloth = scene.cloth(X, 1.0, 2, 1.0);
+    for (const btSoftBody* body : {wall, cloth})
+    {
+        ASSERT_EQ(body->m_nodes.size(), 9);
+    }
+    for (int i = 0; i < wall->m_nodes.size(); ++i)
+    {
+        wall->setMass(i, 0);
+    }
+    cloth->setVelocity(btVector3(10, 0, 0));
+    for (int i = 0; i < 3; ++i)
+    {
+        scene.step(1.0 / 60.0);
+        for (int k = 0; k < cloth->m_nodes.size(); ++k)
+        {
+            EXPECT_LT(cloth->m_nodes[k].m_x.x(), btScalar(-0.5)) << i;
+        }
+    }
+    EXPECT_GT(scene.solver()->getCcdSoftCounters().m_rounds, 0);
+}
+
+TEST(SoftDrops, TwoRopesMeetHeadOn)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    const btSoftBody* wall = scene.rope(at(0.6, 0, 0), 1.0, 5, 1.0);
+    btSoftBody* rope = scene.rope(at(-0.6, 0, 0), 1.0, 5, 1.0);
+    rope->setVelocity(btVector3(20, 0, 0));
+    scene.step(1.0 / 60.0);
+    for (int i = 0; i < wall->m_nodes.size(); ++i)
+    {
+        for (int k = 0; k < rope->m_nodes.size(); ++k)
+        {
+            EXPECT_LT(rope->m_nodes[k].m_x.x(), wall->m_nodes[i].m_x.x()) << i << " " << k;
+        }
+    }
+}
+
+TEST(SoftDrops, AFlatClothDoesNotFoldWithinItsPlane)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 1.0, 4, 1.0);
+    cloth->setSelfCollision(true);
+    // A node of the rim, across the row behind it in one step.
+    cloth->m_nodes[2].m_v = btVector3(0, 0, 18);
+    const auto doubleArea = [&](int i)
+    {
+        const btSoftBody::Face& face = cloth->m_faces[i];
+        return (face.m_n[1]->m_x - face.m_n[0]->m_x).cross(face.m_n[2]->m_x - face.m_n[0]->m_x).y();
+    };
+    const btScalar side = doubleArea(0);
+    scene.step(1.0 / 60.0);
+    for (int i = 0; i < cloth->m_faces.size(); ++i)
+    {
+        EXPECT_GT(doubleArea(i) * side, btScalar(0)) << i;
+    }
+    EXPECT_GT(cloth->m_nodes[2].m_x.z(), btScalar(-0.45));
+}
+
 TEST(SoftDrops, AStepWithoutContactIsBulletsOwn)
 {
     SoftScene stock(SoftWorld::Stock);
