@@ -25,6 +25,8 @@ struct btCcdPairToi
     Eigen::Vector3d m_pointA = Eigen::Vector3d::Zero();  ///< at that time, in the world [m]
     Eigen::Vector3d m_pointB = Eigen::Vector3d::Zero();
     Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  ///< unit, from A to B
+    /// Some parts began so deep in each other's reserve that slow motion must be asked for, too.
+    bool m_isDeep = false;
 };
 
 /// What calculateTimeOfImpact() finds beside the fraction. Pass one as its result.

@@ -27,6 +27,10 @@ constexpr double kTarget = 1.0 / 16.0;
 static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
 /// What a pair that is near already keeps of its distance.
 constexpr double kCloser = 3.0 / 4.0 - kTarget;
+/// One that has kept less than this part of its distance is deep: where it is stopped now, it may
+/// lose no more unseen (btCcdTracker::kUnseen).
+constexpr double kDeep = 3.0 / 4.0;
+static_assert(kDeep * kCloser > 0.5);
 /// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart, and queries take long in either.
 constexpr double kSmallestGap = 1.0 / 32.0;
@@ -44,6 +48,7 @@ struct Parts
     Eigen::Isometry3d X_AG;  // the mesh of either in its shape's frame
     Eigen::Isometry3d X_BG;
     bullet_ccd::ToiWorkspace& m_work;
+    bool& m_isDeep;  // see btCcdPairToi
 };
 
 /// The surface of a part, or its core.
@@ -164,6 +169,7 @@ FirstContactResult askCloser(const Parts& parts, const Layer& a, const Layer& b,
     {
         return overlapping();
     }
+    parts.m_isDeep = parts.m_isDeep || distance < kDeep * most;
     FirstContactResult first = ask(parts, a, b, kCloser * distance, kTarget * distance);
     if (first.status == ToiStatus::Hit && distance < kSmallestGap * most)
     {
@@ -315,7 +321,8 @@ struct Pairs
                           m_motionB,
                           btCcdMeshPose(a, X_AB * middle(b)),
                           btCcdMeshPose(b, X_AB.inverse() * middle(a)),
-                          m_work};
+                          m_work,
+                          m_result.m_isDeep};
         const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
                                          : btCcdHasOwnContacts(a, b) ? askShell(parts)
                                                                      : askStock(parts, m_tolerance);

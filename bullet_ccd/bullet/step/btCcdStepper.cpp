@@ -720,6 +720,7 @@ void btCcdStepper::ask(Pair& pair)
     }
     ++m_counts.m_queries;
     m_counts.m_overlaps += result.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
+    m_tracker->noteDeep(pair.m_a, pair.m_b, result.m_toi.m_isDeep);
     pair.m_toi = result.m_toi;
     pair.m_isAsked = true;
     pair.m_time = fraction < 1.0 ? m_time + fraction * remaining() : kNever;

@@ -43,6 +43,12 @@ double lengthOf(const btVector3& v)
     return double(v.length());
 }
 
+/// A convex shape that meets it may lose its own depth alone.
+bool isStockMesh(const btCcdTracked& tracked)
+{
+    return tracked.outline().m_hasMesh && tracked.outline().m_ownMargin == kUnbounded;
+}
+
 /// A link's collider may not be where its joints are.
 const btVector3& originOf(const btCollisionObject& object)
 {
@@ -215,6 +221,7 @@ void btCcdTracker::lookAtAll()
         ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
     }
     m_moversMayLose = kUnbounded;
+    m_hasStockMeshes = false;
     bool hasLinks = false;
     for (btCcdTracked& tracked : m_objects)
     {
@@ -227,7 +234,8 @@ void btCcdTracker::lookAtAll()
         // Half of what a mesh can lose is its partner's.
         tracked.m_slow = kUnseen * std::min(outline.m_reserve, kPartnersShare * ownMargin);
         // A convex shape may meet a mesh of stock Bullet, which has nothing to lose.
-        const bool hasNothing = outline.m_hasMesh && outline.m_ownMargin == kUnbounded;
+        const bool hasNothing = isStockMesh(tracked);
+        m_hasStockMeshes = m_hasStockMeshes || hasNothing;
         tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
     }
     // Links move relative to each other more than it seems from their speeds.
@@ -297,6 +305,7 @@ bool btCcdTracker::look(double timeStep, bool kinematicStands)
     {
         findPressed(m_world.getDispatcher()->getInternalManifoldPointer(), count);
     }
+    pressDeep();
     return m_beyondTwo > 0.0 || m_touched;
 }
 
@@ -499,6 +508,15 @@ void btCcdTracker::endStep()
     {
         std::erase_if(m_ways, [this](const auto& known) { return known.second.m_step < m_step; });
     }
+    if (m_hasStockMeshes)
+    {
+        for (btCcdTracked& tracked : m_objects)
+        {
+            const double way = lengthOf(tracked.m_shift) + tracked.m_turned + tracked.m_motion;
+            tracked.m_crept = tracked.m_isDue ? 0.0 : tracked.m_crept + way;
+            tracked.m_isDue = false;
+        }
+    }
 }
 
 inline void btCcdTracker::readLink(btCcdTracked& tracked, const btMultiBodyLinkCollider& collider)
@@ -606,23 +624,118 @@ inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
     return -double(deepest) > (1.0 - kUnseen) * reserve;
 }
 
+/// True if a convex shape that touches a stock mesh may have sunk in by as much as it may lose
+/// unseen. Bullet's contacts do not tell: in single precision those of a thin shape and a large
+/// triangle are off by more than that, or missing.
+inline bool btCcdTracker::isDue(const btPersistentManifold& manifold,
+                                const btCcdTracked*& a,
+                                const btCcdTracked*& b)
+{
+    btCcdTracked* first = find(*manifold.getBody0());
+    btCcdTracked* second = find(*manifold.getBody1());
+    if (first == nullptr || second == nullptr || isStockMesh(*first) == isStockMesh(*second))
+    {
+        return false;
+    }
+    a = first;
+    b = second;
+    btCcdTracked& convex = isStockMesh(*first) ? *second : *first;
+    const btCcdShapeOutline& outline = convex.outline();
+    const double moves = a->m_motion + b->m_motion;
+    if (outline.m_ownMargin != kUnbounded || !(moves > 0.0) ||
+        !(convex.m_crept + moves > kUnseen * outline.m_depth))
+    {
+        return false;
+    }
+    convex.m_isDue = true;
+    return true;
+}
+
 void btCcdTracker::findPressed(btPersistentManifold** manifolds, int count)
 {
     for (int i = 0; i < count; ++i)
     {
         const btCcdTracked* a = nullptr;
         const btCcdTracked* b = nullptr;
-        if (!isPressed(*manifolds[i], a, b))
+        if (isPressed(*manifolds[i], a, b) || (m_hasStockMeshes && isDue(*manifolds[i], a, b)))
         {
-            continue;
+            press(int(a - m_objects.data()), int(b - m_objects.data()));
         }
-        const std::pair<int, int> pair =
-            std::minmax(int(a - m_objects.data()), int(b - m_objects.data()));
-        m_pressedPairs.push_back(pair);
-        m_objects[std::size_t(pair.first)].m_pressed = true;
-        m_objects[std::size_t(pair.second)].m_pressed = true;
-        m_touched = true;
     }
+}
+
+void btCcdTracker::press(int a, int b)
+{
+    m_pressedPairs.emplace_back(std::minmax(a, b));
+    m_objects[std::size_t(a)].m_pressed = true;
+    m_objects[std::size_t(b)].m_pressed = true;
+    m_touched = true;
+}
+
+void btCcdTracker::noteDeep(int a, int b, bool isDeep)
+{
+    const bool mayBeKnown =
+        m_objects[std::size_t(a)].m_pressed && m_objects[std::size_t(b)].m_pressed;
+    if (!isDeep && !mayBeKnown)
+    {
+        return;
+    }
+    const btCollisionObject* first = m_objects[std::size_t(a)].m_object;
+    const btCollisionObject* second = m_objects[std::size_t(b)].m_object;
+    using Both = std::array<const btCollisionObject*, 2>;
+    const auto known = std::find_if(
+        m_deepPairs.begin(),
+        m_deepPairs.end(),
+        [&](const DeepPair& pair) {
+            return pair.m_objects == Both{first, second} || pair.m_objects == Both{second, first};
+        });
+    if (known != m_deepPairs.end())
+    {
+        if (!isDeep)
+        {
+            m_deepPairs.erase(known);
+        }
+    }
+    else if (isDeep)
+    {
+        m_deepPairs.push_back({{a, b}, {first, second}});
+        press(a, b);
+    }
+}
+
+/// The pairs that were deep when they were asked last and are still near each other.
+void btCcdTracker::pressDeep()
+{
+    std::erase_if(m_deepPairs, [this](DeepPair& pair) { return !isThere(pair); });
+    for (const DeepPair& pair : m_deepPairs)
+    {
+        press(pair.m_indices[0], pair.m_indices[1]);
+    }
+}
+
+/// Objects change places where others have been removed.
+bool btCcdTracker::isThere(DeepPair& pair) const
+{
+    std::array<btBroadphaseProxy*, 2> proxies{};
+    for (const std::size_t k : {0, 1})
+    {
+        const auto isIt = [&](const btCcdTracked& tracked)
+        { return tracked.m_object == pair.m_objects[k]; };
+        auto index = std::size_t(pair.m_indices[k]);
+        if (index >= m_objects.size() || !isIt(m_objects[index]))
+        {
+            index = std::size_t(std::find_if(m_objects.begin(), m_objects.end(), isIt) -
+                                m_objects.begin());
+        }
+        if (index == m_objects.size() || !m_objects[index].m_usable ||
+            m_objects[index].m_object->getBroadphaseHandle() == nullptr)
+        {
+            return false;
+        }
+        pair.m_indices[k] = int(index);
+        proxies[k] = m_objects[index].m_object->getBroadphaseHandle();
+    }
+    return m_world.getPairCache()->findPair(proxies[0], proxies[1]) != nullptr;
 }
 
 bool btCcdTracker::isPressed(int a, int b) const

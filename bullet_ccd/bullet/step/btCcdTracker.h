@@ -9,7 +9,9 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <set>
 #include <unordered_map>
@@ -59,10 +61,13 @@ struct btCcdTracked
     bool m_squeezed = false;  // what nothing can stop goes on into it
     bool m_stopped = false;   // has been placed for the rest of a motion that is done
     bool m_isStray = false;   // may leave its place among its neighbours in this step
-    double m_slow = 0.0;      // what it may move and not be fast [m]
-    double m_unseen = 0.0;    // what it may move unseen, whatever it meets [m]
-    double m_motion = 0.0;    // bound of what any point of it moves in the rest of the step [m]
-    double m_around = 0.0;    // of the box about its origin that it stays in, if it moves [m]
+    bool m_isDue = false;     // has crept so far that all stock meshes that it touches are asked
+    /// How far it may have come since they were asked; at first nothing is known of that [m].
+    double m_crept = std::numeric_limits<double>::infinity();
+    double m_slow = 0.0;    // what it may move and not be fast [m]
+    double m_unseen = 0.0;  // what it may move unseen, whatever it meets [m]
+    double m_motion = 0.0;  // bound of what any point of it moves in the rest of the step [m]
+    double m_around = 0.0;  // of the box about its origin that it stays in, if it moves [m]
     btVector3 m_origin = btVector3(0, 0, 0);  // when the step began, if it moves
     double m_beyond = 0.0;                    // how far it moves beyond m_unseen
     btCcdCourse m_course;                     // since m_since
@@ -175,6 +180,9 @@ public:
     }
     [[nodiscard]] const btCcdTracked* find(const btCollisionObject& object) const;
     [[nodiscard]] bool isPressed(int a, int b) const;
+    /// What a query has found out about the two: if they are deep, they are asked again, however
+    /// slowly they move, until a query or the broadphase says otherwise.
+    void noteDeep(int a, int b, bool isDeep);
     [[nodiscard]] std::int64_t unsupported() const { return m_unsupported; }
     /// True if Bullet's own motion clamping is on for some body that moves.
     [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
@@ -207,6 +215,13 @@ private:
     std::size_t m_bodyCount = 0;
     const Speeds* m_lastBody = nullptr;
     std::vector<std::pair<int, int>> m_pressedPairs;
+    /// Two objects, which are compared and never read, and where they were among all.
+    struct DeepPair
+    {
+        std::array<int, 2> m_indices;
+        std::array<const btCollisionObject*, 2> m_objects;
+    };
+    std::vector<DeepPair> m_deepPairs;  // see noteDeep()
     static constexpr double kSteps = 24.0;
     /// A list of neighbours, good for about kSteps, for fewer if it had too many pairs.
     struct List
@@ -243,6 +258,7 @@ private:
     btVector3 m_commonWay = btVector3(0, 0, 0);  // and have come so far together
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_hasTriggers = false;
+    bool m_hasStockMeshes = false;
     bool m_isListed = false;  // everything is in its box of the list with what is at rest
     bool m_isInBoxes = false;
 
@@ -268,6 +284,12 @@ private:
     }
     [[nodiscard]] const Speeds& findSpeeds(const btMultiBody& body);
     void findPressed(btPersistentManifold** manifolds, int count);
+    void press(int a, int b);
+    void pressDeep();
+    [[nodiscard]] bool isThere(DeepPair& pair) const;
+    [[nodiscard]] bool isDue(const btPersistentManifold& manifold,
+                             const btCcdTracked*& a,
+                             const btCcdTracked*& b);
     [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
                                  const btCcdTracked*& a,
                                  const btCcdTracked*& b) const;

@@ -11,13 +11,12 @@
 #include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <tuple>
 
 namespace
 {
-/// Halvings of the time in which something leaves a trigger.
-constexpr int kHalvings = 20;
 /// A trigger that comes farther than this times its reach, and more than twice as far as before,
 /// has been put there.
 constexpr double kTriggerJump = 4.0;
@@ -422,16 +421,10 @@ void btCcdTriggers::ask(const Path& trigger, const Path& object, const Piece& pi
             passage.m_point = touchesAtOnce ? place : btCcdToBullet(first.m_pointB);
             passage.m_normal = touchesAtOnce ? btVector3(0, 0, 0) : btCcdToBullet(first.m_normal);
         }
-        state.m_isInside = touchAt(trigger, object, last);
-        double inside = first.m_fraction;
-        double outside = last;
-        for (int i = 0; i < kHalvings && !state.m_isInside; ++i)
-        {
-            const double middle = 0.5 * (inside + outside);
-            (touchAt(trigger, object, middle) ? inside : outside) = middle;
-        }
+        const double left = std::max(first.m_fraction, lastTouch(trigger, object, last));
+        state.m_isInside = left >= last;
         state.m_passage.m_exitTime =
-            btScalar(state.m_isInside ? m_timeStep : piece.m_time + outside * rest);
+            btScalar(state.m_isInside ? m_timeStep : piece.m_time + left * rest);
     }
     if (state.m_hasPassage)
     {
@@ -449,17 +442,28 @@ btCcdPairToi btCcdTriggers::touch(const Path& a, const Path& b)
                             m_context.m_work);
 }
 
-/// True if the two touch, or one is in the other, at this part of their motions.
-bool btCcdTriggers::touchAt(const Path& a, const Path& b, double fraction)
+/// The last time at which the two touch, or one is in the other, of the part of their motions up to
+/// `last`: the first one on the way back. Negative if they do not touch.
+double btCcdTriggers::lastTouch(const Path& a, const Path& b, double last)
 {
-    const auto standing = [&](const Path& moving)
+    std::array<bullet_ccd::JointMotion, 2> links;
+    const auto wayBack = [last](const Path& path, bullet_ccd::JointMotion& backwards)
     {
-        Path path;
-        path.m_object = moving.m_object;
-        path.m_motion = {bullet_ccd::restAt(btCcdShapePoseAt(moving.m_motion, fraction))};
-        return path;
+        Path back = path;
+        if (auto* rigid = std::get_if<bullet_ccd::RigidMotion>(&back.m_motion.m_motion))
+        {
+            *rigid = bullet_ccd::partOf(*rigid, last, 0.0);
+            return back;
+        }
+        auto& link = std::get<bullet_ccd::LinkMotion>(back.m_motion.m_motion);
+        backwards = bullet_ccd::partOf(*link.motion, last, 0.0);
+        link.motion = &backwards;
+        return back;
     };
-    return touch(standing(a), standing(b)).m_status == bullet_ccd::ToiStatus::Overlapping;
+    const btCcdPairToi touching = touch(wayBack(a, links[0]), wayBack(b, links[1]));
+    const bool touches =
+        touching.m_status == bullet_ccd::ToiStatus::Overlapping || touching.m_fraction < 1.0;
+    return touches ? (1.0 - touching.m_fraction) * last : -1.0;
 }
 
 /// As Bullet asks before it looks for contacts; also of two that sleep.

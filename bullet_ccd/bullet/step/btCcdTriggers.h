@@ -101,7 +101,7 @@ private:
     void ask(const Path& trigger, const Path& object, const Piece& piece, double end);
     [[nodiscard]] bool mayMeet(const btCollisionObject& a, const btCollisionObject& b) const;
     [[nodiscard]] btCcdPairToi touch(const Path& a, const Path& b);
-    [[nodiscard]] bool touchAt(const Path& a, const Path& b, double fraction);
+    [[nodiscard]] double lastTouch(const Path& a, const Path& b, double last);
     btCcdPassage& passageOf(State& state, const Key& key) const;
     [[nodiscard]] static bool isAsBefore(State& state, const Path& trigger, const Path& object);
     [[nodiscard]] static Key keyOf(const Path& trigger, const Path& object)

@@ -200,6 +200,35 @@ TEST_P(Triggers, TellEntriesAndExitsAsTheClosedFormOfBallsHasThem)
     EXPECT_GT(passed, 3) << "some come and go in one step";
 }
 
+TEST_P(Triggers, AreLeftWhenTheirLastPartIs)
+{
+    // Boxes in a row, passed in one step.
+    Scene scene(GetParam());
+    auto* row = scene.keep(std::make_unique<btCompoundShape>());
+    for (const double x : {0.0, 3.0, 5.0})
+    {
+        row->addChildShape(poseAt(vec(x, 0, 0)), scene.box(vec(0.5, 0.5, 0.5)));
+    }
+    Ghost trigger(scene, row, poseAt(vec(0, 0, 0)));
+    btRigidBody* body = scene.body(ball(scene, 0.1), 1.0, poseAt(vec(-2, 0, 0)));
+    body->setLinearVelocity(vec(100, 0, 0));
+    scene.step(0.1);
+    const btCcdPassage* passage = passageOf(scene, body);
+    ASSERT_NE(passage, nullptr);
+    EXPECT_FALSE(passage->m_isInside);
+    EXPECT_NEAR(double(passage->m_enterTime), (2.0 - 0.6) / 100, kTolerance / 100 + 1e-7);
+    EXPECT_NEAR(double(passage->m_exitTime), (2.0 + 5.6) / 100, kTolerance / 100 + 1e-7);
+    // It ends in the second box, and is inside.
+    body->setWorldTransform(poseAt(vec(-2, 0, 0)));
+    scene.ccd().teleported(body);
+    body->setLinearVelocity(vec(49, 0, 0));
+    scene.step(0.1);
+    passage = passageOf(scene, body);
+    ASSERT_NE(passage, nullptr);
+    EXPECT_TRUE(passage->m_isInside);
+    EXPECT_NEAR(double(passage->m_enterTime), (2.0 - 0.6) / 49, kTolerance / 49 + 1e-7);
+}
+
 TEST_P(Triggers, FollowThePathThatIsTakenNotTheOneThatWasMeant)
 {
     Scene scene(GetParam());
