@@ -1,10 +1,13 @@
 #include "grasp/task/arm_robot.h"
 
+#include "bullet_ccd/io/nearest_name.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/hand/sampled_pairs.h"
 
 #include <algorithm>
 #include <set>
+#include <sstream>
+#include <stdexcept>
 
 namespace bullet_ccd::grasp
 {
@@ -146,5 +149,39 @@ ArmRobot mountHand(const RobotModel& arm,
     addHand(hand, carrier, X_FH, r);
     addSelfPairs(hand, r);
     return r;
+}
+
+std::vector<double> startPositions(const ArmRobot& robot,
+                                   std::span<const std::pair<std::string, double>> named)
+{
+    std::vector<double> start;
+    std::vector<std::string> names;
+    for (const std::int32_t link : robot.joints)
+    {
+        const Joint& joint = robot.tree.links[static_cast<std::size_t>(link)].joint;
+        start.push_back(std::clamp(0.0, joint.lower, joint.upper));
+        names.push_back(joint.name);
+    }
+    for (const auto& [name, position] : named)
+    {
+        const auto found = std::ranges::find(names, name);
+        if (found == names.end())
+        {
+            throw std::invalid_argument("start: the arm has no joint " + name +
+                                        " above its hand: did you mean " +
+                                        nearestName(name, names) + "?");
+        }
+        const auto k = static_cast<std::size_t>(found - names.begin());
+        const Joint& joint = robot.tree.links[static_cast<std::size_t>(robot.joints[k])].joint;
+        if (!(position >= joint.lower && position <= joint.upper))
+        {
+            std::ostringstream what;
+            what << "start: " << position << " of joint " << name << " is not within "
+                 << joint.lower << " to " << joint.upper;
+            throw std::invalid_argument(what.str());
+        }
+        start[k] = position;
+    }
+    return start;
 }
 }  // namespace bullet_ccd::grasp

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,4 +51,10 @@ struct ArmRobot
                                                 const HandModel& hand,
                                                 const std::string& flange,
                                                 const Eigen::Isometry3d& X_FH);
+
+/// Positions of robot.joints: those that are named, else 0, or the limit next to it.
+/// Throws std::invalid_argument for a name that no joint of the arm has, and a position that is not
+/// within the limits of its joint.
+[[nodiscard]] BULLET_CCD_API std::vector<double> startPositions(
+    const ArmRobot& robot, std::span<const std::pair<std::string, double>> named);
 }  // namespace bullet_ccd::grasp

@@ -10,7 +10,6 @@
 #include "python/src/module.h"
 #include "python/src/robots.h"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -21,6 +20,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd::python
@@ -30,31 +30,6 @@ namespace
 #ifdef BULLET_CCD_HAS_TASKS
 /// A name, a mesh and where it rests.
 using NamedBodies = std::vector<std::tuple<std::string, std::shared_ptr<SsvTree>, py::object>>;
-
-std::vector<double> startOf(const grasp::ArmRobot& robot,
-                            const std::map<std::string, double>& named)
-{
-    std::vector<double> start;
-    std::size_t used = 0;
-    for (const std::int32_t link : robot.joints)
-    {
-        const Joint& joint = robot.tree.links[static_cast<std::size_t>(link)].joint;
-        const auto found = named.find(joint.name);
-        used += found == named.end() ? 0 : 1;
-        start.push_back(found != named.end() ? found->second
-                                             : std::clamp(0.0, joint.lower, joint.upper));
-    }
-    for (const auto& [name, position] : named)
-    {
-        const auto moves = [&](std::int32_t link)
-        { return robot.tree.links[static_cast<std::size_t>(link)].joint.name == name; };
-        if (used < named.size() && std::ranges::none_of(robot.joints, moves))
-        {
-            throw py::key_error("start: no joint of the arm is called '" + name + "'");
-        }
-    }
-    return start;
-}
 
 StopCondition within(double seconds, const std::atomic<bool>& stop)
 {
@@ -108,7 +83,8 @@ py::tuple pickPlace(const Robot& arm,
         .hand = hand.model,
         .robot = robot,
         .X_WR = poseOf(rootPose, "root_pose"),
-        .start = startOf(robot, start),
+        .start = grasp::startPositions(
+            robot, std::vector<std::pair<std::string, double>>(start.begin(), start.end())),
         .object = object.model,
         .X_WO = poseOf(objectPose, "object_pose"),
         .obstacles = bodies,

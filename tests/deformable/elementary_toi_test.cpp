@@ -27,6 +27,18 @@ Eigen::Vector3d wholePoint(Random& random, int size)
     return {x, y, z};
 }
 
+ElementaryPair wholePair(Random& random, bool isVertexFace, int size)
+{
+    ElementaryPair pair{.kind =
+                            isVertexFace ? ElementaryKind::VertexFace : ElementaryKind::EdgeEdge};
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        pair.start[k] = wholePoint(random, size);
+        pair.end[k] = wholePoint(random, size);
+    }
+    return pair;
+}
+
 enum class Family
 {
     General,
@@ -135,14 +147,8 @@ TEST(ElementaryToi, DecidesExactlyAsDoublePrecisionWhereThatSuffices)
     int touching = 0;
     for (int i = 0; i < count; ++i)
     {
-        ElementaryPair pair{.kind =
-                                i % 2 == 0 ? ElementaryKind::VertexFace : ElementaryKind::EdgeEdge};
         const int size = 1 + i % 4;
-        for (std::size_t k = 0; k < 4; ++k)
-        {
-            pair.start[k] = wholePoint(random, size);
-            pair.end[k] = wholePoint(random, size);
-        }
+        const ElementaryPair pair = wholePair(random, i % 2 == 0, size);
         const ElementaryOptions fine{.tolerance = 1e-9, .depth = ElementaryDepth::Decide};
         const bool expected = isContact(elementaryToi(pair, fine).status);
         ASSERT_EQ(featuresTouch(pair), expected) << "pair " << i;
@@ -236,14 +242,8 @@ TEST(ElementaryToi, DecidesDistancesExactlyAsDoublePrecisionWhereThatSuffices)
     int compared = 0;
     for (int i = 0; i < count; ++i)
     {
-        ElementaryPair pair{.kind =
-                                i % 2 == 0 ? ElementaryKind::VertexFace : ElementaryKind::EdgeEdge};
         const int size = 1 + i % 4;
-        for (std::size_t k = 0; k < 4; ++k)
-        {
-            pair.start[k] = wholePoint(random, size);
-            pair.end[k] = wholePoint(random, size);
-        }
+        const ElementaryPair pair = wholePair(random, i % 2 == 0, size);
         const double separation = 0.25 * random.integer(1, 2 * size);
         // Where a little more and a little less give one answer, that is the right one.
         const auto comesWithin = [&](double distance)

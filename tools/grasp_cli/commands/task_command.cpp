@@ -1,6 +1,5 @@
 #include "tools/grasp_cli/commands/commands.h"
 #ifdef BULLET_CCD_HAS_TASKS
-#include "bullet_ccd/io/nearest_name.h"
 #include "grasp/task/plan_file.h"
 #include "grasp/trial/plan_execution.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
@@ -53,39 +52,14 @@ Eigen::Isometry3d mountOf(const std::string& text)
 /// Positions of the arm's joints where the scene says, else 0 within the limits.
 std::vector<double> startOf(const TaskScene& scene, const grasp::ArmRobot& robot)
 {
-    std::vector<double> start;
-    std::vector<std::string> names;
-    for (const std::int32_t link : robot.joints)
+    try
     {
-        const Joint& joint = robot.tree.links[static_cast<std::size_t>(link)].joint;
-        start.push_back(std::clamp(0.0, joint.lower, joint.upper));
-        names.push_back(joint.name);
+        return grasp::startPositions(robot, scene.start);
     }
-    for (const auto& [name, position] : scene.start)
+    catch (const std::invalid_argument& error)
     {
-        const auto found = std::ranges::find(names, name);
-        if (found == names.end())
-        {
-            throw std::runtime_error(
-                fmt::format("{}: start: the arm has no joint {} above its hand: did you mean {}?",
-                            scene.file.string(),
-                            name,
-                            nearestName(name, names)));
-        }
-        const auto k = static_cast<std::size_t>(found - names.begin());
-        const Joint& joint = robot.tree.links[static_cast<std::size_t>(robot.joints[k])].joint;
-        if (!(position >= joint.lower && position <= joint.upper))
-        {
-            throw std::runtime_error(fmt::format("{}: start: {} of joint {} is not within {} to {}",
-                                                 scene.file.string(),
-                                                 position,
-                                                 name,
-                                                 joint.lower,
-                                                 joint.upper));
-        }
-        start[k] = position;
+        throw std::runtime_error(scene.file.string() + ": " + error.what());
     }
-    return start;
 }
 
 /// Those that are named, or all.
