@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """What Python costs: batches and single calls of the package against the program bullet-ccd, on recorded
-queries of the bunny. Answers are compared first. Everything runs on one processor; times are medians.
+queries of the bunny. Answers are compared first. All run in turn on one processor, in rounds of ten passes over
+all queries; times are processor time of a pass, medians over the rounds (and in brackets the least).
 
-    bench_python.py BULLET_CCD_PROGRAM DATA_FOLDER [REPEATS]
+    bench_python.py BULLET_CCD_PROGRAM DATA_FOLDER [ROUNDS]
 
 The exit code is 1 if one answer differs.
 """
@@ -20,7 +21,8 @@ import numpy as np
 import bullet_ccd as ccd
 
 PROGRAM, DATA = Path(sys.argv[1]), Path(sys.argv[2])
-REPEATS = int(sys.argv[3]) if len(sys.argv) > 3 else 5
+ROUNDS = int(sys.argv[3]) if len(sys.argv) > 3 else 9
+PASSES = 10
 TOLERANCE = 1e-4  # [unit of the meshes]
 SIZE = 100.0  # less than the bunny, whose motions are longer than itself
 MESH = DATA / "motions" / "c2a_torusknot" / "bunny_noholes.ply"
@@ -39,13 +41,26 @@ def poses(rows, name):
     return result
 
 
-def answers_of_program(queries, folder):
-    """Times of contact and microseconds, row by row."""
+def program(queries, folder, passes):
+    """Times of contact, and the microseconds of processor time that the program took."""
+    before = os.times()
     subprocess.run([PROGRAM, "batch", MESH, MESH, queries, "-o", folder / "out.csv", "--tolerance",
-                    str(TOLERANCE), "--repeat", str(REPEATS)], check=True, capture_output=True)
+                    str(TOLERANCE), "--jobs", "1", "--repeat", str(passes)], check=True, capture_output=True)
+    micros = 1e6 * sum(os.times()[2:4]) - 1e6 * sum(before[2:4])
     with open(folder / "out.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    return ([float(row["toi"]) for row in rows], [float(row["microseconds"]) for row in rows])
+        return [float(row["toi"]) for row in csv.DictReader(file)], micros
+
+
+def of_a_pass(work):
+    """Microseconds of processor time."""
+    begin = time.process_time()
+    for _ in range(PASSES):
+        work()
+    return 1e6 * (time.process_time() - begin) / PASSES
+
+
+def shown(ours, theirs):
+    return f"{statistics.median(ours) / statistics.median(theirs):.3f} ({min(ours) / min(theirs):.3f})"
 
 
 def main():
@@ -56,25 +71,19 @@ def main():
         with open(queries, encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         a, b = (ccd.Motions.between(poses(rows, f"{body}0"), poses(rows, f"{body}1")) for body in "ab")
-        pairs = list(zip(a, b))
-        batch, single = [], []
-        with tempfile.TemporaryDirectory() as folder:
-            times, micros = answers_of_program(queries, Path(folder))
-        for _ in range(REPEATS):
-            begin = time.process_time()
-            answers = ccd.toi_batch(mesh, mesh, a, b, tolerance=TOLERANCE)
-            batch.append(1e6 * (time.process_time() - begin))
-            begin = time.process_time()
-            for motion_a, motion_b in pairs:
-                ccd.toi(mesh, mesh, motion_a, motion_b, tolerance=TOLERANCE)
-            single.append(1e6 * (time.process_time() - begin))
+        pairs, c, batch, single = list(zip(a, b)), [], [], []
+        for _ in range(ROUNDS):
+            with tempfile.TemporaryDirectory() as folder:
+                times, once = program(queries, Path(folder), 1)
+                c.append((program(queries, Path(folder), 1 + PASSES)[1] - once) / PASSES)
+            batch.append(of_a_pass(lambda: ccd.toi_batch(mesh, mesh, a, b, tolerance=TOLERANCE)))
+            single.append(of_a_pass(lambda: [ccd.toi(mesh, mesh, x, y, tolerance=TOLERANCE) for x, y in pairs]))
         # Poses differ in their last bits, and with them what the tolerance leaves open.
+        answers = ccd.toi_batch(mesh, mesh, a, b, tolerance=TOLERANCE)
         wrong = int((np.abs(answers["time"] - times) > TOLERANCE / SIZE).sum())
         good = good and wrong == 0
-        ours, c = statistics.median(batch), sum(micros)
-        print(f"{name}: {len(rows)} queries, {wrong} answers differ; program {c / len(rows):.1f} us per "
-              f"query, batch {ours / c:.3f} of it, single calls "
-              f"{statistics.median(single) / c:.3f} of it", flush=True)
+        print(f"{name}: {len(rows)} queries, {wrong} answers differ; program {statistics.median(c) / len(rows):.1f} "
+              f"us per query, batch {shown(batch, c)} of it, single calls {shown(single, c)} of it", flush=True)
     far = ccd.Motion(np.block([[np.eye(3), np.full((3, 1), 1e6)], [np.zeros((1, 3)), np.ones((1, 1))]]))
     calls = []
     for _ in range(10_000):
