@@ -3,7 +3,7 @@
 What is there are meshes (BVHModel, Box), objects, the broad-phase manager with its callbacks, and collide(),
 distance() and continuousCollide(). Where python-fcl samples or gives up, the answers are those of bullet_ccd: an
 object in motion stops before the first contact, certified, however many iterations are allowed. Meshes are
-surfaces, so what floats inside another does not collide with it, and penetration depths are 0.
+surfaces, boxes as well, so what floats inside another does not collide with it, and penetration depths are 0.
 """
 from dataclasses import dataclass, field
 from typing import Any, List, Optional, Tuple

@@ -147,6 +147,9 @@ class PlanInterrupted(KeyboardInterrupt):
         super().__init__(f"the plan was interrupted after {len(grasps)} candidates")
         self.grasps = grasps  #: the candidates that were complete, best first
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return PlanInterrupted, (self.grasps,)
+
 
 def _pose(value: Optional[Dict[str, Any]]) -> Optional[Array]:
     if value is None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import bullet_ccd as ccd
+from bullet_ccd import grasp
 from shapes import arm, at, box  # noqa: F401
 
 FUZZ = r'''
@@ -180,6 +181,12 @@ def test_results_are_copied_and_pickled_whole(arm):
             assert type(again) is type(result) and shown(again) == shown(result)
     motions = pickle.loads(pickle.dumps(ccd.Motions([fall, ccd.Motion()])))
     assert len(motions) == 2 and shown(motions[0]) == shown(fall)
+
+
+def test_an_interrupted_plan_is_pickled_with_its_grasps():
+    error = grasp.PlanInterrupted([None] * 6)
+    again = pickle.loads(pickle.dumps(error))
+    assert again.grasps == [None] * 6 and str(again) == str(error)
 
 
 def test_robots_and_hands_are_pickled_by_their_files(arm):
