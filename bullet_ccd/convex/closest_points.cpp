@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace bullet_ccd
 {
@@ -43,7 +44,12 @@ Nearest nearestOfSegment(const Corners& y, int i, int j)
         return nearestOfPoint(y, j);
     }
     const double s = along / length;
-    return {.point = a + s * ab, .weight = {1.0 - s, s}, .index = {i, j}, .size = 2};
+    // Perpendicular to the segment up to rounding of the point itself, however near the origin is.
+    const Vector3d point = a + s * ab;
+    return {.point = point - (ab.dot(point) / length) * ab,
+            .weight = {1.0 - s, s},
+            .index = {i, j},
+            .size = 2};
 }
 
 const Nearest& nearer(const Nearest& p, const Nearest& q)
@@ -135,12 +141,48 @@ void reduce(Simplex& simplex, Corners& y, const Nearest& nearest)
     }
 }
 
+/// Weights of a thin triangle have few digits right. What they leave is known better, and so is the
+/// change that makes it vanish.
+void refineWeights(const Corners& y, Nearest& nearest)
+{
+    if (nearest.size != 3)
+    {
+        return;
+    }
+    const Vector3d ab = y[1] - y[0];
+    const Vector3d ac = y[2] - y[0];
+    const Vector3d normal = ab.cross(ac);
+    const Vector3d left = y[0] + nearest.weight[1] * ab + nearest.weight[2] * ac - nearest.point;
+    const double square = normal.squaredNorm();
+    const double b = nearest.weight[1] - normal.dot(left.cross(ac)) / square;
+    const double c = nearest.weight[2] - normal.dot(ab.cross(left)) / square;
+    nearest.weight[1] = std::clamp(b, 0.0, 1.0);
+    nearest.weight[2] = std::clamp(c, 0.0, 1.0 - nearest.weight[1]);
+    nearest.weight[0] = 1.0 - nearest.weight[1] - nearest.weight[2];
+}
+
+/// The points of the two cores that a simplex, reduced to what carries them, has nearest.
+std::pair<Vector3d, Vector3d> pointsOf(const Nearest& nearest,
+                                       const Simplex& simplex,
+                                       const Placement& pose)
+{
+    Vector3d pointA = Vector3d::Zero();
+    Vector3d pointB = Vector3d::Zero();
+    for (std::size_t n = 0; n < static_cast<std::size_t>(nearest.size); ++n)
+    {
+        const double weight = nearest.size == 4 ? 0.25 : nearest.weight[n];
+        pointA += weight * (pose.R * simplex.a[n] + pose.p);
+        pointB += weight * simplex.b[n];
+    }
+    return {pointA, pointB};
+}
 }  // namespace
 
 ClosestPoints closestPoints(const ConvexShape& coreA,
                             const ConvexShape& coreB,
                             const Placement& pose,
                             double enough,
+                            bool apart,
                             Simplex& simplex)
 {
     Corners y;
@@ -161,54 +203,50 @@ ClosestPoints closestPoints(const ConvexShape& coreA,
     ClosestPoints best;
     best.gap = -std::numeric_limits<double>::infinity();
     best.distance = std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity();
+    bool isTighter = true;  // than before: the gap of the last direction
     constexpr int kMostSteps = 64;
     for (int step = 0; step < kMostSteps; ++step)
     {
         // Where a direction separates the cores, rounding alone puts the origin inside.
-        const Nearest nearest = nearestOf(y, simplex.size, best.gap > 0.0);
+        Nearest nearest = nearestOf(y, simplex.size, apart || best.gap > 0.0);
         reduce(simplex, y, nearest);
-        const double distance = nearest.point.norm();
-        if (nearest.size == 4 || !(distance > 0.0))
+        refineWeights(y, nearest);
+        const auto [pointA, pointB] = pointsOf(nearest, simplex, pose);
+        const double length = nearest.point.norm();
+        if (!(length > 0.0) && !apart)
         {
-            best.distance = 0.0;
+            return {.pointA = pointA, .pointB = pointB};
         }
-        const bool isNearer = distance < best.distance;
-        if (isNearer || best.distance == 0.0)
-        {
-            best.pointA = best.pointB = Vector3d::Zero();
-            for (std::size_t n = 0; n < static_cast<std::size_t>(nearest.size); ++n)
-            {
-                const double weight = nearest.size == 4 ? 0.25 : nearest.weight[n];
-                best.pointA += weight * (pose.R * simplex.a[n] + pose.p);
-                best.pointB += weight * simplex.b[n];
-            }
-        }
-        if (best.distance == 0.0)
-        {
-            best.normal.setZero();
-            best.gap = 0.0;
-            return best;
-        }
-        if (!isNearer)
+        if (!(length > 0.0 && (length < least || isTighter)))
         {
             return best;  // rounding is all that is left
         }
-        best.distance = distance;
-        const Vector3d normal = -nearest.point / distance;
+        least = std::min(least, length);
+        // Of the points themselves: what the simplex says of a short distance may be too small.
+        const double distance = (pointB - pointA).norm();
+        if (distance < best.distance)
+        {
+            best.pointA = pointA;
+            best.pointB = pointB;
+            best.distance = distance;
+        }
+        const Vector3d normal = -nearest.point / length;
         const auto next = static_cast<std::size_t>(simplex.size);
         simplex.a[next] = supportPoint(coreA, pose.R.transpose() * normal);
         simplex.b[next] = supportPoint(coreB, -normal);
         y[next] = corner(next);
         const double gap = -normal.dot(y[next]);
-        if (gap > best.gap)
+        isTighter = gap > best.gap;
+        if (isTighter)
         {
             best.gap = gap;
             best.normal = normal;
         }
         constexpr double kClose = 1e-12;
         constexpr double kMost = 0.9;
-        if (best.gap >= (1.0 - kClose) * distance ||
-            (best.gap > enough && best.gap > kMost * distance))
+        if (best.gap >= (1.0 - kClose) * best.distance ||
+            (best.gap > enough && best.gap > kMost * best.distance))
         {
             return best;
         }

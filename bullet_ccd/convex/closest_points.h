@@ -38,11 +38,14 @@ struct ClosestPoints
 };
 
 /// @param enough  the search ends early where the gap is larger than this and most of the distance
+/// @param apart   the cores are known not to meet: then they are not said to, whatever
+///                rounding says
 /// @param simplex where to begin; empty if nothing is known. On return, what carries the points.
 /// @pre neither is a half-space
 [[nodiscard]] BULLET_CCD_API ClosestPoints closestPoints(const ConvexShape& coreA,
                                                          const ConvexShape& coreB,
                                                          const Placement& pose,
                                                          double enough,
+                                                         bool apart,
                                                          Simplex& simplex);
 }  // namespace bullet_ccd

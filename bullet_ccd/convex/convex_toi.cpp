@@ -214,6 +214,7 @@ void ConvexQuery::look(double t)
                                   *m_pair.shapeB,
                                   m_places.X_BA,
                                   m_limits.threshold + m_radii + m_pair.rounding,
+                                  t > 0.0,  // a time that is certified
                                   m_simplex);
         m_isExact = true;
         setNormal(m_closest.normal);
@@ -324,7 +325,12 @@ ToiResult ConvexQuery::describe(ToiStatus status) const
     const auto R_WB = m_places.RB();
     const Vector3d p_WB =
         motion.X_W0 * motion.reference_B + m_places.t * motion.v_W + R_WB * m_pair.armB;
-    const Vector3d& n = m_closest.normal;
+    // Of cores that a ball sweeps the closest points say the direction best: the normal is that of
+    // the largest gap, which is right to second order only.
+    const bool isRounded = m_radii > 0.0 && m_closest.distance > 0.0;
+    const Vector3d n = isRounded
+                           ? Vector3d((m_closest.pointB - m_closest.pointA) / m_closest.distance)
+                           : m_closest.normal;
     result.gap = std::max(0.0, m_closest.distance - m_radii);
     result.pointA = p_WB + R_WB * (m_closest.pointA + m_pair.shapeA->radius * n);
     result.pointB = p_WB + R_WB * (m_closest.pointB - m_pair.shapeB->radius * n);

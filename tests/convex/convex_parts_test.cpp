@@ -171,6 +171,7 @@ TEST(ConvexParts, ClosestPointsAreThoseOfTheTriangles)
                                                   query.shapes[1].shape,
                                                   placementOf(X),
                                                   std::numeric_limits<double>::infinity(),
+                                                  false,
                                                   simplex);
         const TriangleMesh& a = query.shapes[0].inner;
         const TriangleMesh& b = query.shapes[1].inner;

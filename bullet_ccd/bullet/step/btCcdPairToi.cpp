@@ -142,8 +142,13 @@ double distanceAtStart(const Parts& parts, const Layer& a, const Layer& b, doubl
     if (a.m_exact != nullptr && b.m_exact != nullptr)
     {
         bullet_ccd::Simplex simplex;
-        const bullet_ccd::ClosestPoints closest = bullet_ccd::closestPoints(
-            *a.m_exact, *b.m_exact, {X_BA.linear(), X_BA.translation()}, radii + bound, simplex);
+        const bullet_ccd::ClosestPoints closest =
+            bullet_ccd::closestPoints(*a.m_exact,
+                                      *b.m_exact,
+                                      {X_BA.linear(), X_BA.translation()},
+                                      radii + bound,
+                                      false,
+                                      simplex);
         return std::min(closest.distance - radii, bound);
     }
     return bullet_ccd::treeDistance(a.m_tree, b.m_tree, X_BA, radii + bound).distance - radii;
