@@ -471,13 +471,16 @@ void search(ContactView view,
             const ContactPoses& poses,
             double threshold,
             ContactSearchWorkspace& work,
-            std::vector<Contact>& contacts)
+            std::vector<Contact>& contacts,
+            const StopCondition& stop = {})
 {
+    StopCheck check(stop);
     const std::size_t first = contacts.size();
     Search search(view, poses, threshold, contacts, work.pierced);
     const Matrix3d I = Matrix3d::Identity();
     for (const auto& [a, b] : work.slots)
     {
+        check.look();
         search.look(faceOf(surfaceA, poses.R_FA, poses.p_FA, a, false),
                     faceOf(surfaceB, I, Vector3d::Zero(), b, true));
     }
@@ -562,12 +565,19 @@ std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
                                          const SsvTree& treeB,
                                          const Isometry3d& X_WB,
                                          double threshold,
-                                         ContactView view)
+                                         ContactView view,
+                                         const StopCondition& stop)
 {
     const ContactPoses poses = contactPoses(treeA, X_WA, treeB, X_WB);
     ContactSearchWorkspace work;
-    collectNearSlots(
-        treeA, treeB, poses.R_FA, poses.p_FA, threshold + poses.rounding, work.open, work.slots);
+    collectNearSlots(treeA,
+                     treeB,
+                     poses.R_FA,
+                     poses.p_FA,
+                     threshold + poses.rounding,
+                     work.open,
+                     work.slots,
+                     stop);
     if (work.slots.empty())
     {
         return std::nullopt;
@@ -576,7 +586,7 @@ std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
                       .a = partOf(treeA, &IndexPairs::value_type::first, work.slots),
                       .b = partOf(treeB, &IndexPairs::value_type::second, work.slots),
                       .contacts = {}};
-    search(view, near.a, near.b, poses, threshold, work, near.contacts);
+    search(view, near.a, near.b, poses, threshold, work, near.contacts, stop);
     return near;
 }
 

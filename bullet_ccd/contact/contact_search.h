@@ -80,12 +80,14 @@ struct NearFeatures
     std::vector<Contact> contacts;  ///< in F; their triangles are slots of a and b
 };
 
+/// Throws QueryStopped.
 [[nodiscard]] std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
                                                        const Eigen::Isometry3d& X_WA,
                                                        const SsvTree& treeB,
                                                        const Eigen::Isometry3d& X_WB,
                                                        double threshold,
-                                                       ContactView view);
+                                                       ContactView view,
+                                                       const StopCondition& stop);
 
 /// From F and slots to W and triangles of the meshes.
 void toWorld(const ContactPoses& poses,

@@ -17,6 +17,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/math/stop_condition.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <Eigen/Core>
@@ -73,11 +74,12 @@ struct FeatureContact
 /// @param time in [0, 1], as the motions take it
 /// @param threshold largest gap [m], >= 0; rounding of the distances is allowed for
 /// Throws std::invalid_argument for a time or pose that is not finite or a threshold that is
-/// negative or not finite.
+/// negative or not finite, and QueryStopped if `stop` ended the query.
 [[nodiscard]] BULLET_CCD_API std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
                                                                     const RigidBody& bodyB,
                                                                     double time,
-                                                                    double threshold);
+                                                                    double threshold,
+                                                                    const StopCondition& stop = {});
 
 /// A point contact; witnesses on both surfaces, in the frame of the query.
 struct Contact
@@ -99,9 +101,11 @@ struct Contact
 /// the face.
 /// @param X_WA, X_WB poses; the result is in W
 /// @param threshold features at most so far apart are in contact [m], > 0
+/// Throws QueryStopped if `stop` ended the query.
 [[nodiscard]] BULLET_CCD_API std::vector<Contact> findContacts(const SsvTree& treeA,
                                                                const Eigen::Isometry3d& X_WA,
                                                                const SsvTree& treeB,
                                                                const Eigen::Isometry3d& X_WB,
-                                                               double threshold);
+                                                               double threshold,
+                                                               const StopCondition& stop = {});
 }  // namespace bullet_ccd

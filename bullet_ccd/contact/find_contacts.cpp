@@ -10,10 +10,11 @@ std::vector<Contact> findContacts(const SsvTree& treeA,
                                   const Eigen::Isometry3d& X_WA,
                                   const SsvTree& treeB,
                                   const Eigen::Isometry3d& X_WB,
-                                  double threshold)
+                                  double threshold,
+                                  const StopCondition& stop)
 {
     std::optional<NearFeatures> near =
-        nearFeatures(treeA, X_WA, treeB, X_WB, threshold, ContactView::Points);
+        nearFeatures(treeA, X_WA, treeB, X_WB, threshold, ContactView::Points, stop);
     if (!near || near->contacts.empty())
     {
         return {};

@@ -34,8 +34,10 @@ void collectNearSlots(const SsvTree& treeA,
                       const Vector3d& p,
                       double threshold,
                       IndexPairs& open,
-                      IndexPairs& slots)
+                      IndexPairs& slots,
+                      const StopCondition& stop)
 {
+    StopCheck check(stop);
     const Matrix3d inverseR = R.transpose();
     const Vector3d inverseP = -(inverseR * p);
     const auto nodeA = [&](std::int32_t i) -> const SsvNode&
@@ -50,6 +52,7 @@ void collectNearSlots(const SsvTree& treeA,
     }
     while (!open.empty())
     {
+        check.look();
         const auto [a, b] = open.back();
         open.pop_back();
         const SsvNode& ofA = nodeA(a);

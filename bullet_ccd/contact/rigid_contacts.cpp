@@ -132,7 +132,8 @@ Vector3d touchingNormal(const FeatureContact& c, const NearFeatures& near, const
 std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
                                        const RigidBody& bodyB,
                                        double time,
-                                       double threshold)
+                                       double threshold,
+                                       const StopCondition& stop)
 {
     require(threshold >= 0.0 && std::isfinite(threshold),
             "contacts: the threshold must not be negative and must be finite");
@@ -142,7 +143,7 @@ std::vector<FeatureContact> contactsAt(const RigidBody& bodyA,
     require(X_WA.matrix().allFinite() && X_WB.matrix().allFinite(),
             "contacts: a pose is NaN or infinite");
     std::optional<NearFeatures> near =
-        nearFeatures(*bodyA.tree, X_WA, *bodyB.tree, X_WB, threshold, ContactView::Features);
+        nearFeatures(*bodyA.tree, X_WA, *bodyB.tree, X_WB, threshold, ContactView::Features, stop);
     if (!near)
     {
         return {};

@@ -33,6 +33,13 @@ struct StopCondition
     }
 };
 
+/// Thrown by queries whose answer says nothing of having been stopped.
+class QueryStopped : public std::runtime_error
+{
+public:
+    using std::runtime_error::runtime_error;
+};
+
 /// A deadline that many seconds from now, or now if they are below 0. Without one if that is more
 /// than thirty years. Throws std::invalid_argument if they are NaN.
 [[nodiscard]] inline StopCondition stopAfter(double seconds)

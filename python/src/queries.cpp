@@ -274,8 +274,23 @@ std::vector<Contact> contacts(const SsvTree& meshA,
         throw py::value_error("threshold: " + std::to_string(threshold) +
                               " is no distance above 0 m");
     }
-    const py::gil_scoped_release release;
-    return findContacts(meshA, X_WA, meshB, X_WB, threshold);
+    struct Answer
+    {
+        std::vector<Contact> contacts;
+        bool isComplete = true;
+    };
+    const auto ask = [&](const StopCondition& stop) -> Answer
+    {
+        try
+        {
+            return {.contacts = findContacts(meshA, X_WA, meshB, X_WB, threshold, stop)};
+        }
+        catch (const QueryStopped&)
+        {
+            return {.contacts = {}, .isComplete = false};
+        }
+    };
+    return askInterruptibly(StopCondition{}, ask).contacts;
 }
 
 /// The first contact among many bodies, which are named by their indices.

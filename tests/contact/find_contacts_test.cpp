@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -228,6 +229,18 @@ TEST(FindContacts, IntersectingTrianglesAreReportedWithGapZero)
         EXPECT_EQ(contact.gap, 0.0);
         EXPECT_NEAR(std::abs(contact.normal.z()), 1.0, 1e-9);
     }
+}
+
+TEST(FindContacts, AStoppedQuerySaysSo)
+{
+    const SsvTree tree = buildSsvTree(cube(0.5));
+    const Isometry3d X = Isometry3d::Identity();
+    EXPECT_FALSE(findContacts(tree, X, tree, X, kThreshold, stopAfter(60.0)).empty());
+    EXPECT_THROW((void)findContacts(tree, X, tree, X, kThreshold, stopAfter(-1.0)), QueryStopped);
+    const std::atomic<bool> isCancelled = true;
+    const RigidBody body{.tree = &tree, .motion = restAt(X)};
+    EXPECT_THROW((void)contactsAt(body, body, 0.0, kThreshold, {.isCancelled = &isCancelled}),
+                 QueryStopped);
 }
 
 TEST(FindContacts, RandomMeshesGiveSoundContactsEveryTimeTheSame)
