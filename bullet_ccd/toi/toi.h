@@ -72,7 +72,7 @@ struct ToiOptions
     /// what it takes to close that gap. `aim` has no part in this.
     bool anyWithin = false;
     ToiStrategy strategy = ToiStrategy::BestFirst;
-    std::int64_t maxIterations = 10'000'000;  ///< node and triangle pairs examined
+    std::int64_t maxIterations = 20'000'000;  ///< node and triangle pairs examined
     StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped
 };
 

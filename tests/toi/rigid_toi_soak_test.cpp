@@ -62,7 +62,8 @@ TEST(RigidToiSoakCorpus, AnswersTheQueriesThatOnceFailed)
                                      222339,
                                      331347,
                                      781182,
-                                     783582})
+                                     783582,
+                                     805159})
     {
         const SoakQuery query = soakQuery(seed);
         const SoakOutcome outcome = runSoakQuery(query);

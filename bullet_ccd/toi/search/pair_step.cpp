@@ -342,12 +342,19 @@ TriangleStep triangleStep(const SsvTree& treeA,
         // Slivers may seem to cross where they are known to be apart.
         return apart && approach.distance > 0.0 ? closest : result;
     }
+    // Both are distances of points of the triangles; of slivers either may be the shorter.
+    if (approach.distance > 0.0 && approach.distance < result.distance.distance)
+    {
+        result.distance = closest.distance;
+    }
     const Vector3d across = result.distance.pointB - result.distance.pointA;
     const TriangleApproach best = bestApproach(state.motion, cornersA, cornersB, across, keep);
     BULLET_CCD_ASSERT(best.gap <= result.distance.distance + state.rounding);
     result.time = std::max(best.time, approach.time);
+    // A gap along a direction is certain. Of slivers a distance is not, so it decides only where no
+    // direction says enough.
     const double exactRoom = result.distance.distance - keep;
-    if (exactRoom > 0.0)
+    if (exactRoom > 0.0 && best.gap - keep < 0.25 * exactRoom)
     {
         result.time =
             std::max(result.time, anyDirectionTime(state.motion, cornersA, cornersB, exactRoom));
