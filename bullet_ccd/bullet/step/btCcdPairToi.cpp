@@ -151,7 +151,10 @@ double distanceAtStart(const Parts& parts, const Layer& a, const Layer& b, doubl
                                       simplex);
         return std::min(closest.distance - radii, bound);
     }
-    return bullet_ccd::treeDistance(a.m_tree, b.m_tree, X_BA, radii + bound).distance - radii;
+    const bullet_ccd::TrianglePair nearest =
+        bullet_ccd::treeDistance(a.m_tree, b.m_tree, X_BA, radii + bound);
+    // Of the bound alone the radii would leave a little less than it.
+    return nearest.triangleA == bullet_ccd::kNone ? bound : nearest.distance - radii;
 }
 
 /// True if the query began within the distance `reach` beyond the radii that it was to find.

@@ -5,6 +5,7 @@
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
@@ -227,6 +228,29 @@ TEST_P(Triggers, AreLeftWhenTheirLastPartIs)
     ASSERT_NE(passage, nullptr);
     EXPECT_TRUE(passage->m_isInside);
     EXPECT_NEAR(double(passage->m_enterTime), (2.0 - 0.6) / 49, kTolerance / 49 + 1e-7);
+}
+
+TEST_P(Triggers, AreLeftByBallsOfAnySizeThatStopBesideThem)
+{
+    // A distance that is only known to be beyond a bound is not below it, however the radius
+    // rounds.
+    Scene scene(GetParam());
+    auto* cylinder = scene.keep(std::make_unique<btCylinderShapeZ>(vec(0.955, 0.955, 0.601)));
+    Ghost trigger(scene, cylinder, poseAt(vec(0, 0, 0)));
+    for (int i = 0; i < 20; ++i)
+    {
+        const double radius = 0.0216 + 1e-6 * i;
+        btRigidBody* body = scene.body(ball(scene, radius), 1.0, poseAt(vec(2.117, -0.5, -1.408)));
+        body->setLinearVelocity(vec(-186.26, 32.157, 95.3245));
+        scene.step(1.0 / 60);  // to 11 mm beside it
+        const btCcdPassage* passage = passageOf(scene, body);
+        ASSERT_NE(passage, nullptr);
+        EXPECT_FALSE(passage->m_isInside) << radius;
+        EXPECT_LT(double(passage->m_exitTime), 0.01665) << radius;
+        body->setWorldTransform(poseAt(vec(100 + i, 0, 0)));
+        scene.ccd().teleported(body);
+        body->setLinearVelocity(vec(0, 0, 0));
+    }
 }
 
 TEST_P(Triggers, FollowThePathThatIsTakenNotTheOneThatWasMeant)
