@@ -291,6 +291,7 @@ private:
     [[nodiscard]] Canvas picture() const
     {
         std::vector<Drawn> drawn;
+        drawn.reserve(m_solids.size() + m_softs.size());
         for (const Solid& solid : m_solids)
         {
             drawn.push_back(
