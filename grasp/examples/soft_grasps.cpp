@@ -26,7 +26,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -478,38 +477,12 @@ const std::array<Scene, 3>& scenes()
 
 int main(int count, char** words)
 {
-    if (count < 2 || words[1][0] == '-')
+    std::vector<NamedScene> named;
+    for (const Scene& scene : scenes())
     {
-        std::fprintf(stderr, "soft_grasps FOLDER [sponge|napkin|plush ...]\n");
-        return count < 2 ? 2 : 0;
+        named.push_back({scene.name, [&scene](const std::filesystem::path& folder) {
+                             return SoftGrasp(scene).run(folder);
+                         }});
     }
-    const std::vector<std::string> wanted(words + 2, words + count);
-    try
-    {
-        for (const std::string& name : wanted)
-        {
-            if (std::ranges::find(scenes(), name, &Scene::name) == scenes().end())
-            {
-                std::fprintf(stderr,
-                             "soft_grasps: %s: no such scene: sponge, napkin, plush\n",
-                             name.c_str());
-                return 2;
-            }
-        }
-        std::filesystem::create_directories(words[1]);
-        bool areHeld = true;
-        for (const Scene& scene : scenes())
-        {
-            if (wanted.empty() || std::ranges::find(wanted, scene.name) != wanted.end())
-            {
-                areHeld = SoftGrasp(scene).run(words[1]) && areHeld;
-            }
-        }
-        return areHeld ? 0 : 1;
-    }
-    catch (const std::exception& error)
-    {
-        std::fprintf(stderr, "soft_grasps: %s\n", error.what());
-        return 3;
-    }
+    return runScenes("soft_grasps", named, count, words);
 }

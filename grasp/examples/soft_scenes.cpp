@@ -21,7 +21,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <numbers>
 #include <string>
 
@@ -453,50 +452,12 @@ bool gears(const std::filesystem::path& folder)
         height < -0.1 && below == 0,
         "the ball is " + std::to_string(int(std::lround(-1e3 * height))) + " mm below the axes");
 }
-
-struct NamedScene
-{
-    std::string m_name;
-    bool (*m_run)(const std::filesystem::path& folder);
-};
 }  // namespace
 
 int main(int count, char** words)
 {
-    const std::vector<NamedScene> scenes{
-        {"bunny", bunny}, {"ring", ring}, {"layers", layers}, {"gears", gears}};
-    if (count < 2 || words[1][0] == '-')
-    {
-        std::fprintf(stderr, "soft_scenes FOLDER [bunny|ring|layers|gears ...]\n");
-        return count < 2 ? 2 : 0;
-    }
-    const std::vector<std::string> wanted(words + 2, words + count);
-    try
-    {
-        for (const std::string& name : wanted)
-        {
-            if (std::ranges::find(scenes, name, &NamedScene::m_name) == scenes.end())
-            {
-                std::fprintf(stderr,
-                             "soft_scenes: %s: no such scene: bunny, ring, layers, gears\n",
-                             name.c_str());
-                return 2;
-            }
-        }
-        std::filesystem::create_directories(words[1]);
-        bool isRight = true;
-        for (const NamedScene& scene : scenes)
-        {
-            if (wanted.empty() || std::ranges::find(wanted, scene.m_name) != wanted.end())
-            {
-                isRight = scene.m_run(words[1]) && isRight;
-            }
-        }
-        return isRight ? 0 : 1;
-    }
-    catch (const std::exception& error)
-    {
-        std::fprintf(stderr, "soft_scenes: %s\n", error.what());
-        return 3;
-    }
+    return runScenes("soft_scenes",
+                     {{"bunny", bunny}, {"ring", ring}, {"layers", layers}, {"gears", gears}},
+                     count,
+                     words);
 }

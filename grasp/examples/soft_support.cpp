@@ -5,6 +5,8 @@
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <exception>
 #include <map>
 
 namespace bullet_ccd::grasp::examples
@@ -211,5 +213,57 @@ void writeStrip(const std::vector<Canvas>& pictures, const std::filesystem::path
         left += canvas.width / 2;
     }
     writePng(strip, file);
+}
+
+int runScenes(const std::string& program,
+              const std::vector<NamedScene>& scenes,
+              int count,
+              char** words)
+{
+    const auto listed = [&](const char* between)
+    {
+        std::string text;
+        for (const NamedScene& scene : scenes)
+        {
+            text += (text.empty() ? "" : between) + scene.m_name;
+        }
+        return text;
+    };
+    if (count < 2 || words[1][0] == '-')
+    {
+        std::fprintf(stderr, "%s FOLDER [%s ...]\n", program.c_str(), listed("|").c_str());
+        return count < 2 ? 2 : 0;
+    }
+    const std::vector<std::string> wanted(words + 2, words + count);
+    for (const std::string& name : wanted)
+    {
+        if (std::ranges::find(scenes, name, &NamedScene::m_name) == scenes.end())
+        {
+            std::fprintf(stderr,
+                         "%s: %s: no such scene: %s\n",
+                         program.c_str(),
+                         name.c_str(),
+                         listed(", ").c_str());
+            return 2;
+        }
+    }
+    try
+    {
+        std::filesystem::create_directories(words[1]);
+        bool isRight = true;
+        for (const NamedScene& scene : scenes)
+        {
+            if (wanted.empty() || std::ranges::find(wanted, scene.m_name) != wanted.end())
+            {
+                isRight = scene.m_run(words[1]) && isRight;
+            }
+        }
+        return isRight ? 0 : 1;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
+        return 3;
+    }
 }
 }  // namespace bullet_ccd::grasp::examples

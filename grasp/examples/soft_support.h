@@ -12,6 +12,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp::examples
@@ -55,4 +56,20 @@ struct Drawn
 /// The pictures beside each other, half as large. Throws std::runtime_error if the file cannot be
 /// written.
 void writeStrip(const std::vector<Canvas>& pictures, const std::filesystem::path& file);
+
+/// A scene of a program, by its name. It writes its pictures into the folder and says whether it
+/// ended as it should.
+struct NamedScene
+{
+    std::string m_name;
+    std::function<bool(const std::filesystem::path& folder)> m_run;
+};
+
+/// main() of a program `PROGRAM FOLDER [scene ...]`: runs those that are named, or all. The exit
+/// code is 0 if all end as they should, 1 if one does not, 2 for a command line that makes no
+/// sense, 3 if something is thrown; of the last two the standard error output says what is wrong.
+[[nodiscard]] int runScenes(const std::string& program,
+                            const std::vector<NamedScene>& scenes,
+                            int count,
+                            char** words);
 }  // namespace bullet_ccd::grasp::examples

@@ -223,7 +223,7 @@ TEST(DeformableCatalogue, ABalloonMeetsAllSixWallsAtOnce)
 TEST(DeformableCatalogue, SheetsThatWaveTogetherNeverMeet)
 {
     const int n = longTests() ? 100 : 30;
-    TriangleMesh sheets = makeCloth(n);
+    TriangleMesh sheets = reference::sheet(n);
     TriangleMesh upper = sheets;
     for (Vector3d& x : upper.vertices)
     {

@@ -1,6 +1,7 @@
 /// Small surfaces that deform, and all contacts of a step by brute force.
 #pragma once
 
+#include "benchmarks/reference/scenes/deforming_scenes.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -21,34 +22,10 @@ struct MovingMesh
     std::vector<Eigen::Vector3d> end;
 };
 
-/// A square of (n + 1)^2 vertices and 2 n^2 triangles in the plane z = 0, of edge 1.
-inline TriangleMesh makeCloth(int n)
-{
-    TriangleMesh mesh;
-    for (int j = 0; j <= n; ++j)
-    {
-        for (int i = 0; i <= n; ++i)
-        {
-            mesh.vertices.emplace_back(double(i) / n, double(j) / n, 0.0);
-        }
-    }
-    for (int j = 0; j < n; ++j)
-    {
-        for (int i = 0; i < n; ++i)
-        {
-            const int a = j * (n + 1) + i;
-            const int b = a + n + 1;
-            mesh.triangles.push_back({a, a + 1, b});
-            mesh.triangles.push_back({a + 1, b + 1, b});
-        }
-    }
-    return mesh;
-}
-
 /// A crumpled cloth whose vertices go different ways.
 inline MovingMesh crumpledCloth(reference::Random& random, int n, double crumple, double motion)
 {
-    MovingMesh moving{.mesh = makeCloth(n), .end = {}};
+    MovingMesh moving{.mesh = reference::sheet(n), .end = {}};
     const Eigen::Isometry3d pose = random.pose(0.3);
     const Eigen::Vector3d common = random.inBox(motion);
     for (Eigen::Vector3d& x : moving.mesh.vertices)

@@ -240,9 +240,9 @@ TEST(SurfaceKernels, NeverSeparateFeaturesThatTouch)
 TEST(DeformableContacts, OfAFallingClothComeAtTheClosedFormTime)
 {
     // A cloth 0.3 above a plane falls by 1: its lower parts meet the plane at t = 0.3 and beyond.
-    MovingMesh floor{.mesh = makeCloth(4), .end = {}};
+    MovingMesh floor{.mesh = reference::sheet(4), .end = {}};
     floor.end = floor.mesh.vertices;
-    MovingMesh cloth{.mesh = makeCloth(7), .end = {}};
+    MovingMesh cloth{.mesh = reference::sheet(7), .end = {}};
     for (std::size_t v = 0; v < cloth.mesh.vertices.size(); ++v)
     {
         Eigen::Vector3d& x = cloth.mesh.vertices[v];
@@ -286,7 +286,7 @@ TEST(DeformableContacts, LeaveOutWhatIsExempt)
 TEST(DeformableContacts, ThatAreTooManyAreNeverCalledFree)
 {
     Random random(233);
-    MovingMesh ball{.mesh = makeCloth(12), .end = {}};
+    MovingMesh ball{.mesh = reference::sheet(12), .end = {}};
     for (Eigen::Vector3d& x : ball.mesh.vertices)  // everything overlaps everything
     {
         x = random.inBox(1.0);
@@ -311,8 +311,8 @@ TEST(DeformableContacts, ThatAreTooManyAreNeverCalledFree)
 TEST(DeformableSurface, WeldsOrRefusesVerticesAtOnePlace)
 {
     // Two squares that share an edge by place, not by index, and fold.
-    MovingMesh two{.mesh = makeCloth(2), .end = {}};
-    TriangleMesh other = makeCloth(2);
+    MovingMesh two{.mesh = reference::sheet(2), .end = {}};
+    TriangleMesh other = reference::sheet(2);
     for (Eigen::Vector3d& x : other.vertices)
     {
         x.x() += 1.0;
@@ -346,7 +346,7 @@ TEST(DeformableSurface, WeldsOrRefusesVerticesAtOnePlace)
 
 TEST(DeformableSurface, RefusesStepsThatAreNotOfItsMesh)
 {
-    const TriangleMesh mesh = makeCloth(3);
+    const TriangleMesh mesh = reference::sheet(3);
     DeformableSurface surface(mesh);
     EXPECT_EQ(surface.vertexCount(), 16U);
     EXPECT_EQ(surface.triangleCount(), 18U);
@@ -387,7 +387,7 @@ TEST(DeformableSurface, RefusesStepsThatAreNotOfItsMesh)
 
 TEST(DeformableSurface, StaysBelow250BytesPerTriangle)
 {
-    const DeformableSurface surface(makeCloth(60));
+    const DeformableSurface surface(reference::sheet(60));
     EXPECT_LT(surface.memory(), 250U * surface.triangleCount());
 }
 
@@ -414,7 +414,7 @@ TEST(RigidStep, BoundsHowFarATurningMeshIsOffItsChords)
     EXPECT_GT(worst, 0.5 * step.deviation) << "the bound is not wasteful";
 
     // As an obstacle it stops a cloth at rest: not later than the rod itself comes to it.
-    const TriangleMesh cloth = makeCloth(5);
+    const TriangleMesh cloth = reference::sheet(5);
     DeformableSurface soft(cloth);
     DeformableSurface rigid(rod);
     rigid.setStep(step.start, step.end);

@@ -13,7 +13,6 @@ namespace bullet_ccd::reference
 {
 namespace
 {
-
 /// A shard of a mesh, apart from the others by vertices of its own.
 struct Shard
 {
@@ -113,25 +112,11 @@ DeformingScene makeBreaking(int triangles, int steps)
 TriangleMesh makeSheet(int triangles, const std::function<double(double, double)>& height)
 {
     const int n = std::max(2, static_cast<int>(std::sqrt(triangles / 2.0)));
-    TriangleMesh mesh;
-    for (int j = 0; j <= n; ++j)
+    TriangleMesh mesh = sheet(n);
+    for (Eigen::Vector3d& v : mesh.vertices)
     {
-        for (int i = 0; i <= n; ++i)
-        {
-            const double x = 2.0 * i / n - 1.0;
-            const double y = 2.0 * j / n - 1.0;
-            mesh.vertices.emplace_back(x, y, height(x, y));
-        }
-    }
-    for (int j = 0; j < n; ++j)
-    {
-        for (int i = 0; i < n; ++i)
-        {
-            const int a = j * (n + 1) + i;
-            const int b = a + n + 1;
-            mesh.triangles.push_back({a, a + 1, b});
-            mesh.triangles.push_back({a + 1, b + 1, b});
-        }
+        v.head<2>() = (2.0 * v.head<2>()).array() - 1.0;
+        v.z() = height(v.x(), v.y());
     }
     return mesh;
 }
@@ -198,6 +183,23 @@ DeformingScene makeLayers(int triangles, int steps)
     return scene;
 }
 }  // namespace
+
+TriangleMesh sheet(int cells)
+{
+    TriangleMesh mesh;
+    const int row = cells + 1;
+    for (int i = 0; i < row * row; ++i)
+    {
+        mesh.vertices.emplace_back(double(i % row) / cells, double(i / row) / cells, 0.0);
+    }
+    for (int i = 0; i < cells * cells; ++i)
+    {
+        const int a = i % cells + row * (i / cells);
+        mesh.triangles.push_back({a, a + 1, a + row});
+        mesh.triangles.push_back({a + 1, a + row + 1, a + row});
+    }
+    return mesh;
+}
 
 const std::vector<std::string>& deformingScenes()
 {

@@ -10,6 +10,10 @@
 
 namespace bullet_ccd::reference
 {
+/// The square [0, 1] x [0, 1] of the plane z = 0: (cells + 1)^2 vertices row by row along x, and
+/// 2 * cells^2 triangles.
+[[nodiscard]] TriangleMesh sheet(int cells);
+
 /// One mesh, and where its vertices are in every frame; a step goes from one frame to the next.
 struct DeformingScene
 {
