@@ -187,11 +187,13 @@ private:
             return std::nullopt;
         }
         const double accuracy = m_options.accuracy;
+        const StopCondition& stop = m_options.stop;
         model.fullFromModel =
-            surfaceDeviation(m_mesh, buildSsvTree(model.mesh), 0.5 * accuracy, accuracy);
+            surfaceDeviation(m_mesh, buildSsvTree(model.mesh), 0.5 * accuracy, accuracy, stop);
         if (model.fullFromModel.upper <= accuracy)
         {
-            model.modelFromFull = surfaceDeviation(model.mesh, m_full, 0.5 * accuracy, accuracy);
+            model.modelFromFull =
+                surfaceDeviation(model.mesh, m_full, 0.5 * accuracy, accuracy, stop);
             if (keepsAccuracy(model))
             {
                 return model;
@@ -206,7 +208,7 @@ private:
         {
             return std::nullopt;
         }
-        compareRound(m_mesh, m_full, m_options.accuracy, model);
+        compareRound(m_mesh, m_full, m_options.accuracy, m_options.stop, model);
         return keepsAccuracy(model) ? std::optional(std::move(model)) : std::nullopt;
     }
 
@@ -290,11 +292,16 @@ private:
     /// the one surface is on the other, and the outer one winds around a vertex of each part.
     [[nodiscard]] bool containsFull(const TriangleMesh& outer) const
     {
-        const TrianglePair nearest = treeDistance(m_full,
-                                                  buildSsvTree(outer),
-                                                  Eigen::Isometry3d::Identity(),
-                                                  std::numeric_limits<double>::infinity());
-        if (!(nearest.distance > smallestAccuracy(m_mesh)))
+        const DistanceBounds found = distanceBounds(m_full,
+                                                    buildSsvTree(outer),
+                                                    Eigen::Isometry3d::Identity(),
+                                                    std::numeric_limits<double>::infinity(),
+                                                    m_options.stop);
+        if (!found.isComplete)
+        {
+            throw QueryStopped("reduce: the search was stopped before its end");
+        }
+        if (!(found.nearest.distance > smallestAccuracy(m_mesh)))
         {
             return false;
         }
@@ -313,8 +320,12 @@ private:
         {
             return std::nullopt;
         }
-        const double inner =
-            surfaceDeviation(m_mesh, buildSsvTree(simple), 0.1 * m_options.accuracy).upper;
+        const double inner = surfaceDeviation(m_mesh,
+                                              buildSsvTree(simple),
+                                              0.1 * m_options.accuracy,
+                                              std::numeric_limits<double>::infinity(),
+                                              m_options.stop)
+                                 .upper;
         for (const double factor : {0.5, 1.0, 1.5, 2.0})
         {
             const double distance = std::max(factor * inner, 2.0 * smallestAccuracy(m_mesh));

@@ -8,6 +8,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/math/stop_condition.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -37,12 +38,14 @@ struct Deviation
 /// below the limit. How: the distance from one triangle is convex, so its maximum over a polygon is
 /// at a corner. A triangle of `surface` is cut into polygons, each of which has one triangle of
 /// `other` that is near at all of its corners. Throws std::invalid_argument for a mesh that
-/// checkMesh() refuses, or for bounds that are NaN or negative.
+/// checkMesh() refuses, or for bounds that are NaN or negative, and QueryStopped.
 [[nodiscard]] BULLET_CCD_API Deviation
 surfaceDeviation(const TriangleMesh& surface,
                  const SsvTree& other,
                  double enough,
-                 double limit = std::numeric_limits<double>::infinity());
+                 double limit = std::numeric_limits<double>::infinity(),
+                 const StopCondition& stop = {});
+
 /// What a reduced model is, the cheapest first.
 enum class ModelKind
 {
@@ -88,6 +91,9 @@ struct ReduceOptions
     bool contains = false;
     /// The only kind to try; otherwise all kinds are tried, the cheapest first.
     std::optional<ModelKind> kind{};
+    /// Deadline and cancellation. What builds a hierarchy or simplifies a mesh goes on to its end
+    /// first, which takes some microseconds per triangle.
+    StopCondition stop{};
 };
 
 /// Smallest accuracy that reduceMesh() takes for a mesh [m]: 1e-9 of its largest coordinate or
@@ -104,7 +110,7 @@ struct ReduceOptions
 /// With `kind` set, the result is nothing if a model of this kind does not keep the accuracy.
 /// How: the simplifier is that of meshoptimizer, the hull is Qhull's.
 /// Throws std::invalid_argument for a mesh that checkMesh() refuses, an accuracy below
-/// smallestAccuracy(), and `contains` for a mesh that is not closed.
+/// smallestAccuracy(), and `contains` for a mesh that is not closed; QueryStopped.
 [[nodiscard]] BULLET_CCD_API std::optional<ReducedModel> reduceMesh(const TriangleMesh& mesh,
                                                                     const ReduceOptions& options);
 }  // namespace bullet_ccd

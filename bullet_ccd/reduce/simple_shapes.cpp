@@ -173,7 +173,11 @@ ReducedModel boxAround(const MeshFrame& frame)
     return model;
 }
 
-void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, ReducedModel& model)
+void compareRound(const TriangleMesh& mesh,
+                  const SsvTree& full,
+                  double limit,
+                  const StopCondition& stop,
+                  ReducedModel& model)
 {
     // All vertices are inside, and the distance from the axis is convex: how far a point of the
     // mesh is from the round surface is the radius less its distance from the axis. The facets are
@@ -202,7 +206,7 @@ void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, R
     }
     const double chord = outer - model.radius;
     model.modelFromFull =
-        surfaceDeviation(model.mesh, full, 0.5 * limit, std::max(0.0, limit - chord));
+        surfaceDeviation(model.mesh, full, 0.5 * limit, std::max(0.0, limit - chord), stop);
     model.modelFromFull.lower = std::max(0.0, model.modelFromFull.lower - chord);
     model.modelFromFull.upper += chord;
 }

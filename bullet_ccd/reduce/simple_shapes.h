@@ -29,5 +29,9 @@ struct MeshFrame
 
 /// Deviations of a capsule or sphere: those of its facets, which are outside of it, and of the
 /// round surface. The bounds end early at `limit`.
-void compareRound(const TriangleMesh& mesh, const SsvTree& full, double limit, ReducedModel& model);
+void compareRound(const TriangleMesh& mesh,
+                  const SsvTree& full,
+                  double limit,
+                  const StopCondition& stop,
+                  ReducedModel& model);
 }  // namespace bullet_ccd

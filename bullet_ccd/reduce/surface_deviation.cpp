@@ -21,6 +21,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Share of the largest distance by which the bounds may differ.
 constexpr double kShare = 0.01;
 constexpr int kMostPieces = 100'000;
+constexpr int kPiecesBetweenLooks = 64;
+
+void throwIfDue(const StopCondition& stop)
+{
+    if (stop.isDue())
+    {
+        throw QueryStopped("deviation: the search was stopped before its end");
+    }
+}
 
 /// Lower bound of the distance of a point (tree's frame) from what is below a node.
 double boxDistance(const SsvNode& node, const Vector3d& point)
@@ -202,8 +211,8 @@ class TriangleDeviation
 {
 public:
     /// @param near bounds up to here need not be improved
-    TriangleDeviation(const SsvTree& tree, double near, double limit)
-        : m_tree(tree), m_near(near), m_limit(limit)
+    TriangleDeviation(const SsvTree& tree, double near, double limit, const StopCondition& stop)
+        : m_tree(tree), m_near(near), m_limit(limit), m_stop(stop)
     {
     }
 
@@ -214,6 +223,10 @@ public:
         m_pieces.push_back({corners[0], corners[1], corners[2]});
         for (int done = 0; !m_pieces.empty(); ++done)
         {
+            if (done % kPiecesBetweenLooks == 0)
+            {
+                throwIfDue(m_stop);
+            }
             const Polygon piece = std::move(m_pieces.back());
             m_pieces.pop_back();
             look(piece, done >= kMostPieces);
@@ -311,6 +324,7 @@ private:
     const SsvTree& m_tree;
     double m_near;
     double m_limit;
+    const StopCondition& m_stop;
     std::int32_t m_guess = kNone;
     std::vector<Polygon> m_pieces;
     Deviation m_result;
@@ -320,7 +334,8 @@ private:
 Deviation surfaceDeviation(const TriangleMesh& surface,
                            const SsvTree& other,
                            double enough,
-                           double limit)
+                           double limit,
+                           const StopCondition& stop)
 {
     checkMesh(surface, "deviation: the surface");
     require(enough >= 0.0 && limit >= 0.0, "deviation: bounds must be numbers >= 0 [m]");
@@ -334,6 +349,7 @@ Deviation surfaceDeviation(const TriangleMesh& surface,
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256),
                       [&](const auto& range)
                       {
+                          throwIfDue(stop);
                           std::int32_t guess = kNone;
                           for (std::size_t i = range.begin(); i < range.end(); ++i)
                           {
@@ -367,7 +383,7 @@ Deviation surfaceDeviation(const TriangleMesh& surface,
                           for (std::size_t i = range.begin(); i < range.end() && !isTooFar; ++i)
                           {
                               const Triangle& t = surface.triangles[i];
-                              parts[i] = TriangleDeviation(other, near, limit)
+                              parts[i] = TriangleDeviation(other, near, limit, stop)
                                              .run({at(t[0]), at(t[1]), at(t[2])}, corners[i].slot);
                               if (parts[i].lower > limit)
                               {

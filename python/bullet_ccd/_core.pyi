@@ -206,18 +206,21 @@ class Contact:
 def toi(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = None,
         motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
         minimum_separation: float = 0.0, strategy: Strategy = ..., max_iterations: int = ...,
-        time_limit: float = ...) -> ToiResult:
+        any_within: bool = False, time_limit: float = ...) -> ToiResult:
     """When two moving meshes come within the tolerance [m] for the first time.
 
     A motion is a Motion, or a pose for a body at rest. Raises ValueError for poses that are no rotation
-    and translation, for what is not finite, and for a tolerance that is not positive. After time_limit
-    [s] the query ends with Status.STOPPED and the time up to which the meshes are certified.
+    and translation, for what is not finite, and for a tolerance that is not positive. With any_within
+    any gap within the tolerance ends the query, which costs less and answers earlier by what it takes to
+    close that gap. After time_limit [s] the query ends with Status.STOPPED and the time up to which the
+    meshes are certified.
     """
 
 def toi_batch(mesh_a: Mesh, mesh_b: Mesh, motions_a: Union[Motions, Motion, Pose] = None,
               motions_b: Union[Motions, Motion, Pose] = None, *, tolerance: float = ...,
               minimum_separation: float = 0.0, strategy: Strategy = ...,
-              max_iterations: int = ..., time_limit: float = ...) -> Dict[str, NDArray[Any]]:
+              max_iterations: int = ..., any_within: bool = False,
+              time_limit: float = ...) -> Dict[str, NDArray[Any]]:
     """toi() for n motions at once, on all cores. The answers are those of toi(), bit for bit. The time
     limit [s] is that of the whole batch: what is not answered by then is Status.STOPPED.
 
@@ -226,8 +229,9 @@ def toi_batch(mesh_a: Mesh, mesh_b: Mesh, motions_a: Union[Motions, Motion, Pose
     """
 
 def distance(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = None, *,
-             upper_bound: float = ...) -> Distance:
-    """The distance of two surfaces at fixed poses and a pair of closest points."""
+             upper_bound: float = ..., time_limit: float = ...) -> Distance:
+    """The distance of two surfaces at fixed poses and a pair of closest points. Raises TimeoutError
+    after the time limit [s]."""
 
 def least_distance(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = None,
                    motion_b: Union[Motion, Pose] = None, *, tolerance: float = ...,
@@ -236,8 +240,9 @@ def least_distance(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = N
     looked for."""
 
 def contacts(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = None, *,
-             threshold: float) -> List[Contact]:
-    """The contact points of two surfaces that are within the threshold [m], nearest first."""
+             threshold: float, time_limit: float = ...) -> List[Contact]:
+    """The contact points of two surfaces that are within the threshold [m], nearest first. Raises
+    TimeoutError after the time limit [s]."""
 
 def first_contact(bodies: Sequence[Tuple[Mesh, Union[Motion, Pose]]],
                   pairs: Optional[Sequence[Tuple[int, int]]] = None, *, tolerance: float = ...,
@@ -351,12 +356,13 @@ def articulated_toi(robot: Robot, start: Positions, end: Positions,
                     obstacles: Sequence[Tuple[Mesh, Union[Motion, Pose]]], *, root_start: Pose = None,
                     root_end: Pose = None, self_pairs: Sequence[Tuple[str, str]] = ...,
                     tolerance: float = ..., minimum_separation: float = 0.0,
-                    max_iterations: int = ..., time_limit: float = ...) -> ArticulatedToiResult:
+                    max_iterations: int = ..., any_within: bool = False,
+                    time_limit: float = ...) -> ArticulatedToiResult:
     """When a link of a moving robot first meets an obstacle or a link that it is paired with.
 
     Positions are a dictionary by joint, an array in the order of Robot.joint_names, or None; joints that
     are not named are at 0, clamped into their limits. They change linearly over the step. The root moves
-    from root_start to root_end (by default it rests).
+    from root_start to root_end (by default it rests). any_within as in toi().
     """
 
 class RobotLeastDistance:
@@ -505,9 +511,10 @@ class Deviation:
     @property
     def point(self) -> _Array: ...
 
-def surface_deviation(surface: Mesh, other: Mesh, *, enough: float = 0.0) -> Deviation:
+def surface_deviation(surface: Mesh, other: Mesh, *, enough: float = 0.0,
+                      time_limit: float = ...) -> Deviation:
     """The greatest distance of a point of the surface from the other one (the one-sided Hausdorff
-    distance), within 1 % or the bound enough [m]."""
+    distance), within 1 % or the bound enough [m]. Raises TimeoutError after the time limit [s]."""
 
 class ReducedModel:
     """A smaller model in place of a mesh."""
@@ -533,11 +540,12 @@ class ReducedModel:
         """Of a box [m]."""
 
 def reduce(mesh: Mesh, accuracy: float, *, contains: bool = False,
-           kind: Optional[str] = None) -> Optional[ReducedModel]:
+           kind: Optional[str] = None, time_limit: float = ...) -> Optional[ReducedModel]:
     """The cheapest model whose surface deviates by at most the accuracy [m], in both directions.
 
     With contains, the model's solid contains the mesh, which must be watertight. With kind (sphere,
-    capsule, box, hull, mesh), None if no such model keeps the accuracy.
+    capsule, box, hull, mesh), None if no such model keeps the accuracy. Raises TimeoutError soon after
+    the time limit [s].
     """
 
 class AccuracyCost:

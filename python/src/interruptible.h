@@ -9,7 +9,10 @@
 #include <chrono>
 #include <exception>
 #include <future>
+#include <optional>
 #include <pybind11/pybind11.h>
+#include <type_traits>
+#include <utility>
 
 namespace bullet_ccd::python
 {
@@ -88,5 +91,36 @@ template <class Ask>
                          { answer = ask({.deadline = limit.deadline, .isCancelled = &stop}); });
     }
     return answer;
+}
+
+/// The same for a query that throws QueryStopped. Throws Python's TimeoutError when the time is
+/// over: there is no answer then.
+/// @param timeLimit [s]
+template <class Ask>
+[[nodiscard]] auto answerWithin(double timeLimit, const Ask& ask)
+{
+    struct Answer
+    {
+        std::optional<std::invoke_result_t<Ask, StopCondition>> value;
+        bool isComplete = false;
+    };
+    Answer answer = askInterruptibly(stopAfter(timeLimit),
+                                     [&](const StopCondition& stop) -> Answer
+                                     {
+                                         try
+                                         {
+                                             return {.value = ask(stop), .isComplete = true};
+                                         }
+                                         catch (const QueryStopped&)
+                                         {
+                                             return {};
+                                         }
+                                     });
+    if (!answer.isComplete)
+    {
+        PyErr_SetString(PyExc_TimeoutError, "the time limit ended the call before its answer");
+        throw pybind11::error_already_set();
+    }
+    return std::move(*answer.value);
 }
 }  // namespace bullet_ccd::python

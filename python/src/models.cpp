@@ -17,6 +17,8 @@ namespace bullet_ccd::python
 {
 namespace
 {
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// A reduced model whose mesh is ready for queries.
 struct Model
 {
@@ -45,19 +47,24 @@ std::optional<ModelKind> kindOf(const std::optional<std::string>& name)
 std::optional<Model> reduce(const SsvTree& mesh,
                             double accuracy,
                             bool contains,
-                            const std::optional<std::string>& kind)
+                            const std::optional<std::string>& kind,
+                            double timeLimit)
 {
-    const std::optional<ModelKind> only = kindOf(kind);
-    const py::gil_scoped_release release;
-    std::optional<ReducedModel> shape =
-        reduceMesh(mesh.mesh(), {.accuracy = accuracy, .contains = contains, .kind = only});
-    if (!shape)
-    {
-        return std::nullopt;
-    }
-    auto tree = std::make_shared<SsvTree>(buildSsvTree(shape->mesh));
-    return Model{.shape = std::move(*shape), .mesh = std::move(tree)};
+    ReduceOptions options{.accuracy = accuracy, .contains = contains, .kind = kindOf(kind)};
+    return answerWithin(timeLimit,
+                        [&](const StopCondition& stop) -> std::optional<Model>
+                        {
+                            options.stop = stop;
+                            std::optional<ReducedModel> shape = reduceMesh(mesh.mesh(), options);
+                            if (!shape)
+                            {
+                                return std::nullopt;
+                            }
+                            auto tree = std::make_shared<SsvTree>(buildSsvTree(shape->mesh));
+                            return Model{.shape = std::move(*shape), .mesh = std::move(tree)};
+                        });
 }
+
 /// The rows that were complete when Ctrl-C came are lost: measuring them takes a minute at most.
 std::vector<AccuracyCost> advise(const SsvTree& meshA, const SsvTree& meshB, double timeLimit)
 {
@@ -138,17 +145,21 @@ void addModels(py::module_& module)
                py::arg("accuracy"),
                py::kw_only(),
                py::arg("contains") = false,
-               py::arg("kind") = py::none());
+               py::arg("kind") = py::none(),
+               py::arg("time_limit") = kInfinity);
     module.def(
         "surface_deviation",
-        [](const SsvTree& surface, const SsvTree& other, double enough)
+        [](const SsvTree& surface, const SsvTree& other, double enough, double timeLimit)
         {
-            const py::gil_scoped_release release;
-            return surfaceDeviation(surface.mesh(), other, enough);
+            return answerWithin(
+                timeLimit,
+                [&](const StopCondition& stop)
+                { return surfaceDeviation(surface.mesh(), other, enough, kInfinity, stop); });
         },
         py::arg("surface").none(false),
         py::arg("other").none(false),
         py::kw_only(),
-        py::arg("enough") = 0.0);
+        py::arg("enough") = 0.0,
+        py::arg("time_limit") = kInfinity);
 }
 }  // namespace bullet_ccd::python

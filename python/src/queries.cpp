@@ -38,6 +38,7 @@ ToiResult toi(const SsvTree& meshA,
               double minimumSeparation,
               ToiStrategy strategy,
               std::int64_t maxIterations,
+              bool anyWithin,
               double timeLimit)
 {
     const RigidBody a = bodyOf(meshA, motionOf(motionA, "motion_a"));
@@ -47,6 +48,7 @@ ToiResult toi(const SsvTree& meshA,
                             {
                                 const ToiOptions options{.tolerance = tolerance,
                                                          .minimumSeparation = minimumSeparation,
+                                                         .anyWithin = anyWithin,
                                                          .strategy = strategy,
                                                          .maxIterations = maxIterations,
                                                          .stop = stop};
@@ -200,6 +202,7 @@ py::dict toiBatch(const SsvTree& meshA,
                   double minimumSeparation,
                   ToiStrategy strategy,
                   std::int64_t maxIterations,
+                  bool anyWithin,
                   double timeLimit)
 {
     const Motions a = motionsOf(motionsA, "motions_a");
@@ -208,6 +211,7 @@ py::dict toiBatch(const SsvTree& meshA,
         commonSize({{"motions_a", a.items.size()}, {"motions_b", b.items.size()}});
     ToiOptions options{.tolerance = tolerance,
                        .minimumSeparation = minimumSeparation,
+                       .anyWithin = anyWithin,
                        .strategy = strategy,
                        .maxIterations = maxIterations,
                        .stop = stopAfter(timeLimit)};
@@ -244,16 +248,23 @@ Distance distance(const SsvTree& meshA,
                   const SsvTree& meshB,
                   const py::object& poseA,
                   const py::object& poseB,
-                  double upperBound)
+                  double upperBound,
+                  double timeLimit)
 {
     const Eigen::Isometry3d X_WA = poseOf(poseA, "pose_a");
     const Eigen::Isometry3d X_WB = poseOf(poseB, "pose_b");
-    const TrianglePair pair =
-        askInterruptibly(
-            StopCondition{},
-            [&](const StopCondition& stop)
-            { return distanceBounds(meshA, meshB, X_WB.inverse() * X_WA, upperBound, stop); })
-            .nearest;
+    const TrianglePair pair = answerWithin(
+        timeLimit,
+        [&](const StopCondition& stop)
+        {
+            const DistanceBounds bounds =
+                distanceBounds(meshA, meshB, X_WB.inverse() * X_WA, upperBound, stop);
+            if (!bounds.isComplete)
+            {
+                throw QueryStopped("distance: stopped before the nearest pair was known");
+            }
+            return bounds.nearest;
+        });
     return {.distance = pair.distance,
             .triangleA = pair.triangleA,
             .triangleB = pair.triangleB,
@@ -265,7 +276,8 @@ std::vector<Contact> contacts(const SsvTree& meshA,
                               const SsvTree& meshB,
                               const py::object& poseA,
                               const py::object& poseB,
-                              double threshold)
+                              double threshold,
+                              double timeLimit)
 {
     const Eigen::Isometry3d X_WA = poseOf(poseA, "pose_a");
     const Eigen::Isometry3d X_WB = poseOf(poseB, "pose_b");
@@ -274,23 +286,9 @@ std::vector<Contact> contacts(const SsvTree& meshA,
         throw py::value_error("threshold: " + std::to_string(threshold) +
                               " is no distance above 0 m");
     }
-    struct Answer
-    {
-        std::vector<Contact> contacts;
-        bool isComplete = true;
-    };
-    const auto ask = [&](const StopCondition& stop) -> Answer
-    {
-        try
-        {
-            return {.contacts = findContacts(meshA, X_WA, meshB, X_WB, threshold, stop)};
-        }
-        catch (const QueryStopped&)
-        {
-            return {.contacts = {}, .isComplete = false};
-        }
-    };
-    return askInterruptibly(StopCondition{}, ask).contacts;
+    return answerWithin(timeLimit,
+                        [&](const StopCondition& stop)
+                        { return findContacts(meshA, X_WA, meshB, X_WB, threshold, stop); });
 }
 
 /// The first contact among many bodies, which are named by their indices.
@@ -539,6 +537,7 @@ void addQueries(py::module_& module)
                    py::arg("minimum_separation") = options.minimumSeparation,
                    py::arg("strategy") = options.strategy,
                    py::arg("max_iterations") = options.maxIterations,
+                   py::arg("any_within") = options.anyWithin,
                    py::arg("time_limit") = kInfinity);
     };
     addToi("toi", &toi, "motion_a", "motion_b");
@@ -552,7 +551,8 @@ void addQueries(py::module_& module)
                    py::arg("pose_a") = py::none(),
                    py::arg("pose_b") = py::none(),
                    py::kw_only(),
-                   last);
+                   last,
+                   py::arg("time_limit") = kInfinity);
     };
     addAtPoses("distance", &distance, py::arg("upper_bound") = kInfinity);
     module.def("least_distance",

@@ -207,6 +207,7 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
                                    double tolerance,
                                    double minimumSeparation,
                                    std::int64_t maxIterations,
+                                   bool anyWithin,
                                    double timeLimit)
 {
     const JointMotion motion = jointMotionOf(robot, start, end, rootStart, rootEnd);
@@ -217,6 +218,7 @@ ArticulatedAnswer articulatedToiOf(const Robot& robot,
         {
             const ToiOptions options{.tolerance = tolerance,
                                      .minimumSeparation = minimumSeparation,
+                                     .anyWithin = anyWithin,
                                      .maxIterations = maxIterations,
                                      .stop = stop};
             ToiWorkspace work;
@@ -326,6 +328,7 @@ void addRobots(py::module_& module)
                py::arg("tolerance") = options.tolerance,
                py::arg("minimum_separation") = options.minimumSeparation,
                py::arg("max_iterations") = options.maxIterations,
+               py::arg("any_within") = options.anyWithin,
                py::arg("time_limit") = std::numeric_limits<double>::infinity());
 }
 }  // namespace bullet_ccd::python

@@ -69,6 +69,20 @@ def test_advice_keeps_its_promise():
     assert len(ccd.advise(ball(0.05, 16), box(0.04), time_limit=0.0)) == 1
 
 
+def test_time_limits_end_long_calls():
+    outer, inner = ball(0.1, 60), ball(0.09999, 60)
+    for call in (lambda limit: ccd.surface_deviation(inner, outer, time_limit=limit),
+                 lambda limit: ccd.reduce(outer, 1e-5, kind="mesh", time_limit=limit),
+                 lambda limit: ccd.distance(inner, outer, time_limit=limit),
+                 lambda limit: ccd.contacts(inner, outer, threshold=1e-4, time_limit=limit)):
+        for limit in (0.0, 1e-3):
+            with pytest.raises(TimeoutError, match="time limit"):
+                call(limit)
+        assert call(1e3)
+        with pytest.raises(ValueError, match="NaN"):
+            call(np.nan)
+
+
 def test_what_is_wrong_is_said():
     with pytest.raises(ValueError, match="kind: 'ball'"):
         ccd.reduce(box(), 1e-3, kind="ball")

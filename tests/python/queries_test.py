@@ -268,6 +268,18 @@ def sphere_arrays(n):
     return vertices.reshape(-1, 3), np.vstack([np.stack([a, b, c], 1), np.stack([b, d, c], 1)])
 
 
+def test_any_gap_within_the_tolerance_ends_a_query():
+    vertices, triangles = sphere_arrays(30)
+    ball = ccd.Mesh(vertices, triangles)
+    fall = ccd.Motion(at(0.2, 0.1, 4), velocity=(0, 0, -3))
+    late = ccd.toi(ball, ball, fall, tolerance=0.01)
+    early = ccd.toi(ball, ball, fall, tolerance=0.01, any_within=True)
+    assert 0 < early.gap <= 0.01 and late.time - 0.01 / 3 * 1.1 <= early.time <= late.time
+    assert early.node_pairs < late.node_pairs
+    batch = ccd.toi_batch(ball, ball, ccd.Motions([fall] * 2), tolerance=0.01, any_within=True)
+    assert list(batch["time"]) == [early.time] * 2
+
+
 def test_ctrl_c_ends_long_queries():
     # One sphere turns inside another, nearly as large: what is near is everywhere.
     vertices, triangles = sphere_arrays(90)
@@ -288,7 +300,10 @@ def test_ctrl_c_ends_long_queries():
                      lambda: ccd.toi_batch(outer, inner, ccd.Motions([turn] * 3), **fine),
                      lambda: ccd.first_contact([(outer, turn), (inner, None)], **fine),
                      lambda: ccd.least_distance(outer, inner, turn, tolerance=1e-12),
-                     lambda: ccd.distance(outer, inner)):
+                     lambda: ccd.distance(outer, inner),
+                     lambda: ccd.contacts(outer, inner, threshold=2e-4),
+                     lambda: ccd.surface_deviation(inner, outer),
+                     lambda: ccd.reduce(outer, 1e-6, kind="mesh")):
             count = 0
             # Python's handlers run once after a call that does not let them run while it works.
             signal.setitimer(signal.ITIMER_REAL, 0.001, 0.001)

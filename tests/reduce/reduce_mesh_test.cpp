@@ -167,6 +167,20 @@ TEST(ReduceMesh, FacetsOfRoundModelsContainTheBody)
     }
 }
 
+TEST(ReduceMesh, EndsWhenItIsStopped)
+{
+    const TriangleMesh full = makeSphere(0.1, 4);
+    for (const bool contains : {false, true})
+    {
+        ReduceOptions options{.accuracy = 2e-3, .contains = contains, .kind = ModelKind::Mesh};
+        ASSERT_TRUE(reduceMesh(full, options));
+        options.stop = stopAfter(0.0);
+        EXPECT_THROW((void)reduceMesh(full, options), QueryStopped);
+        options.stop = stopAfter(5e-3);
+        EXPECT_THROW((void)reduceMesh(full, options), QueryStopped);
+    }
+}
+
 TEST(ReduceMesh, RefusesWhatMakesNoSense)
 {
     const auto messageOf = [](const TriangleMesh& mesh, const ReduceOptions& options)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -133,6 +134,20 @@ TEST(SurfaceDeviation, EndsAtTheLimit)
     EXPECT_TRUE(std::isinf(deviation.upper));
     EXPECT_THROW((void)surfaceDeviation(far, tree, -1.0), std::invalid_argument);
     EXPECT_THROW((void)surfaceDeviation({}, tree, 0.0), std::invalid_argument);
+}
+
+TEST(SurfaceDeviation, EndsWhenItIsStopped)
+{
+    // Between concentric spheres the bound of one per cent takes long.
+    const SsvTree tree = buildSsvTree(makeSphere(1.0, 5));
+    const TriangleMesh inner = makeSphere(0.9999, 5);
+    const auto ask = [&](const StopCondition& stop)
+    { return surfaceDeviation(inner, tree, 0.0, HUGE_VAL, stop); };
+    EXPECT_THROW((void)ask(stopAfter(0.0)), QueryStopped);
+    EXPECT_THROW((void)ask(stopAfter(1e-3)), QueryStopped);
+    const std::atomic<bool> isCancelled = true;
+    EXPECT_THROW((void)ask({.isCancelled = &isCancelled}), QueryStopped);
+    EXPECT_NEAR(ask(stopAfter(1e9)).lower, 1e-4, 5e-6);
 }
 }  // namespace
 }  // namespace bullet_ccd

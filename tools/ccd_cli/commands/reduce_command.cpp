@@ -3,6 +3,7 @@
 #include "tools/ccd_cli/commands/commands.h"
 #include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
+#include "tools/support/stop_request.h"
 #include "tools/support/text_file.h"
 
 #include <cstdio>
@@ -23,6 +24,7 @@ struct ReduceArguments
     std::string output;
     std::string kind;
     ReduceOptions options;
+    double timeLimit = 0.0;
     bool json = false;
 };
 
@@ -128,10 +130,16 @@ int runReduce(ReduceArguments arguments)
         }
     }
     const TriangleMesh full = loadMeshFile(arguments.mesh).mesh;
+    const StopRequest stop(arguments.timeLimit);
+    arguments.options.stop = stop.condition();
     std::optional<ReducedModel> model;
     try
     {
         model = reduceMesh(full, arguments.options);
+    }
+    catch (const QueryStopped&)
+    {
+        return stop.finish("bullet-ccd reduce", 0, 1, "models", kNothingFound);
     }
     catch (const std::invalid_argument& error)
     {
@@ -167,8 +175,8 @@ void addReduceCommand(CLI::App& app, int& exitCode)
         "all points of the surfaces, not sampled. The output is the mesh itself if nothing smaller "
         "keeps the accuracy.\n"
         "\n"
-        "Exit codes: 0 if a model was written, 1 if no model of --kind keeps the accuracy, 2 for "
-        "wrong options, 3 for bad input.\n"
+        "Exit codes: 0 if a model was written, 1 if no model of --kind keeps the accuracy or "
+        "--time-limit ended the search, 2 for wrong options, 3 for bad input, 130 after Ctrl-C.\n"
         "\n"
         "Example:\n"
         "  bullet-ccd reduce mug.obj -o mug_small.obj --accuracy 5e-4");
@@ -195,6 +203,7 @@ void addReduceCommand(CLI::App& app, int& exitCode)
         ->type_name("NAME")
         ->check(oneOf({kAnyKind, "sphere", "capsule", "box", "hull", "mesh"}))
         ->capture_default_str();
+    addTimeLimitOption(*command, arguments->timeLimit, "Give up");
     command->add_flag("--json", arguments->json, "Print the report as one JSON object.");
     command->callback([arguments, &exitCode] { exitCode = runReduce(*arguments); });
 }
