@@ -3,7 +3,7 @@
 #pragma once
 
 #include "benchmarks/reference/catalogue/relations.h"
-#include "benchmarks/reference/queries/soak_queries.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -27,17 +27,6 @@ inline void PrintTo(const ArticulatedCase& tested, std::ostream* out)
 
 namespace bullet_ccd::tests
 {
-inline const auto kAllStrategies =
-    testing::Values(ToiStrategy::BestFirst, ToiStrategy::Interval, ToiStrategy::C2A);
-
-/// As a part of the name of a test.
-inline std::string codeOf(ToiStrategy strategy)
-{
-    std::string name = reference::nameOf(strategy);
-    std::erase(name, '-');
-    return name;
-}
-
 template <typename Case>
 class StabilitySuite : public testing::TestWithParam<std::tuple<Case, ToiStrategy>>
 {

@@ -1,12 +1,12 @@
 /// Queries that any contact within the tolerance will do for (ToiOptions::anyWithin): what they
 /// promise, judged on the full meshes, and that they look at less.
 #include "benchmarks/reference/queries/accuracy_queries.h"
-#include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/rigid_toi.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -68,17 +68,7 @@ protected:
     ToiWorkspace m_work;
 };
 
-INSTANTIATE_TEST_SUITE_P(Strategies,
-                         Accuracy,
-                         testing::Values(ToiStrategy::BestFirst,
-                                         ToiStrategy::Interval,
-                                         ToiStrategy::C2A),
-                         [](const auto& tested)
-                         {
-                             std::string name = nameOf(tested.param);
-                             std::erase(name, '-');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Strategies, Accuracy, kAllStrategies, nameOfStrategy);
 
 TEST_P(Accuracy, IsKeptOnTheFullMeshesByLessOfThem)
 {

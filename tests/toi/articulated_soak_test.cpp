@@ -4,6 +4,7 @@
 #include "benchmarks/reference/queries/soak_tally.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "tests/support/test_data.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -76,10 +77,6 @@ INSTANTIATE_TEST_SUITE_P(Families,
                          ArticulatedToiSoak,
                          testing::Range(0, static_cast<int>(kChainFamilies)),
                          [](const auto& tested)
-                         {
-                             std::string name = nameOf(static_cast<ChainFamily>(tested.param));
-                             std::erase(name, '-');
-                             return name;
-                         });
+                         { return withoutDashes(nameOf(static_cast<ChainFamily>(tested.param))); });
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -1,8 +1,8 @@
 /// How much work the hard cases may cost: counted in poses and pairs, not in time.
 #include "benchmarks/reference/catalogue/case_parts.h"
-#include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -37,17 +37,7 @@ protected:
     }
 };
 
-INSTANTIATE_TEST_SUITE_P(Strategies,
-                         RigidEffort,
-                         testing::Values(ToiStrategy::BestFirst,
-                                         ToiStrategy::Interval,
-                                         ToiStrategy::C2A),
-                         [](const auto& tested)
-                         {
-                             std::string name = nameOf(tested.param);
-                             std::erase(name, '-');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Strategies, RigidEffort, kAllStrategies, nameOfStrategy);
 
 std::string text(const std::array<double, 7>& work)
 {

@@ -5,6 +5,7 @@
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "tests/support/expect_honest.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -62,17 +63,7 @@ protected:
     }
 };
 
-INSTANTIATE_TEST_SUITE_P(Strategies,
-                         RigidToiInvariance,
-                         testing::Values(ToiStrategy::BestFirst,
-                                         ToiStrategy::Interval,
-                                         ToiStrategy::C2A),
-                         [](const auto& tested)
-                         {
-                             std::string name = nameOf(tested.param);
-                             std::erase(name, '-');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Strategies, RigidToiInvariance, kAllStrategies, nameOfStrategy);
 
 TEST_P(RigidToiInvariance, SwappingTheBodiesKeepsTheTime)
 {

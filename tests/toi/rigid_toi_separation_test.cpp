@@ -1,8 +1,8 @@
 /// Queries that must keep a clearance: closed forms, and what counts as touching.
 #include "benchmarks/reference/oracles/toi_certificate.h"
-#include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "tests/support/test_parameters.h"
 #include "tests/toi/cube_over_plane.h"
 
 #include <gtest/gtest.h>
@@ -34,17 +34,7 @@ protected:
     }
 };
 
-INSTANTIATE_TEST_SUITE_P(Strategies,
-                         RigidToiSeparation,
-                         testing::Values(ToiStrategy::BestFirst,
-                                         ToiStrategy::Interval,
-                                         ToiStrategy::C2A),
-                         [](const auto& tested)
-                         {
-                             std::string name = nameOf(tested.param);
-                             std::erase(name, '-');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Strategies, RigidToiSeparation, kAllStrategies, nameOfStrategy);
 
 /// The answer of a query that must stop at distance s, reached at `exact` with closing speed c.
 void expectStop(const RigidScene& scene,

@@ -3,6 +3,7 @@
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
 #include "tests/support/test_data.h"
+#include "tests/support/test_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -76,10 +77,6 @@ INSTANTIATE_TEST_SUITE_P(Families,
                          RigidToiSoak,
                          testing::Range(0, static_cast<int>(kSoakFamilies)),
                          [](const auto& tested)
-                         {
-                             std::string name = nameOf(static_cast<SoakFamily>(tested.param));
-                             std::erase(name, '-');
-                             return name;
-                         });
+                         { return withoutDashes(nameOf(static_cast<SoakFamily>(tested.param))); });
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -1,9 +1,9 @@
 /// Initial and terminal states: touching, leaving, sliding, pressing, at rest, bad input.
 #include "benchmarks/reference/oracles/toi_certificate.h"
-#include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/shapes.h"
 #include "tests/support/expect_honest.h"
+#include "tests/support/test_parameters.h"
 #include "tests/toi/cube_over_plane.h"
 
 #include <gtest/gtest.h>
@@ -40,17 +40,7 @@ protected:
     }
 };
 
-INSTANTIATE_TEST_SUITE_P(Strategies,
-                         RigidToiState,
-                         testing::Values(ToiStrategy::BestFirst,
-                                         ToiStrategy::Interval,
-                                         ToiStrategy::C2A),
-                         [](const auto& tested)
-                         {
-                             std::string name = nameOf(tested.param);
-                             std::erase(name, '-');
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Strategies, RigidToiState, kAllStrategies, nameOfStrategy);
 
 TEST_P(RigidToiState, SurfacesThatIntersectAreOverlapping)
 {
