@@ -72,7 +72,7 @@ def test_advice_keeps_its_promise():
 def test_time_limits_end_long_calls():
     outer, inner = ball(0.1, 60), ball(0.09999, 60)
     for call in (lambda limit: ccd.surface_deviation(inner, outer, time_limit=limit),
-                 lambda limit: ccd.reduce(outer, 1e-5, kind="mesh", time_limit=limit),
+                 lambda limit: ccd.reduce(outer, 1e-5, time_limit=limit),
                  lambda limit: ccd.distance(inner, outer, time_limit=limit),
                  lambda limit: ccd.contacts(inner, outer, threshold=1e-4, time_limit=limit)):
         for limit in (0.0, 1e-3):
