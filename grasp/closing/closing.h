@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/toi/articulated_toi.h"
+#include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
@@ -93,6 +94,9 @@ using MakeCloseHand = std::function<CloseHand()>;
 /// something at the start; IterationLimit if a query gave up, with the positions reached so far.
 /// @param obstacles bodies at rest in W beside the object. Their hierarchies and the list itself
 ///                  must outlive the engine. An obstacle out of reach costs one test of boxes.
+/// @param use       where closings note what they look at; null: nowhere. It must outlive the
+///                  engine, and is written by the thread that closes.
 /// @pre hand and object stay alive and unchanged between calls with the same addresses
-[[nodiscard]] BULLET_CCD_API CloseHand kinematicClosing(std::span<const RigidBody> obstacles = {});
+[[nodiscard]] BULLET_CCD_API CloseHand kinematicClosing(std::span<const RigidBody> obstacles = {},
+                                                        ModelUse* use = nullptr);
 }  // namespace bullet_ccd::grasp

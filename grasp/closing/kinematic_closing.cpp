@@ -208,7 +208,10 @@ private:
 class Engine
 {
 public:
-    explicit Engine(std::span<const RigidBody> obstacles) : m_obstacles(obstacles) {}
+    Engine(std::span<const RigidBody> obstacles, ModelUse* use) : m_obstacles(obstacles)
+    {
+        noteModelUse(m_work, use);
+    }
 
     ClosingResult close(const HandModel& hand,
                         const GraspObject& object,
@@ -290,13 +293,13 @@ private:
 };
 }  // namespace
 
-CloseHand kinematicClosing(std::span<const RigidBody> obstacles)
+CloseHand kinematicClosing(std::span<const RigidBody> obstacles, ModelUse* use)
 {
-    return [engine = std::make_shared<Engine>(obstacles)](const HandModel& hand,
-                                                          const GraspObject& object,
-                                                          const Eigen::Isometry3d& X_WH,
-                                                          const std::vector<double>& positions,
-                                                          const ClosingOptions& options)
+    return [engine = std::make_shared<Engine>(obstacles, use)](const HandModel& hand,
+                                                               const GraspObject& object,
+                                                               const Eigen::Isometry3d& X_WH,
+                                                               const std::vector<double>& positions,
+                                                               const ClosingOptions& options)
     { return engine->close(hand, object, X_WH, positions, options); };
 }
 }  // namespace bullet_ccd::grasp

@@ -107,6 +107,28 @@ std::string posesOf(const std::vector<RigidMotion>& motions)
     return text;
 }
 
+TEST_F(BulletCcdBatch, AnAccuracySaysWhatAllQueriesNeededWhateverTheThreads)
+{
+    const std::string text = posesOf(randomMotions(40));
+    const auto neededOf = [&](const std::string& more)
+    {
+        const Outcome done = batch(text, more);
+        EXPECT_EQ(done.exitCode, 0) << done.err;
+        const std::size_t at = done.out.find("needed: ");
+        return at == std::string::npos ? std::string() : done.out.substr(at);
+    };
+    const std::string needed = neededOf("--summary --accuracy 1e-2");
+    EXPECT_THAT(needed, HasSubstr("needed: 2 of 2 bodies, "));
+    EXPECT_THAT(needed, HasSubstr(" of 24 triangles\n"));
+    EXPECT_EQ(neededOf("--summary --accuracy 1e-2 --jobs 3 --repeat 2 --warm"), needed);
+    EXPECT_EQ(neededOf("--summary --tolerance 1e-2"), "");
+    // One that passes at a distance needs nothing.
+    EXPECT_THAT(
+        batch(twistsHeader() + twistsRow("miss", fallingCube(0.1), {}), "--summary --accuracy 1e-2")
+            .out,
+        HasSubstr("needed: 0 of 2 bodies, 0 of 24 triangles\n"));
+}
+
 TEST_F(BulletCcdBatch, AFallingCubeHitsThePlateAtTheClosedFormTimeInBothForms)
 {
     // 0.9 above the plate: at speed 4 contact is at 0.225; at speed 0.5 a distance of 0.4 is left.

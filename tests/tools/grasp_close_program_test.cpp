@@ -109,6 +109,33 @@ TEST_F(GraspClose, AnAccuracySaysHowNearIsNearEnough)
     }
 }
 
+TEST_F(GraspClose, SaysWhatAnAccuracyNeededAndLoadsOnlyWhatIsInReach)
+{
+    EXPECT_THAT(close(at(0.0, kAround), "-q").out, Not(HasSubstr("needed")));
+    // A bar that passes by, in a box that the hand is in, and a bar far away.
+    writeObj(makeBox({0.5, 0.005, 0.005}), m_temp.path() / "bar.obj");
+    m_temp.write("scene.csv",
+                 "mesh,name,qw,qx,qy,qz,tx,ty,tz\n"
+                 "bar.obj,near,0.9238795325112867,0,0,0.3826834323650898,0.3,-0.3,0\n"
+                 "bar.obj,far,1,0,0,0,3,0,0\n");
+    const std::string folder = "'" + m_temp.path().string() + "/";
+    const Outcome made = runProgram(std::string(BULLET_CCD_PROGRAM) + " manifest " + folder +
+                                    "scene.csv' -o " + folder + "listed.csv'");
+    ASSERT_EQ(made.exitCode, 0) << made.err;
+    const auto withScene = [&](const char* scene)
+    { return close(at(0.0, kAround), "-q --accuracy 1e-3 --scene " + folder + scene + "'"); };
+    const Outcome whole = withScene("scene.csv");
+    EXPECT_EQ(whole.exitCode, 0) << whole.err;
+    EXPECT_THAT(whole.out, HasSubstr("\nclosing needed 2 of 6 bodies, 2 of "));
+    const Outcome listed = withScene("listed.csv");
+    const std::string note = "obstacles out of reach, not loaded: 1 of 2\n";
+    EXPECT_THAT(listed.out, HasSubstr(note));
+    std::string rest = listed.out;
+    ASSERT_NE(rest.find(note), std::string::npos);
+    rest.erase(rest.find(note), note.size());
+    EXPECT_EQ(rest, whole.out);  // obstacles that share a mesh have its triangles once
+}
+
 TEST_F(GraspClose, PrintsWhatPeopleWantToKnow)
 {
     const Outcome closed = close(at(0.0, kAround), "-q");

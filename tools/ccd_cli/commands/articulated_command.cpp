@@ -176,11 +176,13 @@ struct World
 {
     RobotLinks links;
     std::vector<Obstacle> obstacles;
+    std::size_t outOfReach = 0;  ///< obstacles that were not loaded
+    std::size_t trianglesOutOfReach = 0;
     std::vector<RigidBody> bodies;
     double seconds = 0.0;
 };
 
-World loadWorld(const ArticulatedArguments& a)
+World loadRobot(const ArticulatedArguments& a)
 {
     const Stopwatch watch;
     World world{.links = loadRobotLinks(a.urdf), .obstacles = {}, .bodies = {}};
@@ -189,7 +191,33 @@ World loadWorld(const ArticulatedArguments& a)
         addSelfPairs(world.links, a.srdf, a.jointReach);
     }
     printNotes(world.links.notes);
-    world.obstacles = loadObstacles(a.obstacles);
+    world.seconds = watch.seconds();
+    return world;
+}
+
+/// Of manifests, what the queries can reach.
+void loadSurroundings(const ArticulatedArguments& a,
+                      const std::vector<ArticulatedQuery>& queries,
+                      World& world)
+{
+    const Stopwatch watch;
+    if (a.contacts == 1)
+    {
+        std::vector<Eigen::AlignedBox3d> reach;
+        for (const ArticulatedQuery& query : queries)
+        {
+            addSweptBoxes(
+                world.links, query.motion, a.toi.minimumSeparation + a.toi.tolerance, reach);
+        }
+        ObstacleList list = loadObstaclesWithin(a.obstacles, reach);
+        world.obstacles = std::move(list.inReach);
+        world.outOfReach = list.outOfReach;
+        world.trianglesOutOfReach = list.trianglesOutOfReach;
+    }
+    else
+    {
+        world.obstacles = loadObstacles(a.obstacles);  // where joints stop, others go elsewhere
+    }
     world.bodies = bodiesOf(world.obstacles);
     for (const RigidBody& obstacle : world.bodies)
     {
@@ -202,8 +230,7 @@ World loadWorld(const ArticulatedArguments& a)
             checkAccuracy(a.toi, link->mesh());
         }
     }
-    world.seconds = watch.seconds();
-    return world;
+    world.seconds += watch.seconds();
 }
 
 void print(const ArticulatedArguments& a, const World& world, const ArticulatedReport& report)
@@ -239,7 +266,10 @@ std::optional<ModelShare> shareOf(const ArticulatedArguments& a,
     {
         trees.push_back(obstacle.tree);
     }
-    return ModelShare(use, trees);
+    ModelShare share(use, trees);
+    share.ofBodies += world.outOfReach;
+    share.ofTriangles += world.trianglesOutOfReach;
+    return share;
 }
 
 int answerOne(ArticulatedArguments a, const World& world, const ArticulatedQuery& query)
@@ -353,10 +383,11 @@ int answer(const ArticulatedArguments& a)
         requireOtherFile(a.output, {a.urdf, a.srdf, a.from, a.to, a.path});
         requireWritable(a.output);
     }
-    const World world = loadWorld(a);
+    World world = loadRobot(a);
     const KinematicTree& tree = world.links.robot.tree;
     const std::vector<ArticulatedQuery> queries =
         a.path.empty() ? pairQueries(a, tree) : pathQueries(a, tree);
+    loadSurroundings(a, queries, world);
     if (a.output.empty())
     {
         return answerOne(a, world, queries[0]);
@@ -375,7 +406,8 @@ constexpr const char* kArticulatedFooter =
     "with "
     "the columns mesh (relative to the scene) and, as needed, name, scale, qw qx qy qz tx ty tz. A "
     "scene in YAML has a list 'obstacles:' of items with the keys mesh, name, scale, position "
-    "[tx, ty, tz], and quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw].\n"
+    "[tx, ty, tz], and quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw]. Of a manifest "
+    "('bullet-ccd manifest') only the meshes are loaded whose boxes the motion meets.\n"
     "\n"
     "--self tests links against each other, except for the pairs that the SRDF disables. Links "
     "that "

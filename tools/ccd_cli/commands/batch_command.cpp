@@ -11,11 +11,14 @@
 #include "tools/support/stopwatch.h"
 #include "tools/support/text_file.h"
 
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -72,6 +75,14 @@ std::string tableOf(const QueryFile& file, const std::vector<TimedAnswer>& answe
     return text;
 }
 
+/// Nothing without an accuracy.
+std::optional<ModelShare> neededOf(const std::vector<ModelUse>& uses, const MeshPair& meshes)
+{
+    return uses.empty() ? std::nullopt
+                        : std::optional<ModelShare>(
+                              {uses, std::array{meshes.treeA.get(), meshes.treeB.get()}});
+}
+
 int runBatch(const BatchArguments& arguments)
 {
     requireOtherFile(arguments.output, {arguments.fileA, arguments.fileB, arguments.queries});
@@ -87,6 +98,11 @@ int runBatch(const BatchArguments& arguments)
     std::vector<TimedAnswer> answers;
     RunOptions options = arguments.run;
     options.toi.stop = stop.condition();
+    std::vector<ModelUse> uses;
+    if (options.toi.anyWithin && arguments.summary)
+    {
+        options.uses = &uses;
+    }
     {
         ProgressLine progress(total, "queries");
         answers = runQueries(*meshes.treeA,
@@ -111,7 +127,8 @@ int runBatch(const BatchArguments& arguments)
                                 .warm = arguments.run.warm,
                                 .loadSeconds = meshes.loadSeconds,
                                 .buildSeconds = meshes.buildSeconds,
-                                .wallSeconds = wall}));
+                                .wallSeconds = wall,
+                                .needed = neededOf(uses, meshes)}));
     }
     return stop.finish("bullet-ccd batch", count, total, "queries", kDone);
 }
@@ -194,8 +211,11 @@ void addBatchCommand(CLI::App& app, int& exitCode)
         ->required();
     addToiOptions(*command, arguments->run.toi);
     addRunOptions(*command, arguments->run);
-    command->add_flag(
-        "--summary", arguments->summary, "Print counts and times when everything is done.");
+    command->add_flag("--summary",
+                      arguments->summary,
+                      "Print counts and times when everything is done, and, with --accuracy, how "
+                      "much of the meshes the "
+                      "queries needed.");
     command->add_flag("--strict", arguments->strict, "Compute nothing if a row is bad.");
     addTimeLimitOption(*command, arguments->timeLimit, "Stop the queries");
     command->callback([arguments, &exitCode] { exitCode = runBatch(*arguments); });

@@ -19,6 +19,7 @@ void addDeformableCommand(CLI::App& app, int& exitCode);
 void addElementaryCommand(CLI::App& app, int& exitCode);
 void addReduceCommand(CLI::App& app, int& exitCode);
 void addAdviseCommand(CLI::App& app, int& exitCode);
+void addManifestCommand(CLI::App& app, int& exitCode);
 
 /// The meshes A and B.
 void addMeshes(CLI::App& command, std::string& fileA, std::string& fileB);

@@ -46,6 +46,7 @@ int runBulletCcd(int argc, char** argv)
             addElementaryCommand(app, exitCode);
             addReduceCommand(app, exitCode);
             addAdviseCommand(app, exitCode);
+            addManifestCommand(app, exitCode);
         });
 }
 }  // namespace bullet_ccd::tools

@@ -86,16 +86,24 @@ void addToiOptions(CLI::App& command, ToiOptions& options)
     command
         .add_option_function<double>(
             "--accuracy",
-            [&options](double accuracy)
+            [&options, tolerance = command.get_option("--tolerance")](double accuracy)
             {
+                if (tolerance->count() > 0 && options.tolerance != accuracy)
+                {
+                    throw CLI::ValidationError(
+                        "--accuracy",
+                        fmt::format("{} is not the --tolerance of {}, and both are one number: "
+                                    "leave one out",
+                                    accuracy,
+                                    options.tolerance));
+                }
                 options.tolerance = accuracy;
                 options.anyWithin = true;
             },
             "In place of --tolerance: any contact within this gap will do. Nothing is looked at "
             "more closely than that asks for, and times may be earlier by what it takes to close "
             "the gap [unit of the meshes].")
-        ->type_name("D")
-        ->excludes("--tolerance");
+        ->type_name("D");
     command
         .add_option("--strategy",
                     options.strategy,

@@ -1,5 +1,6 @@
 #include "tools/ccd_cli/run/articulated_run.h"
 
+#include "bullet_ccd/toi/articulated/body_boxes.h"
 #include "tools/ccd_cli/run/query_run.h"
 
 #include <algorithm>
@@ -20,6 +21,35 @@ double microsecondsOf(const Function& function)
     return elapsed.count();
 }
 }  // namespace
+
+void addSweptBoxes(const RobotLinks& links,
+                   const JointMotion& motion,
+                   double reach,
+                   std::vector<Eigen::AlignedBox3d>& boxes)
+{
+    constexpr int kParts = 4;  // a box over a long way is wide
+    MovingFrames frames;
+    frames.reset(links.robot.tree, motion);
+    FrameSweep sweep;
+    for (int part = 0; part < kParts; ++part)
+    {
+        sweep.reset(frames, 0, static_cast<double>(part) / kParts, (part + 1.0) / kParts);
+        for (std::size_t link = 0; link < links.linkTrees.size(); ++link)
+        {
+            if (links.linkTrees[link] == nullptr)
+            {
+                continue;
+            }
+            const LinkPlace& place = frames.place(static_cast<std::int32_t>(link));
+            OrientedBox box = rootBox(*links.linkTrees[link]);
+            box.center = place.X_FL * box.center;
+            box.axes = place.X_FL.linear() * box.axes;
+            const Eigen::AlignedBox3d swept = sweep.boxOver(place.frame, box).box;
+            const Eigen::Vector3d wider = Eigen::Vector3d::Constant(reach);
+            boxes.emplace_back(swept.min() - wider, swept.max() + wider);
+        }
+    }
+}
 
 std::vector<ArticulatedAnswer> runArticulated(const RobotLinks& links,
                                               std::span<const RigidBody> obstacles,

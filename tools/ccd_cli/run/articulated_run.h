@@ -19,6 +19,12 @@ struct ArticulatedQuery
     JointMotion motion;
 };
 
+/// Appends boxes in W that enclose all links over the motion, widened by `reach` [m].
+void addSweptBoxes(const RobotLinks& links,
+                   const JointMotion& motion,
+                   double reach,
+                   std::vector<Eigen::AlignedBox3d>& boxes);
+
 struct ArticulatedAnswer
 {
     ArticulatedToiResult result;

@@ -65,6 +65,9 @@ private:
         try
         {
             ToiWorkspace workspace;
+            ToiWorkspace noting;
+            ModelUse use;
+            noteModelUse(noting, &use);
             if (!m_queries.empty())
             {
                 (void)answer(m_queries[0], workspace);
@@ -72,6 +75,15 @@ private:
             for (std::size_t k = m_next++; k < m_cold.size(); k = m_next++)
             {
                 step(k, workspace);
+                if (m_options.uses != nullptr && k < m_queries.size())
+                {
+                    (void)answer(m_queries[k], noting);
+                }
+            }
+            if (m_options.uses != nullptr)
+            {
+                const std::scoped_lock lock(m_mutex);
+                m_options.uses->push_back(std::move(use));
             }
         }
         catch (...)

@@ -1,9 +1,10 @@
 /// Answers and times many rigid queries over the same two meshes.
 #pragma once
 
+#include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "tools/ccd_cli/files/query_file.h"
-#include "tools/ccd_cli/run/model_share.h"
+#include "tools/support/obstacles/model_share.h"
 
 #include <cstddef>
 #include <functional>
@@ -19,6 +20,9 @@ struct RunOptions
     int jobs = 1;       ///< threads, 0 for one a core
     int repeat = 1;     ///< passes over all queries
     bool warm = false;  ///< ask every query again at once, and time that
+    /// Where to add what the queries looked at, one for each thread; null: nowhere. They are asked
+    /// once more for that, untimed.
+    std::vector<ModelUse>* uses = nullptr;
 };
 
 struct TimedAnswer

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/ccd_cli/run/articulated_run.h"
-#include "tools/ccd_cli/run/model_share.h"
+#include "tools/support/obstacles/model_share.h"
 #include "tools/support/obstacles/obstacle_list.h"
 
 #include <cstddef>

@@ -61,11 +61,11 @@ std::string summaryText(const BatchSummary& summary)
         text += timesText("warm_microseconds",
                           timesOf(summary.answers, &TimedAnswer::warmMicroseconds));
     }
-    return text +
-           fmt::format(
-               "seconds: loading meshes {:.4f}, building hierarchies {:.4f}, queries {:.4f}\n",
-               summary.loadSeconds,
-               summary.buildSeconds,
-               summary.wallSeconds);
+    text +=
+        fmt::format("seconds: loading meshes {:.4f}, building hierarchies {:.4f}, queries {:.4f}\n",
+                    summary.loadSeconds,
+                    summary.buildSeconds,
+                    summary.wallSeconds);
+    return summary.needed ? text + "needed: " + plainText(*summary.needed) + "\n" : text;
 }
 }  // namespace bullet_ccd::tools

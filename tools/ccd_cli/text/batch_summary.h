@@ -5,6 +5,7 @@
 #include "tools/ccd_cli/run/query_run.h"
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -18,6 +19,7 @@ struct BatchSummary
     double loadSeconds = 0.0;
     double buildSeconds = 0.0;
     double wallSeconds = 0.0;  ///< of all queries and repeats together
+    std::optional<ModelShare> needed{};
 };
 
 /// Lines "<name>: <value>".

@@ -1,4 +1,5 @@
 #include "grasp/check/penetration_check.h"
+#include "grasp/closing/swept_boxes.h"
 #include "grasp/formats/content_hash.h"
 #include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/commands/commands.h"
@@ -11,6 +12,7 @@
 #include "tools/support/pose_text.h"
 #include "tools/support/text_table.h"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <iostream>
@@ -91,14 +93,50 @@ HandWay wayOf(const CloseArguments& arguments)
     return {.X_WStart = poseOf(arguments), .shift = shiftOf(arguments)};
 }
 
+/// Boxes in W about all that the hand passes through on its way and while it closes.
+std::vector<Eigen::AlignedBox3d> reachOf(const HandWay& way,
+                                         const grasp::HandModel& hand,
+                                         const grasp::Preshape& preshape,
+                                         const grasp::ClosingOptions& closing)
+{
+    const grasp::SweptBoxes boxes = grasp::sweptBoxes(hand, preshape.positions);
+    const Eigen::Vector3d wider = Eigen::Vector3d::Constant(2.0 * closing.tolerance + 1e-6);
+    std::vector<Eigen::AlignedBox3d> reach;
+    const auto add = [&](const Eigen::AlignedBox3d& box)
+    { reach.emplace_back(box.min() - wider, box.max() + wider); };
+    double radius = 0.0;  // about the root's origin
+    for (const Eigen::AlignedBox3d& box : boxes.closing)
+    {
+        if (!box.isEmpty())
+        {
+            radius = std::max(radius, box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm());
+            if (way.path.empty())
+            {
+                add(grasp::sweptAlong(box.transformed(way.X_WStart), way.shift));
+            }
+        }
+    }
+    for (std::size_t leg = 0; leg < way.path.size(); ++leg)
+    {
+        // The hand may turn on a leg, and its origin moves straight.
+        Eigen::AlignedBox3d origin(way.path[leg].translation());
+        origin.extend(way.path[leg > 0 ? leg - 1 : 0].translation());
+        const Eigen::Vector3d around = Eigen::Vector3d::Constant(radius);
+        add({origin.min() - around, origin.max() + around});
+    }
+    return reach;
+}
+
 grasp::PathGrasp closeAfter(const HandWay& way,
                             const LoadedHand& hand,
                             const LoadedObject& object,
                             const grasp::Preshape& preshape,
                             const grasp::PlannerOptions& options,
-                            std::span<const RigidBody> obstacles)
+                            std::span<const RigidBody> obstacles,
+                            ClosingUses& uses)
 {
-    const grasp::CloseHand engine = closingEngine(options.engine, obstacles)();
+    const grasp::CloseHand engine =
+        closingEngine(options.engine, obstacles, hasAccuracy(options) ? &uses : nullptr)();
     if (!way.path.empty())
     {
         return closeOnPath(
@@ -274,17 +312,19 @@ int close(const CloseArguments& arguments)
     {
         printNotes(hand, object);
     }
-    const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
-    requireKinematic(obstacles, arguments.options);
-    const std::vector<RigidBody> bodies = bodiesOf(obstacles);
+    const ObstacleList obstacles = loadObstaclesWithin(
+        arguments.scene, reachOf(way, hand.hand, preshape, arguments.options.closing));
+    requireKinematic(obstacles.inReach, arguments.options);
+    const std::vector<RigidBody> bodies = bodiesOf(obstacles.inReach);
     const grasp::GraspRun run{.handFile = hand.file,
                               .srdfFile = hand.hand.srdfFile,
                               .objectFile = object.file,
                               .objectScale = arguments.pair.objectScale,
                               .obstaclesHash = grasp::contentHash(bodies),
                               .options = arguments.options};
+    ClosingUses uses;
     const grasp::PathGrasp closed =
-        closeAfter(way, hand, object, preshape, arguments.options, bodies);
+        closeAfter(way, hand, object, preshape, arguments.options, bodies, uses);
     const std::vector<Grasp> grasps = {closed.grasp};
     const std::string failure = failureOf(hand.hand, object.object, grasps.front());
     if (arguments.json)
@@ -298,6 +338,17 @@ int close(const CloseArguments& arguments)
             fmt::print("{}", pathText(closed.way));
         }
         printGrasp(arguments, hand.hand, grasps.front());
+        if (obstacles.outOfReach > 0)
+        {
+            fmt::print("obstacles out of reach, not loaded: {} of {}\n",
+                       obstacles.outOfReach,
+                       obstacles.outOfReach + obstacles.inReach.size());
+        }
+        if (!uses.empty())
+        {
+            fmt::print("closing needed {}\n",
+                       plainText(closingShare(uses, hand.hand, object.object, obstacles)));
+        }
     }
     if (output)
     {

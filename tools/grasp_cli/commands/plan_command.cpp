@@ -223,7 +223,7 @@ std::string cullingText(const std::vector<Grasp>& grasps, std::size_t obstacles)
 void printSummary(const PlanArguments& arguments,
                   const PlanRun& run,
                   const grasp::GraspRun& description,
-                  std::size_t obstacles,
+                  const std::vector<Obstacle>& obstacles,
                   bool wasInterrupted,
                   const std::vector<std::string>& written)
 {
@@ -278,9 +278,15 @@ void printSummary(const PlanArguments& arguments,
     {
         fmt::print("look at: {}\n", advice);
     }
-    if (obstacles > 0)
+    if (!obstacles.empty())
     {
-        fmt::print("{}", cullingText(run.grasps, obstacles));
+        fmt::print("{}", cullingText(run.grasps, obstacles.size()));
+    }
+    if (!run.uses.empty())
+    {
+        fmt::print("closing needed {}\n",
+                   plainText(closingShare(
+                       run.uses, run.hand.hand, run.object.object, {.inReach = obstacles})));
     }
     fmt::print("planned in {:.2f} s, {:.0f} candidates a second\nwritten:  {}\n",
                run.seconds,
@@ -365,7 +371,7 @@ int plan(const PlanArguments& arguments)
     {
         written.push_back(journal.file().string());
     }
-    printSummary(arguments, run, description, obstacles.size(), stop.isInterrupted(), written);
+    printSummary(arguments, run, description, obstacles, stop.isInterrupted(), written);
     if (tried.first < tried.second)
     {
         return stop.finish(

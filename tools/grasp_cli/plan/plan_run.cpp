@@ -11,6 +11,8 @@
 #include <atomic>
 #include <fmt/format.h>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -91,11 +93,43 @@ void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::Plann
 }
 
 grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
-                                   std::span<const RigidBody> obstacles)
+                                   std::span<const RigidBody> obstacles,
+                                   ClosingUses* uses)
 {
-    return engine == grasp::ClosingEngine::Kinematic
-               ? grasp::MakeCloseHand([obstacles] { return grasp::kinematicClosing(obstacles); })
-               : grasp::simulatedClosing();
+    if (engine == grasp::ClosingEngine::Simulated)
+    {
+        return grasp::simulatedClosing();
+    }
+    return [obstacles, uses, lock = std::make_shared<std::mutex>()]
+    {
+        const std::scoped_lock one(*lock);
+        return grasp::kinematicClosing(obstacles,
+                                       uses == nullptr ? nullptr : &uses->emplace_back());
+    };
+}
+
+bool hasAccuracy(const grasp::PlannerOptions& options)
+{
+    return options.closing.tolerance != kDefaultTolerance &&
+           options.engine == grasp::ClosingEngine::Kinematic;
+}
+
+ModelShare closingShare(const ClosingUses& uses,
+                        const grasp::HandModel& hand,
+                        const grasp::GraspObject& object,
+                        const ObstacleList& obstacles)
+{
+    std::vector<const SsvTree*> trees{&object.tree};
+    trees.insert(trees.end(), hand.linkTrees.begin(), hand.linkTrees.end());
+    for (const Obstacle& obstacle : obstacles.inReach)
+    {
+        trees.push_back(obstacle.tree.get());
+    }
+    const std::vector<ModelUse> all(uses.begin(), uses.end());
+    ModelShare share(all, trees);
+    share.ofBodies += obstacles.outOfReach;
+    share.ofTriangles += obstacles.trianglesOutOfReach;
+    return share;
 }
 
 void runPlan(PlanRun& run,
@@ -134,7 +168,11 @@ void runPlan(PlanRun& run,
     };
     const Stopwatch watch;
     run.grasps = grasp::planGrasps(
-        model, target, options, closingEngine(options.engine, extras.obstacles), all);
+        model,
+        target,
+        options,
+        closingEngine(options.engine, extras.obstacles, hasAccuracy(options) ? &run.uses : nullptr),
+        all);
     run.seconds = watch.seconds();
 }
 

@@ -3,20 +3,26 @@
 
 #include "grasp/planner/grasp_planner.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/obstacles/model_share.h"
 #include "tools/support/obstacles/obstacle_list.h"
 
+#include <deque>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::tools
 {
+/// What the closings of kinematic engines looked at, a record for each engine.
+using ClosingUses = std::deque<ModelUse>;
+
 struct PlanRun
 {
     LoadedHand hand;
     LoadedObject object;
     std::vector<grasp::Grasp> grasps{};  ///< best first
     double seconds = 0.0;                ///< planning alone
+    ClosingUses uses{};                  ///< if the options have an accuracy
 };
 
 /// What a user should know about both, on stderr.
@@ -30,8 +36,20 @@ void requireFingers(const LoadedHand& hand, const grasp::ClosingOptions& closing
 void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::PlannerOptions& options);
 
 /// @param obstacles  of the kinematic engine; must outlive the engines
+/// @param uses       gets a record for each kinematic engine; null: none is kept
 [[nodiscard]] grasp::MakeCloseHand closingEngine(grasp::ClosingEngine engine,
-                                                 std::span<const RigidBody> obstacles = {});
+                                                 std::span<const RigidBody> obstacles = {},
+                                                 ClosingUses* uses = nullptr);
+
+/// True if the closings keep an accuracy, of which a report says what it needed.
+[[nodiscard]] bool hasAccuracy(const grasp::PlannerOptions& options);
+
+/// What closing the hand needed of its links, the object and the obstacles, with those out of
+/// reach.
+[[nodiscard]] ModelShare closingShare(const ClosingUses& uses,
+                                      const grasp::HandModel& hand,
+                                      const grasp::GraspObject& object,
+                                      const ObstacleList& obstacles);
 
 /// Plans with the closing engine that the options name and fills in what is found.
 void runPlan(PlanRun& run,

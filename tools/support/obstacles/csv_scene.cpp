@@ -1,6 +1,10 @@
 #include "tools/support/csv_table.h"
 #include "tools/support/obstacles/obstacle_scene.h"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
 #include <fmt/format.h>
 #include <optional>
 
@@ -8,6 +12,11 @@ namespace bullet_ccd::tools
 {
 namespace
 {
+/// What a manifest has beside a scene.
+constexpr std::array<const char*, 9> kFactNames{
+    "triangles", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z", "bytes", "hash"};
+using FactColumns = std::array<std::size_t, kFactNames.size()>;
+
 /// Columns of a scene.
 struct SceneColumns
 {
@@ -15,13 +24,36 @@ struct SceneColumns
     std::optional<std::size_t> name;
     std::optional<std::size_t> scale;
     std::optional<PoseColumns> pose;
+    std::optional<FactColumns> facts;
 };
+
+std::optional<FactColumns> factColumns(const CsvTable& table)
+{
+    FactColumns columns{};
+    std::size_t found = 0;
+    for (std::size_t k = 0; k < kFactNames.size(); ++k)
+    {
+        if (const std::optional<std::size_t> column = table.find(kFactNames[k]))
+        {
+            columns[k] = *column;
+            ++found;
+        }
+    }
+    if (found != 0 && found != kFactNames.size())
+    {
+        table.failNames("only some columns of a manifest: make it again by bullet-ccd manifest");
+    }
+    return found == 0 ? std::nullopt : std::optional(columns);
+}
 
 SceneColumns columnsOf(const CsvTable& table)
 {
     for (const std::string& name : table.names)
     {
-        if (name != "mesh" && name != "name" && name != "scale" && !isPoseColumn(name, ""))
+        const bool isFact =
+            std::find(kFactNames.begin(), kFactNames.end(), name) != kFactNames.end();
+        if (name != "mesh" && name != "name" && name != "scale" && !isPoseColumn(name, "") &&
+            !isFact)
         {
             table.failNames(name +
                             ": no such column in a scene: use mesh, name, scale, qw, qx, qy, "
@@ -36,7 +68,47 @@ SceneColumns columnsOf(const CsvTable& table)
     return {.mesh = *mesh,
             .name = table.find("name"),
             .scale = table.find("scale"),
-            .pose = poseColumns(table, "")};
+            .pose = poseColumns(table, ""),
+            .facts = factColumns(table)};
+}
+
+/// A whole number, exact whatever its size.
+std::uint64_t countOf(const CsvTable& table, const CsvRow& row, std::size_t column, int base)
+{
+    const std::string& cell = row.cells[column];
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value, base);
+    if (cell.empty() || error != std::errc() || end != cell.data() + cell.size())
+    {
+        table.fail(row,
+                   column,
+                   fmt::format("\"{}\" is no whole number: make the manifest again by bullet-ccd "
+                               "manifest",
+                               cell));
+    }
+    return value;
+}
+
+MeshFacts factsOf(const CsvTable& table, const CsvRow& row, const FactColumns& columns)
+{
+    const auto corner = [&](std::size_t first)
+    {
+        return Eigen::Vector3d(table.number(row, columns[first]),
+                               table.number(row, columns[first + 1]),
+                               table.number(row, columns[first + 2]));
+    };
+    const MeshFacts facts{.box = {corner(1), corner(4)},
+                          .triangles = countOf(table, row, columns[0], 10),
+                          .bytes = countOf(table, row, columns[7], 10),
+                          .hash = countOf(table, row, columns[8], 16)};
+    if (facts.box.isEmpty())
+    {
+        table.fail(row,
+                   columns[1],
+                   "the low corner is above the high one: make the manifest again by bullet-ccd "
+                   "manifest");
+    }
+    return facts;
 }
 
 PlacedMesh placedMesh(const CsvTable& table, const CsvRow& row, const SceneColumns& columns)
@@ -58,7 +130,8 @@ PlacedMesh placedMesh(const CsvTable& table, const CsvRow& row, const SceneColum
         .name = hasName ? row.cells[*columns.name] : file.filename().string(),
         .scale = scale,
         .X_WO = columns.pose ? poseOf(table, row, *columns.pose) : Eigen::Isometry3d::Identity(),
-        .where = fmt::format("{}:{}: mesh: ", table.path.string(), row.line)};
+        .where = fmt::format("{}:{}: mesh: ", table.path.string(), row.line),
+        .facts = columns.facts ? std::optional(factsOf(table, row, *columns.facts)) : std::nullopt};
 }
 }  // namespace
 
@@ -72,5 +145,16 @@ std::vector<PlacedMesh> readCsvScene(const std::filesystem::path& path)
         scene.push_back(placedMesh(table, row, columns));
     }
     return scene;
+}
+
+bool isScene(const std::filesystem::path& path)
+{
+    const std::string kind = path.extension().string();
+    return kind == ".csv" || kind == ".yaml" || kind == ".yml";
+}
+
+std::vector<PlacedMesh> readScene(const std::filesystem::path& path)
+{
+    return path.extension() == ".csv" ? readCsvScene(path) : readYamlScene(path);
 }
 }  // namespace bullet_ccd::tools

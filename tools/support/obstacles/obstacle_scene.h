@@ -3,19 +3,31 @@
 
 #include <Eigen/Geometry>
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace bullet_ccd::tools
 {
+/// What a manifest says of a mesh.
+struct MeshFacts
+{
+    Eigen::AlignedBox3d box{};  ///< of the mesh, in its own frame [m]
+    std::size_t triangles = 0;
+    std::uint64_t bytes = 0;  ///< of the file
+    std::uint64_t hash = 0;   ///< of the file
+};
+
 struct PlacedMesh
 {
     std::filesystem::path mesh;
     std::string name;  ///< if the scene gives none, that of the mesh file
     double scale = 1.0;
     Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
-    std::string where;  ///< "<file>:<line>: mesh: " of the scene
+    std::string where;                 ///< "<file>:<line>: mesh: " of the scene
+    std::optional<MeshFacts> facts{};  ///< if the scene is a manifest
 };
 
 /// A row an obstacle, of the columns
@@ -24,6 +36,8 @@ struct PlacedMesh
 ///   name   if absent, that of the file
 ///   scale  file units to those of the robot, default 1
 ///   qw qx qy qz tx ty tz  pose, all or none, default identity
+///
+/// and in a manifest (scene_manifest.h) those of MeshFacts, all or none.
 ///
 /// Throws std::runtime_error "<file>:<line>: <column>: <what, value>: <remedy>".
 [[nodiscard]] std::vector<PlacedMesh> readCsvScene(const std::filesystem::path& path);
@@ -36,4 +50,10 @@ struct PlacedMesh
 ///
 /// Throws std::runtime_error as above, for keys that do not exist too.
 [[nodiscard]] std::vector<PlacedMesh> readYamlScene(const std::filesystem::path& path);
+
+/// True if the ending says that the file is a scene: .csv, .yaml or .yml.
+[[nodiscard]] bool isScene(const std::filesystem::path& path);
+
+/// One of both, by its ending.
+[[nodiscard]] std::vector<PlacedMesh> readScene(const std::filesystem::path& path);
 }  // namespace bullet_ccd::tools

@@ -17,9 +17,18 @@ struct ModelShare
     std::size_t triangles = 0;
     std::size_t ofTriangles = 0;
 
+    ModelShare() = default;
     /// Of the trees of a scene, one entry a body; null: a body without a mesh.
-    ModelShare(const ModelUse& use, std::span<const SsvTree* const> trees);
+    /// @param uses  one for each thread that asked: what any of them looked at counts, once
+    ModelShare(std::span<const ModelUse> uses, std::span<const SsvTree* const> trees);
+    ModelShare(const ModelUse& use, std::span<const SsvTree* const> trees)
+        : ModelShare(std::span(&use, 1), trees)
+    {
+    }
 };
+
+/// "2 of 41 bodies, 1,312 of 655,360 triangles"
+[[nodiscard]] std::string plainText(const ModelShare& share);
 
 /// "  needed      2 of 41 bodies, 1,312 of 655,360 triangles\n"
 [[nodiscard]] std::string readableText(const ModelShare& share);
