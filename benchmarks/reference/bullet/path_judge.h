@@ -57,8 +57,17 @@ public:
     /// At the end of a step, and at any moment within at which velocities change.
     /// @param sinceStep since the step began [s]
     void record(double sinceStep, bool isStepEnd);
+    /// When the program has moved something, before the step: Bullet looks for contacts with it
+    /// where it will be when the step ends.
+    void recordContacts(double timeStep)
+    {
+        if (m_measure)
+        {
+            noteDistance(m_watched.read(timeStep));
+        }
+    }
     [[nodiscard]] bool isThrough() const { return m_through; }
-    /// Smallest distance of the surfaces at a record so far [m]; 0 if they cross.
+    /// Smallest distance of the surfaces at a record of either kind so far [m]; 0 if they cross.
     [[nodiscard]] double closest() const { return m_closest; }
     /// Off where nobody asks for the distance: it is slow.
     void measureDistance(bool on) { m_measure = on; }

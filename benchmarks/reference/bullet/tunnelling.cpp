@@ -42,6 +42,7 @@ RunOutcome watchRun(Scene& scene, Kind kind, Watched watched, const Run& run)
         if (run.beforeStep)
         {
             run.beforeStep();
+            judge.recordContacts(run.timeStep);
         }
         scene.step(run.timeStep);
         judge.record(run.timeStep, true);

@@ -25,7 +25,7 @@ constexpr int kThoroughIterations = 10;  // for contacts that come again
 /// The solver is done where no row changes a velocity by more [m/s].
 constexpr btScalar kSolved = btScalar(1e-6);
 /// So many objects of a heap take part, and what is joined to them.
-constexpr std::size_t kMostObjects = 32;
+constexpr std::size_t kMostObjects = 16;
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
 
@@ -516,7 +516,10 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     {
         btCollisionObject& object = at(index);
         m_progress.bring(object);
-        object.activate();
+        if (!object.isActive())
+        {
+            object.activate();  // of what is awake it would put off the sleep
+        }
         m_objects.push_back(&object);
         btMultiBody* body = multiBodyOf(&object);
         if (body != nullptr &&
@@ -829,14 +832,14 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
 }
 
 const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
-    const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, const Place& place)
+    const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, bool rigid)
 {
     BT_PROFILE("btCcdImpactSolver::solve");
     std::vector<SavedImpulses> saved;
     list();
     findContacts(impacts);
     collect(impacts);
-    if (place && !place(m_objects))
+    if (rigid && !m_multiBodies.empty())
     {
         m_objects.clear();
         return m_objects;

@@ -6,7 +6,6 @@
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
-#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -39,18 +38,11 @@ public:
     btCcdImpactSolver(btDiscreteDynamicsWorld& world, btCcdProgress& progress);
 
     void beginStep();
-    using Place = std::function<bool(const std::vector<btCollisionObject*>&)>;
-    /// What would take part by the contacts that are known: itself, what it touches, and so on.
-    const std::vector<btCollisionObject*>& islandOf(const std::vector<btCcdImpact>& impacts)
-    {
-        collect(impacts);
-        return m_objects;
-    }
     /// Solves and returns one collider of every body that may have got another velocity.
-    /// @param place is given these before; nothing is solved if it returns false
+    /// @param rigid nothing is solved if a multibody takes part
     const std::vector<btCollisionObject*>& solve(const std::vector<btCcdImpact>& impacts,
                                                  btCcdAnswer answer,
-                                                 const Place& place = {});
+                                                 bool rigid = false);
 
 private:
     /// A contact of two objects that are reached, by index in the world.

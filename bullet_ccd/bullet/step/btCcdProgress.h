@@ -40,6 +40,11 @@ public:
     /// asks for its pose.
     void bring(const btCollisionObject& object)
     {
+        if (m_place)
+        {
+            m_place(object);
+            return;
+        }
         if (m_integrate == nullptr || object.isStaticOrKinematicObject())
         {
             return;
@@ -54,6 +59,8 @@ public:
         m_times[index] = m_now;
         move(body, m_spins.pieces(*body, time), time);
     }
+    /// While a motion that is done is looked at: how an object gets there; empty: it stays.
+    void setPlace(const std::function<void(const btCollisionObject&)>& place) { m_place = place; }
     void bringAll()
     {
         const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
@@ -75,6 +82,7 @@ private:
     btDiscreteDynamicsWorld& m_world;
     btCcdSpins& m_spins;
     const Integrate* m_integrate = nullptr;
+    std::function<void(const btCollisionObject&)> m_place;
     btScalar m_now = 0;
     std::vector<btScalar> m_times;  // by index in the world
 

@@ -108,11 +108,29 @@ void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, boo
     {
         return;
     }
-    Push push{body, end->m_pose, {0, 0, 0}, {0, 0, 0}};
+    Push push{body,
+              end->m_pose,
+              {0, 0, 0},
+              {0, 0, 0},
+              body->getLinearVelocity(),
+              body->getAngularVelocity()};
     btTransformUtil::calculateVelocity(
         end->m_pose, body->getWorldTransform(), timeStep, push.m_linear, push.m_angular);
     m_pushes.push_back(push);
     end->m_isLooked = true;
+}
+
+void btCcdPushes::giveOwnVelocity(const btCollisionObject& object) const
+{
+    const auto push = std::find_if(m_pushes.begin(),
+                                   m_pushes.end(),
+                                   [&](const Push& known) { return known.m_body == &object; });
+    if (push != m_pushes.end() && push->m_body->getLinearVelocity() == push->m_linear &&
+        push->m_body->getAngularVelocity() == push->m_angular)
+    {
+        push->m_body->setLinearVelocity(push->m_ownLinear);
+        push->m_body->setAngularVelocity(push->m_ownAngular);
+    }
 }
 
 btCcdPushed::btCcdPushed(btDiscreteDynamicsWorld& world,

@@ -21,6 +21,8 @@ public:
         btTransform m_from;
         btVector3 m_linear;  // that take it there in the time of the step
         btVector3 m_angular;
+        btVector3 m_ownLinear;  // when it was found
+        btVector3 m_ownAngular;
     };
 
     explicit btCcdPushes(btDiscreteDynamicsWorld& world) : m_world(world) {}
@@ -53,6 +55,8 @@ public:
         return m_pushes;
     }
     [[nodiscard]] const std::vector<Push>& found() const { return m_pushes; }
+    /// What has the velocity of its push, while btCcdPushed lives, gets its own.
+    void giveOwnVelocity(const btCollisionObject& object) const;
     /// What may have been pushed farther than half of gContactBreakingThreshold, or from where is
     /// not known; after find().
     [[nodiscard]] const std::vector<const btRigidBody*>& far() const { return m_far; }

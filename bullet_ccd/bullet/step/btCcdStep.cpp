@@ -28,17 +28,20 @@ constexpr double kAway = 0.01;
 constexpr btScalar kInstant = btScalar(1e-6);
 /// So many impacts are remembered.
 constexpr std::size_t kMostSeen = 1000;
-/// The action: a body that is held within the first part of the step, in more than so many steps in
-/// a row, is stuck.
-constexpr btScalar kFirstPart = btScalar(1.0 / 16.0);
+/// The action: a body that meets something in more than so many steps is stuck, until it has met
+/// nothing in as many steps as this.
 constexpr int kStuck = 2;
-/// After more it is jammed between others, which only what it cannot do keeps at their speed: it is
-/// slowed down by this part in every step.
+constexpr int kForgotten = 16;
+/// If that came within the first part of the step, in more steps in a row, it is jammed between
+/// others, which only what it cannot do keeps at their speed: it is slowed down by this part in
+/// every step.
+constexpr btScalar kFirstPart = btScalar(1.0 / 16.0);
+constexpr int kHeld = 2;
 constexpr int kJammed = 4;
 /// How often a body goes on beside a kinematic object before it is carried along.
 constexpr int kPushes = 2;
-/// How often the solver answers in a step, at most.
-constexpr int kSolvings = 8;
+/// How often the solver answers for a body in a step, at most.
+constexpr int kSolvings = 12;
 constexpr btScalar kDrag = btScalar(0.5);
 
 /// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
@@ -287,7 +290,6 @@ void btCcdStep::takeBack(btScalar timeStep)
     {
         m_stepper.getReady();
         m_solver.beginStep();
-        m_solvings = 0;
         for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
         {
             m_stepper.advance(event.m_time);
@@ -322,43 +324,54 @@ void btCcdStep::takeBack(btScalar timeStep)
         countQueries();
     }
     ++m_step;
-    std::erase_if(m_stuck, [this](const auto& known) { return known.second.m_step < m_step - 1; });
+    std::erase_if(m_stuck,
+                  [this](const auto& known) { return known.second.m_step < m_step - kForgotten; });
 }
 
 /// Two that meet are held. What is stuck, and what a kinematic object runs into, goes on.
 void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
 {
     std::vector<btCcdImpact> stuck;
+    bool isPressed = false;
+    const auto holdBoth = [&](const btCcdImpact& impact)
+    {
+        holdBack(impact.m_objectA, remaining);
+        holdBack(impact.m_objectB, remaining);
+    };
     for (const btCcdImpact& impact : event.m_impacts)
     {
-        const bool isEarly = event.m_time < kFirstPart * m_timeStep;
-        const int steps = isEarly ? countStuck(impact) : 0;
-        const bool isDriven = isDriving(*impact.m_objectA) || isDriving(*impact.m_objectB);
-        if (isDriven)
+        const Stuck steps = countStuck(impact, event.m_time < kFirstPart * m_timeStep);
+        if (isDriving(*impact.m_objectA) || isDriving(*impact.m_objectB))
         {
-            push(impact, remaining, steps > kStuck);
+            push(impact, remaining, steps.m_jams > kHeld);
+            continue;
         }
-        else if (steps > kStuck && !event.m_gaveUp)
+        if (steps.m_count <= kStuck || event.m_gaveUp)
         {
+            holdBoth(impact);
+            continue;
+        }
+        m_pushes.giveOwnVelocity(*impact.m_objectA);
+        m_pushes.giveOwnVelocity(*impact.m_objectB);
+        const bool isSolved = countSolving(impact);
+        if (steps.m_jams > kJammed || !isSolved)
+        {
+            part(impact, steps.m_jams > kJammed ? kDrag : btScalar(0));
+        }
+        if (isSolved)
+        {
+            isPressed = isPressed || steps.m_jams > kHeld;
             stuck.push_back(impact);
-            if (steps > kJammed || m_solvings >= kSolvings)
-            {
-                part(impact, steps > kJammed ? kDrag : btScalar(0));
-            }
         }
         else
         {
-            holdBack(impact.m_objectA, remaining);
-            holdBack(impact.m_objectB, remaining);
+            holdBoth(impact);
         }
     }
-    if (!stuck.empty() && !solveBack(stuck, remaining))
+    const btCcdAnswer answer = isPressed ? btCcdAnswer::Part : btCcdAnswer::Bounce;
+    if (!stuck.empty() && !solveBack(stuck, answer, remaining))
     {
-        for (const btCcdImpact& impact : stuck)
-        {
-            holdBack(impact.m_objectA, remaining);
-            holdBack(impact.m_objectB, remaining);
-        }
+        std::for_each(stuck.begin(), stuck.end(), holdBoth);
     }
     for (btCollisionObject* object : m_pushed)
     {
@@ -405,38 +418,38 @@ void btCcdStep::push(const btCcdImpact& impact, btScalar remaining, bool isStuck
 
 /// Answers as a world does, in the middle of the step, and everything in the island goes on from
 /// there. False if that is not to be.
-bool btCcdStep::solveBack(const std::vector<btCcdImpact>& impacts, btScalar remaining)
+bool btCcdStep::solveBack(const std::vector<btCcdImpact>& impacts,
+                          btCcdAnswer answer,
+                          btScalar remaining)
 {
-    if (m_solvings++ >= kSolvings)
-    {
-        return false;
-    }
-    std::set<btCollisionObject*> placed;
-    const auto place = [&](const std::vector<btCollisionObject*>& island)
-    {
-        const auto isLink = [](const btCollisionObject* object)
-        { return btMultiBodyLinkCollider::upcast(object) != nullptr; };
-        if (std::any_of(island.begin(), island.end(), isLink))
+    std::map<const btCollisionObject*, btTransform> ends;  // of what has been placed
+    m_progress.setPlace(
+        [&](const btCollisionObject& object)
         {
-            return false;
-        }
-        for (btCollisionObject* object : island)
-        {
-            if (placeBack(object))
+            // Asking for its motion comes here again.
+            const bool isNew = ends.emplace(&object, object.getWorldTransform()).second;
+            const bool isLink = btMultiBodyLinkCollider::upcast(&object) != nullptr;
+            if (isNew && (isLink || !placeBack(const_cast<btCollisionObject*>(&object))))
             {
-                placed.insert(object);
+                ends.erase(&object);
             }
-        }
-        return true;
-    };
-    const bool solved = place(m_solver.islandOf(impacts)) &&
-                        !m_solver.solve(impacts, btCcdAnswer::Part, place).empty();
-    for (btCollisionObject* object : placed)
+            m_pushes.giveOwnVelocity(object);
+        });
+    const std::vector<btCollisionObject*>& island = m_solver.solve(impacts, answer, true);
+    m_progress.setPlace({});
+    for (btCollisionObject* object : island)
     {
-        m_stepper.changed(*object);
-        goOn(object, remaining);
+        if (ends.erase(object) != 0)
+        {
+            m_stepper.changed(*object);
+            goOn(object, remaining);
+        }
     }
-    return solved;
+    for (const auto& [object, end] : ends)
+    {
+        const_cast<btCollisionObject*>(object)->setWorldTransform(end);
+    }
+    return !island.empty();
 }
 
 /// True for a kinematic object that moves in this step.
@@ -467,10 +480,10 @@ void btCcdStep::goOn(btCollisionObject* object, btScalar remaining)
     m_stepper.goesOn(*object);
 }
 
-/// In how many steps in a row a body of the impact has been held at once.
-int btCcdStep::countStuck(const btCcdImpact& impact)
+/// In how many steps the body of the impact that met more has met something.
+btCcdStep::Stuck btCcdStep::countStuck(const btCcdImpact& impact, bool isEarly)
 {
-    int stuck = 0;
+    Stuck stuck;
     for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
     {
         const btCcdBody body = btCcdBody::of(object);
@@ -479,14 +492,32 @@ int btCcdStep::countStuck(const btCcdImpact& impact)
             continue;
         }
         Stuck& known = m_stuck[body];
-        if (known.m_count == 0 || known.m_step != m_step)
+        if (known.m_step != m_step)
         {
             ++known.m_count;
             known.m_step = m_step;
         }
-        stuck = std::max(stuck, known.m_count);
+        if (isEarly && known.m_jamStep != m_step)
+        {
+            known.m_jams = known.m_jamStep == m_step - 1 ? known.m_jams + 1 : 1;
+            known.m_jamStep = m_step;
+        }
+        stuck.m_count = std::max(stuck.m_count, known.m_count);
+        stuck.m_jams = std::max(stuck.m_jams, isEarly ? known.m_jams : 0);
     }
     return stuck;
+}
+
+/// False if the solver has answered often enough for one of the two in this step.
+bool btCcdStep::countSolving(const btCcdImpact& impact)
+{
+    bool isFree = true;
+    for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+    {
+        const btCcdBody body = btCcdBody::of(object);
+        isFree = !(body.isFree() && m_fates[body].m_solvings++ >= kSolvings) && isFree;
+    }
+    return isFree;
 }
 
 void btCcdStep::countQueries()

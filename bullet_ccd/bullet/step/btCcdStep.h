@@ -67,6 +67,7 @@ private:
         btScalar m_instant = -1;  // the time of the last one,
         int m_atInstant = 0;      // and how many came then
         int m_carries = 0;
+        int m_solvings = 0;
         std::optional<btCcdYield> m_yield;       // but settling
         std::optional<btCcdVelocities> m_own;    // before it was stopped
         std::optional<btCcdVelocities> m_after;  // of what is carried
@@ -88,14 +89,15 @@ private:
     std::map<btCcdBody, double> m_lostTimes;
     std::set<std::pair<btMultiBody*, int>> m_stopLinks;
     std::map<btCcdBody, Fate> m_fates;  // of this step
-    /// Of the action.
+    /// Of the action: what meets something again and again.
     struct Stuck
     {
-        int m_count = 0;  // of steps in a row
-        int m_step = 0;
+        int m_count = 0;  // of steps,
+        int m_step = 0;   // and the last one;
+        int m_jams = 0;   // of steps in a row in which that came at once,
+        int m_jamStep = 0;
     };
     std::map<btCcdBody, Stuck> m_stuck;
-    int m_solvings = 0;                        // of this step
     std::vector<btCollisionObject*> m_pushed;  // by kinematic objects, at the present time
     int m_step = 1;
     int m_impacts = 0;
@@ -119,7 +121,8 @@ private:
     [[nodiscard]] bool isSpent(double share) const;
     bool settle(const btCcdImpact& impact);
     void part(const btCcdImpact& impact, btScalar drag);
-    [[nodiscard]] int countStuck(const btCcdImpact& impact);
+    [[nodiscard]] Stuck countStuck(const btCcdImpact& impact, bool isEarly);
+    [[nodiscard]] bool countSolving(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
     bool stopWatchedLink(const btCollisionObject* object, int link);
     void yield(const btCcdImpact& impact, btScalar remaining);
@@ -141,7 +144,7 @@ private:
     [[nodiscard]] bool isDriving(const btCollisionObject& object);
     void answerBack(const btCcdStepper::Event& event, btScalar remaining);
     void push(const btCcdImpact& impact, btScalar remaining, bool isStuck);
-    bool solveBack(const std::vector<btCcdImpact>& impacts, btScalar remaining);
+    bool solveBack(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, btScalar remaining);
     void goOn(btCollisionObject* object, btScalar remaining);
     void countHold(const btCcdBody& body, btScalar remaining);
     void countQueries();

@@ -164,6 +164,35 @@ TEST_P(Recovery, OfAColumnOfFiveMeshesTakesNoTimeFromThemForever)
     EXPECT_LT(scene.counters().m_lostTime - before, 0.5);  // of five body-seconds
 }
 
+TEST_P(Recovery, OfAStackOfMeshesThatRests)
+{
+    // Ten iterations of the solver leave a stack a little approach in every step, which closes the
+    // margins: that must cost neither time nor sleep.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -10));
+    scene.body(scene.box(vec(20, 20, 0.05)), 0.0, poseAt(vec(0, 0, -0.05)));
+    std::vector<btRigidBody*> cubes;
+    for (int i = 0; i < 4; ++i)
+    {
+        cubes.push_back(scene.body(
+            scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0.03 * i, 0, 0.1005 + 0.201 * i))));
+        cubes.back()->forceActivationState(ACTIVE_TAG);
+    }
+    for (int i = 0; i < 240; ++i)
+    {
+        scene.step(kStepOfRecovery);
+    }
+    EXPECT_GT(scene.counters().m_impacts, 20);
+    EXPECT_LT(scene.counters().m_lostTime, 0.2);  // of 16 body-seconds
+    for (std::size_t i = 0; i < cubes.size(); ++i)
+    {
+        EXPECT_EQ(cubes[i]->getActivationState(), ISLAND_SLEEPING) << i;
+        const btVector3& at = cubes[i]->getWorldTransform().getOrigin();
+        EXPECT_NEAR(double(at.z()), 0.1005 + 0.201 * double(i), 0.002) << i;
+        EXPECT_NEAR(double(at.x()), 0.03 * double(i), 0.03) << i;
+    }
+}
+
 TEST_P(Recovery, OfALightMeshUnderAHeavyOne)
 {
     // Pressed until their surfaces touch to the last bit, in which no query finds a direction.
