@@ -25,7 +25,7 @@ constexpr int kThoroughIterations = 10;  // for contacts that come again
 /// The solver is done where no row changes a velocity by more [m/s].
 constexpr btScalar kSolved = btScalar(1e-6);
 /// So many objects of a heap take part, and what is joined to them.
-constexpr std::size_t kMostObjects = 16;
+constexpr std::size_t kMostObjects = 8;
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
 
