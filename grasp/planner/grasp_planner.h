@@ -42,9 +42,10 @@ using PlanProgress = std::function<void(const Grasp&)>;
 struct PlanExtras
 {
     PlanProgress progress = {};
-    /// Bodies at rest in W beside the object. A candidate that touches one is rejected
-    /// (RejectReason::Obstacle), provided that the closing engine knows them, too. Obstacles that
-    /// the swept boxes of the hand do not meet cost no query.
+    /// Bodies at rest in W beside the object. An open hand whose approach ends at one is drawn back
+    /// from there. A candidate that touches one while it closes, or that holds nothing farther
+    /// back, is rejected (RejectReason::Obstacle), provided that the closing engine knows them,
+    /// too. Obstacles that the swept boxes of the hand do not meet cost no query.
     std::span<const RigidBody> obstacles = {};
     /// Candidates of an earlier plan of the same hand, object, obstacles and options. They are
     /// taken over as they are, without a call of `progress`.

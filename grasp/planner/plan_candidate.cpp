@@ -324,16 +324,18 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
         return approached;
     }
     approached.approachDistance = approach.time * candidate.distance;
-    if (!approach.contacts.empty() && approach.contacts.front().obstacle != kObject)
-    {
-        approached.reject = RejectReason::Obstacle;
-        return approached;
-    }
+    // Fingers that reach around the object to what it stands on are drawn back from there.
+    const bool meetsObstacle =
+        !approach.contacts.empty() && approach.contacts.front().obstacle != kObject;
 
     std::optional<Grasp> best;
     for (const double travel :
          closingTravels(candidate, approached.approachDistance, fingersAreCoupled(context.hand)))
     {
+        if (meetsObstacle && travel == approached.approachDistance)
+        {
+            continue;
+        }
         const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
         Grasp grasp = closeAt(approached, X_WH, preshape.positions, context);
         if (!best || better(grasp, *best))
@@ -344,6 +346,11 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
         {
             break;
         }
+    }
+    if (!best || (meetsObstacle && best->reject != RejectReason::None))
+    {
+        approached.reject = RejectReason::Obstacle;
+        return approached;
     }
     rejectPenetration(*best, context);
     return *std::move(best);

@@ -433,18 +433,28 @@ private:
     /// Closes the hand anew where the arm holds it, which is not quite where it was planned.
     std::optional<Obstruction> closeAt(const Grasp& grasp, const JointPositions& posture)
     {
-        m_plan.grasp = grasp;
-        m_plan.grasp.X_WH = m_plan.X_WOStart.inverse() * m_kinematics.poseAt(posture);
-        m_plan.X_HO = m_plan.grasp.X_WH.inverse();
-        m_open = findPreshape(m_task.hand, grasp.preshape)->positions;
-        const ClosingResult closed = kinematicClosing(m_inObject)(
-            m_task.hand, m_task.object, m_plan.grasp.X_WH, m_open, m_options.grasps.closing);
-        if (closed.status != ToiStatus::Hit || closed.touchedObstacle || closed.contacts.size() < 2)
+        const Preshape& preshape = *findPreshape(m_task.hand, grasp.preshape);
+        m_open = preshape.positions;
+        const Grasp closed = closeAtPose(m_task.hand,
+                                         m_task.object,
+                                         m_plan.X_WOStart.inverse() * m_kinematics.poseAt(posture),
+                                         Eigen::Vector3d::Zero(),
+                                         preshape,
+                                         m_options.grasps,
+                                         kinematicClosing(m_inObject),
+                                         m_inObject);
+        if (closed.reject != RejectReason::None)
         {
-            return Obstruction{"close", "the hand does not close on the object from there"};
+            return Obstruction{"close",
+                               std::string("the hand does not grasp the object from there: ") +
+                                   toString(closed.reject)};
         }
+        m_plan.grasp = grasp;
+        m_plan.grasp.X_WH = closed.X_WH;
         m_plan.grasp.positions = closed.positions;
         m_plan.grasp.stops = closed.stops;
+        m_plan.grasp.contacts = closed.contacts;
+        m_plan.X_HO = closed.X_WH.inverse();
         return std::nullopt;
     }
 

@@ -50,6 +50,43 @@ def test_continuous_collision_is_certified():
     assert fcl.continuousCollide(ball, ball.getTransform(), thin, thin.getTransform()) == 1
 
 
+@pytest.mark.parametrize("shape, reach, top, bottom", [
+    (fcl.Sphere(0.4), 0.4, 0.4, -0.4), (fcl.Ellipsoid(0.2, 0.3, 0.5), 0.2, 0.5, -0.5),
+    (fcl.Capsule(0.1, 0.8), 0.1, 0.5, -0.5), (fcl.Cylinder(0.3, 0.8), 0.3, 0.4, -0.4),
+    (fcl.Cone(0.3, 0.8), None, 0.4, -0.4)])
+def test_round_shapes_by_closed_forms(shape, reach, top, bottom):
+    here, wall = fcl.CollisionObject(shape), fcl.Box(1e-3, 8, 8)
+    off = 2 + 5e-4
+    assert shape.mesh.is_watertight
+    # The facets are outside of the shape, by a thousandth of its size at most.
+    if reach:
+        for k in range(5):  # in any direction across
+            turn = fcl.Transform(np.array([np.cos(0.2 * k), 0, 0, np.sin(0.2 * k)]))
+            beside = fcl.CollisionObject(wall, fcl.Transform(turn.getRotation(), turn.getRotation() @ [off, 0, 0]))
+            across = reach if not isinstance(shape, fcl.Ellipsoid) else np.hypot(
+                0.2 * np.cos(0.4 * k), 0.3 * np.sin(0.4 * k))
+            assert 2 - across - 1e-3 <= fcl.distance(here, beside) <= 2 - across + 1e-12
+    slab = fcl.Box(8, 8, 1e-3)
+    for height, end in ((off, top), (-off, bottom)):
+        over = fcl.CollisionObject(slab, fcl.Transform(np.array([0, 0, height])))
+        assert 2 - abs(end) - 1e-3 <= fcl.distance(here, over) <= 2 - abs(end) + 1e-12
+        time = fcl.continuousCollide(over, fcl.Transform(), here, here.getTransform())
+        assert time == pytest.approx((2 - abs(end)) / off, abs=1e-3)
+
+
+def test_what_meshes_cannot_answer_is_refused():
+    for wrong in ((0.0, 1.0), (-1.0, 1.0), (np.nan, 1.0), (1.0, np.inf)):
+        with pytest.raises(ValueError, match="Cylinder: sizes"):
+            fcl.Cylinder(*wrong)
+    with pytest.raises(NotImplementedError, match="enable_signed_distance"):
+        fcl.DistanceRequest(enable_signed_distance=True)
+    with pytest.raises(NotImplementedError, match="enable_cost"):
+        fcl.CollisionRequest(enable_cost=True)
+    fcl.ContinuousCollisionRequest(ccd_motion_type=fcl.CCDMotionType.CCDM_LINEAR,
+                                   gjk_solver_type=fcl.GJKSolverType.GST_INDEP,
+                                   ccd_solver_type=fcl.CCDSolverType.CCDC_CONSERVATIVE_ADVANCEMENT)
+
+
 def test_managers():
     objects = [put(2.0 * i, 0, 0) for i in range(5)]
     manager, other = fcl.DynamicAABBTreeCollisionManager(), fcl.DynamicAABBTreeCollisionManager()

@@ -432,7 +432,7 @@ TEST(GraspPlanner, ATableUnderTheObjectRejectsWhatTouchesIt)
     TriangleMesh slab = makeBox({0.5, 0.5, 0.01});
     transformMesh(slab,
                   Eigen::Affine3d(
-                      Eigen::Translation3d(object.centerOfMass - Eigen::Vector3d(0.0, 0.0, 0.08))));
+                      Eigen::Translation3d(object.centerOfMass - Eigen::Vector3d(0.0, 0.0, 0.041))));
     const SsvTree table = buildSsvTree(slab);
     const std::vector<RigidBody> obstacles{{.tree = &table, .motion = {}}};
     const std::vector<Grasp> grasps = planAmong(hand, object, obstacles);

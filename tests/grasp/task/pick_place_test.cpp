@@ -199,6 +199,30 @@ TEST(PickPlace, WorksOutInASimulation)
     EXPECT_FALSE(slips.reason.empty());
 }
 
+/// Jaws that reach around it nearly to the table, on one motor: the first one that touches stops
+/// both.
+TEST(PickPlace, ASmallCubeIsTakenFromATable)
+{
+    const GraspObject cube = makeGraspObject("cube", makeBox({0.02, 0.02, 0.02}));
+    const PickPlaceTask task = kitchen().task();
+    const std::vector<RigidBody> table{kitchen().obstacles.front()};
+    const PickPlacePlan plan =
+        planPickPlace({.hand = task.hand,
+                       .robot = task.robot,
+                       .start = task.start,
+                       .object = cube,
+                       .X_WO = at(0.45, 0.0, 0.02),
+                       .obstacles = table,
+                       .obstacleNames = {"table"},
+                       .target = {.center = {0.45, 0.2, 0.0}, .size = {0.1, 0.1}}});
+    EXPECT_TRUE(plan.solved) << plan.failure;
+    EXPECT_GE(plan.grasp.contacts.size(), 2U);
+    for (const TaskAttempt& attempt : plan.attempts)
+    {
+        EXPECT_NE(attempt.leg, "close") << attempt.candidate << ": " << attempt.reason;
+    }
+}
+
 TEST(PickPlace, SaysWhyThereIsNoPlan)
 {
     const Kitchen& k = kitchen();
