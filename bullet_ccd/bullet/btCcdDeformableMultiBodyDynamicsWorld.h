@@ -12,7 +12,8 @@
 /// as btCcdDeformableBodySolver says.
 ///
 /// Guarantee: those of btCcdControl and of btCcdDeformableBodySolver. A rigid body that squeezes a
-/// soft one against something is held back for the step, along the way it came.
+/// soft one against something is held back for the step, along the way it came; other rigid bodies
+/// are checked against it there, come along with it, or are held back as well.
 ATTRIBUTE_ALIGNED16(class)
 BULLET_CCD_API btCcdDeformableMultiBodyDynamicsWorld : public btDeformableMultiBodyDynamicsWorld,
                                                        public btCcdControl

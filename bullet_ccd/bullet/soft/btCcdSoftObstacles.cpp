@@ -250,6 +250,7 @@ void btCcdSoftObstacles::placePart(btCollisionObject& object,
 {
     const Pose& pose = m_poses.at(&object);
     const bool rests = pose.m_start == pose.m_end;
+    soft.m_freePose = pose.m_end;
     if (soft.m_surface != nullptr && rests && soft.m_startPose == pose.m_start &&
         soft.m_endPose == pose.m_end && soft.X_SG.matrix() == X_SG.matrix())
     {

@@ -35,6 +35,7 @@ struct btCcdSoftPart
     double m_radius = 0.0;  ///< the part is all points within this distance of the surface [m]
     btTransform m_startPose;
     btTransform m_endPose;
+    btTransform m_freePose;  ///< where it would have ended without soft bodies
 
     [[nodiscard]] bool isMovable(std::int32_t node) const
     {

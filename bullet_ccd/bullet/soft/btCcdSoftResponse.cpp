@@ -16,10 +16,10 @@ namespace
 constexpr int kPathSweeps = 12;
 constexpr int kVelocitySweeps = 20;
 constexpr double kSmallChange = 1e-3;
-/// Part of what two surfaces are too near that a step gives back.
-constexpr double kRecovery = 0.2;
 /// Slower contacts do not bounce [m/s], as in Bullet's solver.
 constexpr double kBounceSpeed = 0.2;
+/// Of the two sides of a touch in its relative velocity, that of B to A.
+constexpr std::array<double, 2> kSigns{-1.0, 1.0};
 /// What is asleep wakes up if its velocity changes by more [m/s, rad/s].
 constexpr double kWakingSpeed = 0.05;
 
@@ -174,10 +174,25 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
                             btCcdSoftPart& partB,
                             bool isForced)
 {
+    const std::size_t ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
+    if (partA.m_soft == nullptr && partB.m_soft == nullptr)
+    {
+        std::array<Vector3d, 2> points{Vector3d::Zero(), Vector3d::Zero()};
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            const btCcdSoftPart& part = k < ofA ? partA : partB;
+            points[k < ofA ? 0 : 1] += std::abs(contact.weights[Eigen::Index(k)]) *
+                                       part.m_end[std::size_t(contact.vertices[k])];
+        }
+        if (contact.normal.squaredNorm() > 0.5)
+        {
+            addPressed(partA, partB, points[0], points[1], contact.normal);
+        }
+        return;
+    }
     Touch touch;
     Path path;
     touch.m_isForced = isForced;
-    const std::size_t ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
     Vector3d motion = Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k)
     {
@@ -197,10 +212,11 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
         }
         else
         {
-            touch.m_obstacle = &part;
-            touch.m_sign = k < ofA ? -1.0 : 1.0;
-            touch.m_point += touch.m_sign * w * part.m_end[vertex];
-            touch.m_pathVelocity += w * (part.m_end[vertex] - part.m_start[vertex]) / m_timeStep;
+            Side& side = touch.m_sides[k < ofA ? 0 : 1];
+            const double share = k < ofA ? -w : w;
+            side.m_obstacle = &part;
+            side.m_point += share * part.m_end[vertex];
+            side.m_pathVelocity += share * (part.m_end[vertex] - part.m_start[vertex]) / m_timeStep;
         }
     }
     Vector3d normal = contact.normal;
@@ -216,7 +232,7 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     path.m_axes = axesOf(normal);
     const double rest = m_rest + partA.m_radius + partB.m_radius;
     const double gap = normal.dot(path.m_start);
-    path.m_goal = gap < rest ? gap + kRecovery * (rest - gap) : rest;
+    path.m_goal = gap < rest ? gap + btCcdSoftResponse::kRecovery * (rest - gap) : rest;
     path.m_friction = frictionOf(partA) * frictionOf(partB);
     touch.m_restitution =
         double(partA.m_object->getRestitution()) * double(partB.m_object->getRestitution());
@@ -224,8 +240,34 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     m_paths.push_back(path);
 }
 
+void btCcdSoftResponse::addPressed(btCcdSoftPart& partA,
+                                   btCcdSoftPart& partB,
+                                   const Vector3d& pointA,
+                                   const Vector3d& pointB,
+                                   const Vector3d& normal)
+{
+    Touch touch;
+    touch.m_isForced = true;
+    const auto sideOf = [this](btCcdSoftPart& part, const Vector3d& point)
+    {
+        const btTransform back = part.m_startPose * part.m_endPose.inverse();
+        return Side{.m_obstacle = &part,
+                    .m_point = point,
+                    .m_pathVelocity = (point - btCcdToEigen(back) * point) / m_timeStep};
+    };
+    touch.m_sides = {sideOf(partA, pointA), sideOf(partB, pointB)};
+    Path path;
+    path.m_axes = axesOf(normal);
+    m_touches.push_back(std::move(touch));
+    m_paths.push_back(path);
+}
+
 double btCcdSoftResponse::solvePath(Path& path)
 {
+    if (!(path.m_response > 0.0))
+    {
+        return 0.0;  // nothing soft
+    }
     const Vector3d end = path.m_weight[0] * *path.m_end[0] + path.m_weight[1] * *path.m_end[1] +
                          path.m_weight[2] * *path.m_end[2] + path.m_weight[3] * *path.m_end[3];
     const double beyond = path.m_axes.row(0).dot(end) - path.m_goal;
@@ -269,13 +311,13 @@ void btCcdSoftResponse::solvePaths()
     }
 }
 
-void btCcdSoftResponse::findMover(Touch& touch, const Path& path)
+void btCcdSoftResponse::findMover(Side& side, const Path& path)
 {
-    if (touch.m_obstacle == nullptr)
+    if (side.m_obstacle == nullptr)
     {
         return;
     }
-    btCollisionObject* object = touch.m_obstacle->m_object;
+    btCollisionObject* object = side.m_obstacle->m_object;
     const auto moverOf = [this](auto& body)
     {
         std::unique_ptr<Mover>& mover = m_movers[&body];
@@ -289,23 +331,23 @@ void btCcdSoftResponse::findMover(Touch& touch, const Path& path)
     {
         if (body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject())
         {
-            touch.m_mover = moverOf(*body);
+            side.m_mover = moverOf(*body);
         }
     }
     else if (btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(object))
     {
-        touch.m_mover = moverOf(*link->m_multiBody);
+        side.m_mover = moverOf(*link->m_multiBody);
     }
-    if (touch.m_mover == nullptr)
+    if (side.m_mover == nullptr)
     {
         return;
     }
-    touch.m_rows = m_rows.size();
+    side.m_rows = m_rows.size();
     std::array<Row, 3>& rows = m_rows.emplace_back();
     for (int k = 0; k < 3; ++k)
     {
         rows[std::size_t(k)] =
-            touch.m_mover->row(*object, touch.m_point, path.m_axes.row(k).transpose());
+            side.m_mover->row(*object, side.m_point, path.m_axes.row(k).transpose());
     }
 }
 
@@ -314,21 +356,26 @@ Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch, const Path& pat
     Vector3d v = Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k)
     {
-        const btCcdSoftPart& part = *touch.m_part[k];
-        if (part.m_soft != nullptr)
+        const btCcdSoftPart* part = touch.m_part[k];
+        if (part != nullptr && part->m_soft != nullptr)
         {
-            v += path.m_weight[k] * part.m_velocity[touch.m_vertex[k]];
+            v += path.m_weight[k] * part->m_velocity[touch.m_vertex[k]];
         }
     }
-    if (touch.m_mover == nullptr)
-    {
-        return path.m_axes * (v + touch.m_pathVelocity);
-    }
     v = path.m_axes * v;
-    for (int k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < 2; ++i)
     {
-        v[k] += touch.m_sign *
-                m_rows[touch.m_rows][std::size_t(k)].m_jacobian.dot(touch.m_mover->m_velocity);
+        const Side& side = touch.m_sides[i];
+        if (side.m_mover == nullptr)
+        {
+            v += kSigns[i] * (path.m_axes * side.m_pathVelocity);
+            continue;
+        }
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            v[Eigen::Index(k)] +=
+                kSigns[i] * m_rows[side.m_rows][k].m_jacobian.dot(side.m_mover->m_velocity);
+        }
     }
     return v;
 }
@@ -338,29 +385,44 @@ void btCcdSoftResponse::applyImpulse(Touch& touch, const Path& path, const Vecto
     const Vector3d J_W = path.m_axes.transpose() * impulse;
     for (std::size_t k = 0; k < 4; ++k)
     {
-        btCcdSoftPart& part = *touch.m_part[k];
-        if (part.m_soft != nullptr)
+        btCcdSoftPart* part = touch.m_part[k];
+        if (part != nullptr && part->m_soft != nullptr)
         {
-            part.m_velocity[touch.m_vertex[k]] += path.m_give[k] * J_W;
+            part->m_velocity[touch.m_vertex[k]] += path.m_give[k] * J_W;
         }
     }
-    for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
+    for (std::size_t i = 0; i < 2; ++i)
     {
-        touch.m_mover->m_velocity +=
-            touch.m_sign * impulse[k] * m_rows[touch.m_rows][std::size_t(k)].m_response;
+        const Side& side = touch.m_sides[i];
+        for (std::size_t k = 0; k < 3 && side.m_mover != nullptr; ++k)
+        {
+            side.m_mover->m_velocity +=
+                kSigns[i] * impulse[Eigen::Index(k)] * m_rows[side.m_rows][k].m_response;
+        }
     }
 }
 
 double btCcdSoftResponse::solveVelocity(Touch& touch, const Path& path)
 {
     Vector3d response = Vector3d::Constant(path.m_response);
-    for (int k = 0; k < 3 && touch.m_mover != nullptr; ++k)
+    for (const Side& side : touch.m_sides)
     {
-        const Row& row = m_rows[touch.m_rows][std::size_t(k)];
-        response[k] += row.m_jacobian.dot(row.m_response);
+        for (std::size_t k = 0; k < 3 && side.m_mover != nullptr; ++k)
+        {
+            const Row& row = m_rows[side.m_rows][k];
+            response[Eigen::Index(k)] += row.m_jacobian.dot(row.m_response);
+        }
     }
     Vector3d excess = relativeVelocity(touch, path);
     excess[0] -= touch.m_goalSpeed;
+    for (int k = 0; k < 3; ++k)
+    {
+        if (!(response[k] > 0.0))  // nothing gives way
+        {
+            excess[k] = 0.0;
+            response[k] = 1.0;
+        }
+    }
     const Vector3d wanted =
         limited(touch.m_impulse - excess.cwiseQuotient(response), path.m_friction);
     const Vector3d change = wanted - touch.m_impulse;
@@ -385,7 +447,8 @@ void btCcdSoftResponse::solveVelocities()
             continue;
         }
         pushing.push_back(i);
-        findMover(touch, path);
+        findMover(touch.m_sides[0], path);
+        findMover(touch.m_sides[1], path);
         const double speed = -relativeVelocity(touch, path)[0];
         touch.m_goalSpeed = speed > kBounceSpeed ? touch.m_restitution * speed : 0.0;
     }

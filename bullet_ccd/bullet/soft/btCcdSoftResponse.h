@@ -23,6 +23,9 @@ class btRigidBody;
 class btCcdSoftResponse
 {
 public:
+    /// Part of what two surfaces are too near, or too deep in each other, that a step gives back.
+    static constexpr double kRecovery = 0.2;
+
     /// @param rest  distance that surfaces are to keep at the end of the step [m]
     btCcdSoftResponse(double rest, double timeStep);
     ~btCcdSoftResponse();
@@ -34,6 +37,15 @@ public:
              btCcdSoftPart& partA,
              btCcdSoftPart& partB,
              bool isForced);
+    /// Rigid bodies that are pressed on each other: what holds one back holds the other, too.
+    /// Bullet's solver has had their friction and restitution.
+    /// @param pointA,pointB  where they touch at the end of the step, in the world [m]
+    /// @param normal         from A to B
+    void addPressed(btCcdSoftPart& partA,
+                    btCcdSoftPart& partB,
+                    const Eigen::Vector3d& pointA,
+                    const Eigen::Vector3d& pointB,
+                    const Eigen::Vector3d& normal);
     /// Changes the ends of the soft parts.
     void solvePaths();
     /// Changes the velocities of the soft parts, and those of rigid bodies and multibodies.
@@ -62,6 +74,15 @@ private:
         double m_response = 0.0;                            // sum of w^2 / m over what is soft
         double m_friction = 0.0;
     };
+    /// Of a touch, where it is an obstacle.
+    struct Side
+    {
+        btCcdSoftPart* m_obstacle = nullptr;
+        Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // at the end
+        Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
+        Mover* m_mover = nullptr;
+        std::size_t m_rows = 0;  // where m_rows has them, if there is a mover
+    };
     struct Touch
     {
         bool m_isForced = false;
@@ -69,13 +90,7 @@ private:
         std::array<std::size_t, 4> m_vertex{};
         double m_restitution = 0.0;
         Eigen::Vector3d m_impulse = Eigen::Vector3d::Zero();  // along the axes [kg m/s]
-        // Where one side is an obstacle.
-        btCcdSoftPart* m_obstacle = nullptr;
-        Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // of the obstacle, at the end
-        double m_sign = 0.0;                                // of the obstacle's weights
-        Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
-        Mover* m_mover = nullptr;
-        std::size_t m_rows = 0;  // where m_rows has them, if there is a mover
+        std::array<Side, 2> m_sides;                          // A and B
         double m_goalSpeed = 0.0;
     };
 
@@ -92,7 +107,7 @@ private:
     double solveVelocity(Touch& touch, const Path& path);
     [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch, const Path& path) const;
     void applyImpulse(Touch& touch, const Path& path, const Eigen::Vector3d& impulse);
-    void findMover(Touch& touch, const Path& path);
+    void findMover(Side& side, const Path& path);
 };
 
 #endif  // BT_CCD_SOFT_RESPONSE_H

@@ -2,6 +2,9 @@
 
 #include "bullet_ccd/bullet/shapes/btCcdDebugDraw.h"
 
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
@@ -26,6 +29,11 @@ constexpr int kBendings = 10;
 constexpr int kShortenings = 8;
 constexpr int kHolds = 40;
 constexpr int kCarries = 40;
+/// How often in a step a rigid body comes along with others before it is held back.
+constexpr int kComings = 12;
+/// What counts as no deeper, as a part of the distance that is kept; and as no turn.
+constexpr double kSlack = 0.01;
+constexpr btScalar kNoTurn = btScalar(1e-6);
 /// Cosine of the angle between a normal and a feature that counts as right.
 constexpr double kMostLean = 1e-3;
 /// Pairs of features in a step; more than that is no simulation any more.
@@ -71,11 +79,17 @@ bool yields(const btCcdSoftPart& part)
     return yieldingBody(part) != nullptr || yieldingMultiBody(part) != nullptr;
 }
 
+/// What moves as one with the part.
+const void* bodyOf(const btCcdSoftPart& part)
+{
+    const btMultiBody* multiBody = yieldingMultiBody(part);
+    return multiBody != nullptr ? static_cast<const void*>(multiBody) : part.m_object;
+}
+
 /// True if what happened to the one part happens to the other.
 bool moveTogether(const btCcdSoftPart& a, const btCcdSoftPart& b)
 {
-    return a.m_object == b.m_object ||
-           (yieldingMultiBody(a) != nullptr && yieldingMultiBody(a) == yieldingMultiBody(b));
+    return bodyOf(a) == bodyOf(b);
 }
 
 btTransform between(const btTransform& start, const btTransform& end, double part)
@@ -88,24 +102,46 @@ btTransform between(const btTransform& start, const btTransform& end, double par
                        start.getOrigin().lerp(end.getOrigin(), btScalar(part)));
 }
 
-btTransform carried(const btTransform& pose, const btCcdSoftPart& carrier)
+/// Where something at the pose gets that goes along with what goes from one pose to another.
+btTransform carried(const btTransform& pose, const btTransform& from, const btTransform& to)
 {
-    return carrier.m_endPose * (carrier.m_startPose.inverse() * pose);
+    return to * (from.inverse() * pose);
 }
 
-/// True if nothing forbids the rigid body to go where the carrier takes it.
-bool canBeCarried(const btCcdSoftPart& part, const btCcdSoftPart& carrier)
+btTransform carried(const btTransform& pose, const btCcdSoftPart& carrier)
+{
+    return carried(pose, carrier.m_startPose, carrier.m_endPose);
+}
+
+/// True if more than rounding is between the two.
+
+bool isTurned(const btTransform& from, const btTransform& to)
+{
+    btScalar most = 0;
+    for (int i = 0; i < 3; ++i)
+    {
+        most = std::max(most, (from.getBasis()[i] - to.getBasis()[i]).length());
+    }
+    return most > kNoTurn;
+}
+
+/// True if nothing forbids the rigid body to be put from one pose to another.
+bool canBePut(const btCcdSoftPart& part, const btTransform& from, const btTransform& to)
 {
     const btRigidBody* body = yieldingBody(part);
     if (body == nullptr)
     {
         return false;
     }
-    const btVector3 way =
-        carried(part.m_startPose, carrier).getOrigin() - part.m_startPose.getOrigin();
-    const bool turns = !(carrier.m_startPose.getBasis() == carrier.m_endPose.getBasis());
+    const btVector3 way = to.getOrigin() - from.getOrigin();
     return (way * body->getLinearFactor() - way).length() <= btScalar(1e-3) * way.length() &&
-           (!turns || body->getAngularFactor() == btVector3(1, 1, 1));
+           (!isTurned(from, to) || body->getAngularFactor() == btVector3(1, 1, 1));
+}
+
+/// True if nothing forbids the rigid body to go where the carrier takes it.
+bool canBeCarried(const btCcdSoftPart& part, const btCcdSoftPart& carrier)
+{
+    return canBePut(part, part.m_startPose, carried(part.m_startPose, carrier));
 }
 
 /// Tells contacts between the same two points apart from others: a node above an inner node of
@@ -176,6 +212,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
     m_seenContacts.clear();
     m_bentPaths.clear();
     m_carriers.clear();
+    m_held.clear();
     if (!(timeStep > btScalar(0)) || !gather(bodies, timeStep))
     {
         return;
@@ -245,6 +282,7 @@ bool btCcdSoftStep::gather(const btAlignedObjectArray<btSoftBody*>& bodies, btSc
     }
     m_keep = 0.5 * separation;
     m_broadphase = bodies[0]->m_worldInfo->m_broadphase;
+    m_dispatcher = bodies[0]->m_worldInfo->m_dispatcher;
     m_box.setEmpty();
     gatherObstacles();
     return true;
@@ -253,12 +291,18 @@ bool btCcdSoftStep::gather(const btAlignedObjectArray<btSoftBody*>& bodies, btSc
 void btCcdSoftStep::gatherObstacles()
 {
     Eigen::AlignedBox3d box;
-    for (std::size_t i = 0; i < m_softParts; ++i)
+    for (const btCcdSoftPart* part : m_parts)
     {
-        for (std::size_t v = 0; v < m_parts[i]->m_end.size(); ++v)
+        for (std::size_t v = 0;
+             v < part->m_end.size() && (part->m_soft != nullptr || isHeld(*part));
+             ++v)
         {
-            box.extend(m_parts[i]->m_start[v]);
-            box.extend(m_parts[i]->m_end[v]);
+            const Vector3d radius = Vector3d::Constant(part->m_radius);
+            for (const Vector3d& x : {part->m_start[v], part->m_end[v]})
+            {
+                box.extend(Vector3d(x - radius));
+                box.extend(Vector3d(x + radius));
+            }
         }
     }
     if (m_broadphase == nullptr || m_box.contains(box))
@@ -291,7 +335,7 @@ bool btCcdSoftStep::isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) con
     {
         return a.m_soft != nullptr && a.m_soft->useSelfCollision();
     }
-    if (a.m_soft == nullptr && b.m_soft == nullptr)
+    if (a.m_soft == nullptr && b.m_soft == nullptr && !isTestedAgain(a, b))
     {
         return false;
     }
@@ -312,6 +356,19 @@ bool btCcdSoftStep::isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) con
     return a.m_object->hasContactResponse() && a.m_object->checkCollideWith(b.m_object) &&
            b.m_object->checkCollideWith(a.m_object) && !excludes(a, b.m_object) &&
            !excludes(b, a.m_object);
+}
+
+bool btCcdSoftStep::isHeld(const btCcdSoftPart& part) const
+{
+    return part.m_soft == nullptr && m_held.contains(bodyOf(part));
+}
+
+bool btCcdSoftStep::isTestedAgain(const btCcdSoftPart& a, const btCcdSoftPart& b) const
+{
+    return (isHeld(a) || isHeld(b)) && !moveTogether(a, b) &&
+           m_broadphase->getOverlappingPairCache()->needsBroadphaseCollision(
+               a.m_object->getBroadphaseHandle(), b.m_object->getBroadphaseHandle()) &&
+           (m_dispatcher == nullptr || m_dispatcher->needsResponse(a.m_object, b.m_object));
 }
 
 DeformableResult btCcdSoftStep::contacts(
@@ -390,6 +447,10 @@ bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
     {
         return true;
     }
+    if (a.m_soft == nullptr && b.m_soft == nullptr)
+    {
+        return false;  // see addPressed()
+    }
     // Nearer than they should be from the start: they may lose half of what they have.
     const double gap = contact.gap - a.m_radius - b.m_radius;
     if (!(gap > 1e-3 * m_keep))
@@ -424,7 +485,65 @@ std::vector<DeformableContact> btCcdSoftStep::violations()
     }
     std::erase_if(result.contacts,
                   [this](const DeformableContact& contact) { return !isBlocking(contact); });
+    addPressed(result.contacts);
     return std::move(result.contacts);
+}
+
+void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
+{
+    m_pressed.clear();
+    std::map<const btCollisionObject*, std::size_t> parts;
+    for (std::size_t i = m_softParts; i < m_parts.size() && !m_held.empty(); ++i)
+    {
+        parts.emplace(m_parts[i]->m_object, i);
+    }
+    const int manifolds =
+        m_dispatcher != nullptr && !parts.empty() ? m_dispatcher->getNumManifolds() : 0;
+    for (int i = 0; i < manifolds; ++i)
+    {
+        const btPersistentManifold& manifold = *m_dispatcher->getManifoldByIndexInternal(i);
+        const auto knownA = parts.find(manifold.getBody0());
+        const auto knownB = parts.find(manifold.getBody1());
+        if (knownA == parts.end() || knownB == parts.end())
+        {
+            continue;
+        }
+        btCcdSoftPart& a = *m_parts[knownA->second];
+        btCcdSoftPart& b = *m_parts[knownB->second];
+        double time = 1.0;  // before which no point comes deeper
+        for (int k = 0; k < manifold.getNumContacts() && isTested(a, b); ++k)
+        {
+            const btManifoldPoint& point = manifold.getContactPoint(k);
+            const auto gap = [&](btTransform btCcdSoftPart::*pose)
+            {
+                return double(point.m_normalWorldOnB.dot(a.*pose * point.m_localPointA -
+                                                         b.*pose * point.m_localPointB));
+            };
+            const double after = gap(&btCcdSoftPart::m_endPose) + kSlack * m_keep;
+            const double before = gap(&btCcdSoftPart::m_startPose);
+            if (after < std::min(before, 0.0))
+            {
+                time = std::min(time, std::max(before, 0.0) / (std::max(before, 0.0) - after));
+            }
+            const double free = gap(&btCcdSoftPart::m_freePose);
+            const double best = std::min(std::max(before, free), 0.0);
+            if (after < best)
+            {
+                m_pressed.push_back({&a,
+                                     &b,
+                                     btCcdToEigen(a.m_endPose * point.m_localPointA),
+                                     btCcdToEigen(b.m_endPose * point.m_localPointB),
+                                     -btCcdToEigen(point.m_normalWorldOnB),
+                                     (1.0 - btCcdSoftResponse::kRecovery) * best - free});
+            }
+        }
+        if (time < 1.0)
+        {
+            left.push_back({.bodyA = std::int32_t(knownA->second),
+                            .bodyB = std::int32_t(knownB->second),
+                            .time = time});
+        }
+    }
 }
 
 void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
@@ -453,7 +572,13 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
     for (int i = 0; i < kHolds + kCarries; ++i)
     {
         const std::vector<DeformableContact> left = violations();
-        if (left.empty())
+        m_hasComeAlong.clear();
+        for (const Pressed& p : m_pressed)
+        {
+            response.addPressed(*p.m_partA, *p.m_partB, p.m_pointA, p.m_pointB, p.m_normal);
+            comeAlong(*p.m_partA, *p.m_partB, std::max(p.m_apart, 0.0) * p.m_normal);
+        }
+        if (left.empty() && m_hasComeAlong.empty())
         {
             return;
         }
@@ -463,11 +588,26 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
         {
             holdAll();
         }
-        bool hasMoved = false;
+        bool hasMoved = !m_hasComeAlong.empty();
         for (const DeformableContact& contact : left)
         {
             answer(contact, true, response);
+            btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
+            btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
+            const bool isRigid = a.m_soft == nullptr && b.m_soft == nullptr;
+            if (isRigid && comeAlong(a, b))
+            {
+                hasMoved = true;
+                continue;
+            }
             hold(contact, isToNothing ? 0.0 : 0.8 * contact.time, hasMoved);
+            for (const btCcdSoftPart* part : {&a, &b})
+            {
+                if (isRigid && yields(*part))  // The earliest contact of the two was the first.
+                {
+                    m_hasComeAlong.insert(bodyOf(*part));
+                }
+            }
         }
         std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
         if (!hasMoved && isToNothing)
@@ -577,6 +717,7 @@ Vector3d btCcdSoftStep::baseOf(const btCcdSoftPart& soft, std::int32_t node) con
 void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
 {
     ++m_counters.m_heldBodies;
+    m_held[bodyOf(obstacle)].m_rank = 0;
     if (btMultiBody* multiBody = yieldingMultiBody(obstacle))
     {
         m_obstacles.takeBack(*multiBody, part);
@@ -592,10 +733,59 @@ void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
                                      ? other->m_object->getWorldTransform()
                                      : between(baseOf(*other), other->m_endPose, part);
         poses.emplace(other->m_object, pose);
-        other->setEndPose(pose);
     }
+    place(poses);
+}
+
+bool btCcdSoftStep::comeAlong(const btCcdSoftPart& a, const btCcdSoftPart& b, const Vector3d& apart)
+{
+    for (const auto& [leader, follower] : {std::pair(&a, &b), std::pair(&b, &a)})
+    {
+        if (m_hasComeAlong.contains(bodyOf(*follower)))
+        {
+            return true;
+        }
+        const auto rankOfLeader = m_held.find(bodyOf(*leader));
+        const auto rank = m_held.find(bodyOf(*follower));
+        if (rankOfLeader == m_held.end() ||
+            (rank != m_held.end() && (rank->second.m_rank <= rankOfLeader->second.m_rank ||
+                                      rank->second.m_times == kComings)))
+        {
+            continue;
+        }
+        btTransform pose = carried(follower->m_freePose, leader->m_freePose, leader->m_endPose);
+        if (!isTurned(leader->m_freePose, leader->m_endPose))
+        {
+            pose.setBasis(follower->m_freePose.getBasis());
+        }
+        pose.getOrigin() += btCcdToBullet(Vector3d(follower == &b ? apart : -apart));
+        const bool isNew =
+            isTurned(pose, follower->m_endPose) ||
+            double(pose.getOrigin().distance(follower->m_endPose.getOrigin())) > kSlack * m_keep;
+        if (isNew && canBePut(*follower, follower->m_freePose, pose))
+        {
+            ++m_counters.m_heldBodies;
+            Held& held =
+                m_held.try_emplace(bodyOf(*follower), Held{rankOfLeader->second.m_rank + 1})
+                    .first->second;
+            ++held.m_times;
+            m_hasComeAlong.insert(bodyOf(*follower));
+            place({{follower->m_object, pose}});
+            return true;
+        }
+    }
+    return false;
+}
+
+void btCcdSoftStep::place(const std::map<const btCollisionObject*, btTransform>& poses)
+{
     for (btCcdSoftPart* other : m_parts)
     {
+        const auto placed = other->m_soft == nullptr ? poses.find(other->m_object) : poses.end();
+        if (placed != poses.end())
+        {
+            other->setEndPose(placed->second);
+        }
         const int anchors =
             other->m_soft != nullptr ? other->m_soft->m_deformableAnchors.size() : 0;
         for (int i = 0; i < anchors; ++i)

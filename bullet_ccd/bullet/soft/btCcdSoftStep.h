@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -45,12 +46,33 @@ private:
     std::vector<btCcdSoftPart*> m_parts;  ///< soft bodies first
     std::size_t m_softParts = 0;
     btBroadphaseInterface* m_broadphase = nullptr;
+    btDispatcher* m_dispatcher = nullptr;
     Eigen::AlignedBox3d m_box;  ///< in which colliders were looked for
     std::vector<Moved> m_moved;
     /// Kinematic objects that take along rigid bodies (kNone) and nodes of soft bodies in this
     /// step.
     std::map<std::pair<const btCollisionObject*, std::int32_t>, const btCcdSoftPart*> m_carriers;
-    double m_keep = 0.0;  ///< distance that no path goes below [m]
+    /// A rigid body or multibody that this step put elsewhere.
+    struct Held
+    {
+        int m_rank = 0;   ///< one more than that of what it came along with; 0 if it was held back
+        int m_times = 0;  ///< it came along
+    };
+    std::map<const void*, Held> m_held;
+    std::set<const void*> m_hasComeAlong;  ///< in the round, or was held back by rigid bodies
+    /// A contact of rigid bodies that come deeper into each other than without soft bodies, or
+    /// than they were; see btCcdSoftResponse::addPressed().
+    struct Pressed
+    {
+        btCcdSoftPart* m_partA;
+        btCcdSoftPart* m_partB;
+        Eigen::Vector3d m_pointA;
+        Eigen::Vector3d m_pointB;
+        Eigen::Vector3d m_normal;  // from A to B
+        double m_apart;            // how much farther they are to end than without soft bodies
+    };
+    std::vector<Pressed> m_pressed;  ///< when the paths were last looked at
+    double m_keep = 0.0;             ///< distance that no path goes below [m]
     bool m_isDrawn = false;
     std::vector<SeenContact> m_seenContacts;                   ///< if drawn
     std::vector<std::pair<btVector3, btVector3>> m_bentPaths;  ///< if drawn
@@ -62,6 +84,9 @@ private:
                 bool isForced,
                 btCcdSoftResponse& response);
     [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
+    [[nodiscard]] bool isHeld(const btCcdSoftPart& part) const;
+    /// Of colliders neither of which is soft: they have met before, where both went freely.
+    [[nodiscard]] bool isTestedAgain(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
     [[nodiscard]] bullet_ccd::DeformableResult contacts(
         double separation,
         double tolerance,
@@ -69,6 +94,10 @@ private:
     /// What a path must not do: contacts() less those that nothing can answer.
     [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations();
     [[nodiscard]] bool isBlocking(const bullet_ccd::DeformableContact& contact);
+    /// What Bullet's contacts say of rigid bodies that the step put elsewhere; adds those of them
+    /// that come deeper than they were when it began. (What rests on something may well have cut
+    /// into it a little.)
+    void addPressed(std::vector<bullet_ccd::DeformableContact>& left);
     /// True if a node of the contact hangs on what it touches.
     [[nodiscard]] bool isAnchored(const bullet_ccd::DeformableContact& contact) const;
     /// True if the normal is that of the surfaces. At the rim of a face it may lean, and what
@@ -87,6 +116,15 @@ private:
     [[nodiscard]] Eigen::Vector3d baseOf(const btCcdSoftPart& soft, std::int32_t node) const;
     void hold(const bullet_ccd::DeformableContact& contact, double part, bool& hasMoved);
     void holdBody(const btCcdSoftPart& obstacle, double part);
+    /// Of two rigid bodies one of which was put elsewhere, the other one comes along: both end
+    /// relative to each other as they would have without soft bodies. True if one of them has come
+    /// along in this round, false if none can.
+    /// @param apart  of B's way, away from A [m]
+    bool comeAlong(const btCcdSoftPart& a,
+                   const btCcdSoftPart& b,
+                   const Eigen::Vector3d& apart = Eigen::Vector3d::Zero());
+    /// Sets where parts of colliders end, and what is anchored there.
+    void place(const std::map<const btCollisionObject*, btTransform>& poses);
     void holdAll();
     void commit(btScalar timeStep);
     void keepForDrawing(const std::vector<bullet_ccd::DeformableContact>& contacts);
