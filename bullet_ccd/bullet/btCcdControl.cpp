@@ -6,6 +6,7 @@
 #include "bullet_ccd/bullet/step/btCcdStep.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btManifoldPoint.h>
 #include <LinearMath/btIDebugDraw.h>
 
@@ -50,6 +51,32 @@ void requireValue(bool isGood, const char* name, double value, const char* remed
         throw std::invalid_argument(text.str());
     }
 }
+
+/// The two largest margins of meshes.
+struct LargestMargins
+{
+    double m_first = 0.0;
+    double m_second = 0.0;
+
+    void add(const btCollisionShape& shape)
+    {
+        if (shape.isCompound())
+        {
+            const auto& compound = static_cast<const btCompoundShape&>(shape);
+            for (int i = 0; i < compound.getNumChildShapes(); ++i)
+            {
+                add(*compound.getChildShape(i));
+            }
+        }
+        else if (shape.isConcave() && !shape.isInfinite())
+        {
+            const double margin = double(shape.getMargin());
+            m_second = std::max(m_second, std::min(m_first, margin));
+            m_first = std::max(m_first, margin);
+        }
+    }
+    [[nodiscard]] double sum() const { return m_first + m_second; }
+};
 
 void check(const btCcdObjectSettings& settings)
 {
@@ -142,6 +169,48 @@ void btCcdControl::setCcdTolerance(double tolerance)
     btCcdSettings settings = m_settings;
     settings.m_tolerance = tolerance;
     setCcdSettings(settings);
+}
+
+void btCcdControl::setCcdAccuracy(double accuracy)
+{
+    const double smallest = smallestCcdAccuracy();
+    if (!(accuracy >= smallest && accuracy > 0.0 && std::isfinite(accuracy)))
+    {
+        std::ostringstream text;
+        text << "setCcdAccuracy: " << accuracy << ": the smallest in this world is " << smallest
+             << ": less is lost in the margins of its meshes or the rounding of its coordinates";
+        throw std::invalid_argument(text.str());
+    }
+    setCcdTolerance(accuracy);
+}
+
+double btCcdControl::smallestCcdAccuracy() const
+{
+    LargestMargins margins;
+    double reach = 0.0;
+    const btCollisionObjectArray& objects = m_world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const btCollisionShape* shape = objects[i]->getCollisionShape();
+        if (shape == nullptr)
+        {
+            continue;
+        }
+        margins.add(*shape);
+        btVector3 low;
+        btVector3 high;
+        shape->getAabb(objects[i]->getWorldTransform(), low, high);
+        for (const btVector3& corner : {low, high})
+        {
+            const double farthest = double(corner.absolute()[corner.absolute().maxAxis()]);
+            if (farthest < 0.5 * double(BT_LARGE_FLOAT))  // planes have no end
+            {
+                reach = std::max(reach, farthest);
+            }
+        }
+    }
+    constexpr double kRoundings = 1000.0;
+    return std::max(margins.sum(), kRoundings * double(SIMD_EPSILON) * reach);
 }
 
 double btCcdControl::getCcdTolerance() const

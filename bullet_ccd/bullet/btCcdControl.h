@@ -159,6 +159,15 @@ public:
 
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
+    /// The tolerance, as the accuracy that a simulation needs: objects that meet do so at a gap
+    /// within it.
+    /// Throws std::invalid_argument that names smallestCcdAccuracy(), and changes nothing, for less
+    /// than that, which the objects that are in the world now could not keep.
+    void setCcdAccuracy(double accuracy);
+    /// The smallest accuracy that holds for what is in the world now [m]: the sum of the two
+    /// largest margins of meshes, at which these are stopped, and a thousand times the rounding of
+    /// the largest coordinate in the precision of Bullet, whichever is more.
+    double smallestCcdAccuracy() const;
     void setCcdBudget(const btCcdBudget& budget);
     const btCcdBudget& getCcdBudget() const;
     /// The mode of the object's settings: Off, or that of the others again (Full, if these are

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -174,13 +175,14 @@ struct Descent
         }
     }
 
-    void setTie(const TrianglePair& best)
+    /// @param accuracy what other pairs may be nearer by and are no better all the same [m]
+    void setTie(const TrianglePair& best, double accuracy)
     {
         const Eigen::Vector3d across = (best.pointB - best.pointA).stableNormalized();
         constexpr double kRounding = 1e-15;
         tie = {.inA = R.transpose() * across,
                .inB = across,
-               .gap = (1.0 - kTieShare) * best.distance + across.dot(p) -
+               .gap = (1.0 - kTieShare) * best.distance - accuracy + across.dot(p) -
                       kRounding * (treeA.radius() + treeB.radius() + p.norm())};
     }
 
@@ -259,6 +261,43 @@ Skipped descend(const SsvTree& treeA,
 }
 }  // namespace
 
+namespace
+{
+/// @param accuracy 0: as near as rounding allows
+DistanceBounds nearestPair(const SsvTree& treeA,
+                           const SsvTree& treeB,
+                           const Eigen::Isometry3d& X_BA,
+                           double upperBound,
+                           double accuracy,
+                           const StopCondition& stop,
+                           const NodeMarks& exempt)
+{
+    TrianglePair best{.distance = upperBound};
+    const Skipped skipped = descend(
+        treeA,
+        treeB,
+        X_BA,
+        upperBound,
+        exempt,
+        stop,
+        [&](auto& descent, std::int32_t a, std::int32_t b)
+        {
+            const std::optional<TrianglePair> pair = descent.measure(a, b);
+            if (pair && pair->distance < best.distance)
+            {
+                best = *pair;
+                // Nothing is closer than touching: a negative bound ends the descent.
+                descent.bound = pair->distance > accuracy ? pair->distance - accuracy : -1.0;
+                descent.setTie(*pair, accuracy);
+            }
+        });
+    const double looked = (1.0 - kTieShare) * best.distance - accuracy;
+    return {.nearest = best,
+            .lowerBound = std::max(0.0, std::min(looked, skipped.lowerBound)),
+            .isComplete = !skipped.isStopped};
+}
+}  // namespace
+
 DistanceBounds distanceBounds(const SsvTree& treeA,
                               const SsvTree& treeB,
                               const Eigen::Isometry3d& X_BA,
@@ -266,29 +305,19 @@ DistanceBounds distanceBounds(const SsvTree& treeA,
                               const StopCondition& stop,
                               const NodeMarks& exempt)
 {
-    TrianglePair best{.distance = upperBound};
-    const Skipped skipped =
-        descend(treeA,
-                treeB,
-                X_BA,
-                upperBound,
-                exempt,
-                stop,
-                [&](auto& descent, std::int32_t a, std::int32_t b)
-                {
-                    const std::optional<TrianglePair> pair = descent.measure(a, b);
-                    if (pair && pair->distance < best.distance)
-                    {
-                        best = *pair;
-                        // Nothing is closer than touching: a negative bound ends the descent.
-                        descent.bound = pair->distance > 0.0 ? pair->distance : -1.0;
-                        descent.setTie(*pair);
-                    }
-                });
-    const double looked = (1.0 - kTieShare) * best.distance;
-    return {.nearest = best,
-            .lowerBound = std::max(0.0, std::min(looked, skipped.lowerBound)),
-            .isComplete = !skipped.isStopped};
+    return nearestPair(treeA, treeB, X_BA, upperBound, 0.0, stop, exempt);
+}
+
+DistanceBounds distanceWithin(const SsvTree& treeA,
+                              const SsvTree& treeB,
+                              const Eigen::Isometry3d& X_BA,
+                              double accuracy,
+                              const StopCondition& stop,
+                              const NodeMarks& exempt)
+{
+    require(accuracy > 0.0, "distance of meshes: the accuracy must be above 0");
+    return nearestPair(
+        treeA, treeB, X_BA, std::numeric_limits<double>::infinity(), accuracy, stop, exempt);
 }
 
 TrianglePair treeDistance(const SsvTree& treeA,

@@ -68,6 +68,22 @@ struct DistanceBounds
                                                            const StopCondition& stop,
                                                            const NodeMarks& exempt = {});
 
+/// A distance of two meshes that is right within an accuracy, and a pair of triangles that has it.
+/// Nothing is opened that could be nearer than this pair by no more than the accuracy.
+///
+/// Guarantee: lowerBound <= true distance <= nearest.distance <= lowerBound + accuracy, up to the
+/// share that treeDistance() names; so for meshes that are within the accuracy of each other any
+/// pair within it will do.
+/// @param X_BA     pose of A's frame in B's
+/// @param accuracy [m], > 0
+/// Throws std::invalid_argument for an accuracy that is not above 0, or a pose that is none.
+[[nodiscard]] BULLET_CCD_API DistanceBounds distanceWithin(const SsvTree& treeA,
+                                                           const SsvTree& treeB,
+                                                           const Eigen::Isometry3d& X_BA,
+                                                           double accuracy,
+                                                           const StopCondition& stop = {},
+                                                           const NodeMarks& exempt = {});
+
 /// Appends to `pairs` all pairs of triangles at a distance <= `threshold` [m], in the order of
 /// (triangleA, triangleB). Points are in the frame of B.
 /// @return false if the query was stopped before all were found

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
-#include <tuple>
+#include <span>
 #include <utility>
 
 namespace bullet_ccd
@@ -39,27 +39,56 @@ std::string formatVector(const Eigen::Vector3d& v)
            std::to_string(v.z()) + ")";
 }
 
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t word)
+{
+    hash = (hash ^ word) * 0x9E3779B97F4A7C15U;
+    return hash ^ (hash >> 32U);
+}
+
+/// Of each of `count` things the first that equals it, by a table with open addresses.
+/// @param hashOf  of a thing by its index; equal for equal things
+template <typename HashOf, typename AreEqual>
+std::vector<std::int32_t> firstOfEqual(std::size_t count,
+                                       const HashOf& hashOf,
+                                       const AreEqual& areEqual)
+{
+    std::vector<std::int32_t> table(std::bit_ceil(2 * count + 1), kNone);
+    const std::size_t mask = table.size() - 1;
+    std::vector<std::int32_t> first(count);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        std::size_t at = hashOf(i) & mask;
+        while (table[at] != kNone && !areEqual(static_cast<std::size_t>(table[at]), i))
+        {
+            at = (at + 1) & mask;
+        }
+        table[at] = table[at] == kNone ? static_cast<std::int32_t>(i) : table[at];
+        first[i] = table[at];
+    }
+    return first;
+}
+
 /// Redirects all corners to the first of exactly equal vertices.
 std::int64_t mergeEqualVertices(TriangleMesh& mesh)
 {
-    std::vector<std::int32_t> order(mesh.vertices.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto key = [&](std::int32_t i)
+    const std::vector<Eigen::Vector3d>& vertices = mesh.vertices;
+    const auto hashOf = [&](std::size_t i)
     {
-        const Eigen::Vector3d& v = mesh.vertices[static_cast<std::size_t>(i)];
-        return std::tuple(v.x(), v.y(), v.z());
+        std::uint64_t hash = 0;
+        for (const double coordinate : vertices[i])
+        {
+            hash = mixed(hash, std::bit_cast<std::uint64_t>(coordinate + 0.0));  // -0 equals 0
+        }
+        return hash;
     };
-    std::ranges::sort(order,
-                      [&](std::int32_t i, std::int32_t j)
-                      { return std::tuple(key(i), i) < std::tuple(key(j), j); });
-    std::vector<std::int32_t> first(mesh.vertices.size());
+    const std::vector<std::int32_t> first =
+        firstOfEqual(vertices.size(),
+                     hashOf,
+                     [&](std::size_t i, std::size_t k) { return vertices[i] == vertices[k]; });
     std::int64_t merged = 0;
-    for (std::size_t k = 0; k < order.size(); ++k)
+    for (std::size_t i = 0; i < first.size(); ++i)
     {
-        const bool equal = k > 0 && key(order[k - 1]) == key(order[k]);
-        first[static_cast<std::size_t>(order[k])] =
-            equal ? first[static_cast<std::size_t>(order[k - 1])] : order[k];
-        merged += equal ? 1 : 0;
+        merged += static_cast<std::size_t>(first[i]) != i ? 1 : 0;
     }
     for (Triangle& triangle : mesh.triangles)
     {
@@ -71,31 +100,37 @@ std::int64_t mergeEqualVertices(TriangleMesh& mesh)
     return merged;
 }
 
+/// Triangles of the same three vertices are equal, whatever their order.
 std::int64_t removeDuplicateTriangles(TriangleMesh& mesh)
 {
-    std::vector<std::pair<Triangle, std::size_t>> keyed;
-    keyed.reserve(mesh.triangles.size());
-    for (Triangle key : mesh.triangles)
+    std::vector<Triangle> sorted = mesh.triangles;
+    for (Triangle& triangle : sorted)
     {
-        std::ranges::sort(key);
-        keyed.emplace_back(key, keyed.size());
+        std::ranges::sort(triangle);
     }
-    std::ranges::sort(keyed);
-    std::vector<bool> duplicate(keyed.size(), false);
-    for (std::size_t k = 1; k < keyed.size(); ++k)
+    const auto hashOf = [&](std::size_t i)
     {
-        duplicate[keyed[k].second] = keyed[k].first == keyed[k - 1].first;
-    }
+        std::uint64_t hash = 0;
+        for (const std::int32_t index : sorted[i])
+        {
+            hash = mixed(hash, static_cast<std::uint64_t>(index));
+        }
+        return hash;
+    };
+    const std::vector<std::int32_t> first =
+        firstOfEqual(sorted.size(),
+                     hashOf,
+                     [&](std::size_t i, std::size_t k) { return sorted[i] == sorted[k]; });
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < duplicate.size(); ++i)
+    for (std::size_t i = 0; i < first.size(); ++i)
     {
-        if (!duplicate[i])
+        if (static_cast<std::size_t>(first[i]) == i)
         {
             mesh.triangles[kept++] = mesh.triangles[i];
         }
     }
     mesh.triangles.resize(kept);
-    return static_cast<std::int64_t>(duplicate.size() - kept);
+    return static_cast<std::int64_t>(first.size() - kept);
 }
 
 /// Renumbers the vertices in use, keeping their order.
@@ -226,10 +261,11 @@ MeshRepair repairMesh(TriangleMesh& mesh)
     repair.degenerateTriangles =
         static_cast<std::int64_t>(std::erase_if(mesh.triangles, hasEqualCorners));
     repair.duplicateTriangles = removeDuplicateTriangles(mesh);
-    if (!isWatertight(mesh))
+    const auto isFlat = [&](const Triangle& t) { return hasZeroArea(mesh, t); };
+    if (std::ranges::any_of(mesh.triangles, isFlat) && !isWatertight(mesh))
     {
-        repair.degenerateTriangles += static_cast<std::int64_t>(
-            std::erase_if(mesh.triangles, [&](const Triangle& t) { return hasZeroArea(mesh, t); }));
+        repair.degenerateTriangles +=
+            static_cast<std::int64_t>(std::erase_if(mesh.triangles, isFlat));
     }
     dropUnreferencedVertices(mesh);
     repair.unreferencedVertices =
@@ -239,24 +275,51 @@ MeshRepair repairMesh(TriangleMesh& mesh)
 
 bool isWatertight(const TriangleMesh& mesh)
 {
-    std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-    edges.reserve(3 * mesh.triangles.size());
+    if (mesh.triangles.empty())
+    {
+        return false;
+    }
+    // The ends of the edges that begin at each vertex, one behind the other.
+    std::vector<std::size_t> begin(mesh.vertices.size() + 1, 0);
+    for (const Triangle& t : mesh.triangles)
+    {
+        for (const std::int32_t from : t)
+        {
+            ++begin[static_cast<std::size_t>(from)];
+        }
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::int32_t> ends(3 * mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
     {
         for (std::size_t i = 0; i < 3; ++i)
         {
-            edges.emplace_back(t[i], t[(i + 1) % 3]);
+            ends[--begin[static_cast<std::size_t>(t[i])]] = t[(i + 1) % 3];
         }
     }
-    std::ranges::sort(edges);
-    if (edges.empty() || std::ranges::adjacent_find(edges) != edges.end())
+    const auto endsOf = [&](std::size_t vertex)
+    { return std::span(ends).subspan(begin[vertex], begin[vertex + 1] - begin[vertex]); };
+    for (std::size_t vertex = 0; vertex < mesh.vertices.size(); ++vertex)
     {
-        return false;
+        const std::span<std::int32_t> own = endsOf(vertex);
+        std::ranges::sort(own);
+        if (std::ranges::adjacent_find(own) != own.end())
+        {
+            return false;  // two triangles on the same side of an edge
+        }
     }
-    return std::ranges::all_of(
-        edges,
-        [&](const auto& edge)
-        { return std::ranges::binary_search(edges, std::pair(edge.second, edge.first)); });
+    for (std::size_t vertex = 0; vertex < mesh.vertices.size(); ++vertex)
+    {
+        for (const std::int32_t end : endsOf(vertex))
+        {
+            if (!std::ranges::binary_search(endsOf(static_cast<std::size_t>(end)),
+                                            static_cast<std::int32_t>(vertex)))
+            {
+                return false;  // an open edge
+            }
+        }
+    }
+    return true;
 }
 
 MassProperties massProperties(const TriangleMesh& mesh)

@@ -88,6 +88,45 @@ TEST(TreeDistance, AgreesWithAllPairs)
     EXPECT_LT(apart, kScenes * 85 / 100);
 }
 
+TEST(DistanceWithin, EnclosesTheDistanceByItsAccuracy)
+{
+    Random random(31);
+    int coarse = 0;
+    constexpr int kScenes = 400;
+    for (int i = 0; i < kScenes; ++i)
+    {
+        const Scene scene = randomScene(random);
+        const double rounding = 1e-13 * scene.scale;
+        const double accuracy = scene.scale * random.logUniform(1e-6, 1.0);
+        const DistanceBounds found =
+            distanceWithin(buildSsvTree(scene.a), buildSsvTree(scene.b), scene.X_BA, accuracy);
+        const double truth = bruteForceMeshDistance(scene.a, scene.b, scene.X_BA).distance;
+        ASSERT_TRUE(found.isComplete);
+        ASSERT_LE(found.lowerBound, truth + rounding) << i;
+        ASSERT_GE(found.nearest.distance, truth - rounding) << i;
+        ASSERT_LE(found.nearest.distance,
+                  found.lowerBound + accuracy + 2e-6 * found.nearest.distance + rounding)
+            << i;
+        // The pair that is named is as far apart as it is said to be.
+        ASSERT_NE(found.nearest.triangleA, kNone);
+        const Corners a = placedCorners(scene, static_cast<std::size_t>(found.nearest.triangleA));
+        const Corners b = cornersOf(scene.b, static_cast<std::size_t>(found.nearest.triangleB));
+        EXPECT_LE(distanceToTriangle(found.nearest.pointA, a), rounding) << i;
+        EXPECT_LE(distanceToTriangle(found.nearest.pointB, b), rounding) << i;
+        EXPECT_NEAR(
+            (found.nearest.pointA - found.nearest.pointB).norm(), found.nearest.distance, rounding)
+            << i;
+        coarse += found.nearest.distance > truth + 10.0 * rounding ? 1 : 0;
+    }
+    EXPECT_GT(coarse, kScenes / 10);  // the accuracy is made use of
+    const SsvTree tree = buildSsvTree(cube(1.0));
+    for (const double bad : {0.0, -1.0, std::nan("")})
+    {
+        EXPECT_THROW(static_cast<void>(distanceWithin(tree, tree, poseOf({5, 0, 0}), bad)),
+                     std::invalid_argument);
+    }
+}
+
 TEST(TreeDistance, ReturnsTheUpperBoundWhereNothingIsNearer)
 {
     const SsvTree tree = buildSsvTree(cube(1.0));

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <gmock/gmock.h>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
+#include <vector>
 
 namespace bullet_ccd
 {
@@ -103,6 +107,54 @@ TEST(RepairMesh, CountsWhatItRemoves)
               "2 unreferenced vertices");
     EXPECT_EQ(mesh.vertices.size(), 8U);
     EXPECT_TRUE(isWatertight(mesh));
+}
+
+TEST(RepairMesh, KeepsTheFirstOfEqualVerticesAndTrianglesAsAllPairsSay)
+{
+    std::mt19937 random(11);
+    const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    for (int round = 0; round < 50; ++round)
+    {
+        TriangleMesh mesh;
+        for (int i = 0; i < 40; ++i)
+        {
+            mesh.vertices.emplace_back(below(3), below(3), below(2));
+        }
+        for (int i = 0; i < 60; ++i)
+        {
+            mesh.triangles.push_back({below(40), below(40), below(40)});
+        }
+        const auto firstEqual = [&](std::int32_t vertex)
+        {
+            return std::find(mesh.vertices.begin(),
+                             mesh.vertices.end(),
+                             mesh.vertices[static_cast<std::size_t>(vertex)]) -
+                   mesh.vertices.begin();
+        };
+        std::vector<std::array<Eigen::Vector3d, 3>> expected;
+        std::set<std::set<std::ptrdiff_t>> known;
+        for (const Triangle& t : mesh.triangles)
+        {
+            const std::set<std::ptrdiff_t> corners{
+                firstEqual(t[0]), firstEqual(t[1]), firstEqual(t[2])};
+            const auto at = [&](std::size_t k)
+            { return mesh.vertices[static_cast<std::size_t>(t[k])]; };
+            const bool isFlat = (at(1) - at(0)).cross(at(2) - at(0)).isZero(0.0);
+            if (corners.size() == 3 && known.insert(corners).second && !isFlat)
+            {
+                expected.push_back({at(0), at(1), at(2)});
+            }
+        }
+        repairMesh(mesh);
+        std::vector<std::array<Eigen::Vector3d, 3>> found;
+        for (const Triangle& t : mesh.triangles)
+        {
+            const auto at = [&](std::size_t k)
+            { return mesh.vertices[static_cast<std::size_t>(t[k])]; };
+            found.push_back({at(0), at(1), at(2)});
+        }
+        ASSERT_EQ(found, expected) << round;
+    }
 }
 
 TEST(RepairMesh, MergesZerosOfBothSigns)

@@ -163,6 +163,24 @@ INSTANTIATE_TEST_SUITE_P(
             "NoScale", "obstacles:\n  - mesh: wall.obj\n    scale: 0\n", 3, "scale: 0 is not"}),
     [](const auto& tested) { return tested.param.name; });
 
+TEST_F(ObstacleScenes, AnAccuracySaysWhichBodiesTrianglesAndJointsWereNeeded)
+{
+    const std::string swing =
+        "--from " +
+        joints("q0.csv", fmt::format("shoulder,elbow\n{},0\n", 0.5 * std::numbers::pi)) + "--to " +
+        joints("q1.csv", "shoulder,elbow\n0,0\n") + "--obstacles " + file("scene.csv");
+    const Outcome text = ask(swing + "--accuracy 1e-3");
+    EXPECT_EQ(text.exitCode, 0) << text.err;
+    EXPECT_THAT(text.out, HasSubstr("needed      2 of 3 bodies, "));
+    EXPECT_THAT(text.out, HasSubstr(" of 36 triangles, 1 of 2 joints\n"));
+    const Outcome json = ask(swing + "--accuracy 1e-3 --json");
+    const Json needed = Json::parse(json.out)["needed"];
+    EXPECT_EQ(needed["bodies"], 2);
+    EXPECT_EQ(needed["of_triangles"], 36);
+    EXPECT_EQ(needed["joints"], 1);
+    EXPECT_EQ(needed["of_joints"], 2);
+}
+
 /// A wall that the arm meets, a post that it may meet, and a door far away, as a manifest.
 class Manifest : public ObstacleScenes
 {

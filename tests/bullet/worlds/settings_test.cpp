@@ -1,12 +1,15 @@
 #include "benchmarks/reference/bullet/scene.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -274,6 +277,53 @@ TEST(Priority, DecidesWhoIsAnsweredWhenTheBudgetIsUsedUp)
     EXPECT_GE(count.m_yields[balls[1]], 1);
     EXPECT_EQ(count.m_yields[balls[2]], 0) << "its impacts are answered";
     EXPECT_GT(count.m_impacts[balls[2]], 3);
+}
+
+TEST_P(Settings, AnAccuracyHoldsAtImpactsAndIsNeverBelowMarginsAndRounding)
+{
+    Scene scene(GetParam());
+    btRigidBody* plate = scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, 0)));
+    btRigidBody* cube = scene.body(scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.4)));
+    btRigidBody* ball = scene.body(
+        scene.keep(std::make_unique<btSphereShape>(btScalar(0.1))), 1.0, poseAt(vec(0.5, 0, 0.4)));
+    btCcdControl& ccd = scene.ccd();
+    const double margins =
+        double(plate->getCollisionShape()->getMargin() + cube->getCollisionShape()->getMargin());
+    const double smallest = ccd.smallestCcdAccuracy();
+    EXPECT_GE(smallest, margins);
+    EXPECT_LE(smallest, 2.0 * margins);
+    const double before = ccd.getCcdTolerance();
+    for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL, 0.99 * smallest})
+    {
+        const std::string said = refusalOf([&] { ccd.setCcdAccuracy(bad); });
+        std::ostringstream named;
+        named << "the smallest in this world is " << smallest;
+        EXPECT_NE(said.find(named.str()), std::string::npos) << said;
+        EXPECT_EQ(ccd.getCcdTolerance(), before);
+    }
+    const double accuracy = 5e-3;
+    ccd.setCcdAccuracy(accuracy);
+    EXPECT_EQ(ccd.getCcdTolerance(), accuracy);
+    cube->setLinearVelocity(vec(0, 0, -60));
+    ball->setLinearVelocity(vec(0, 0, -60));
+    scene.step(0.01);
+    for (btRigidBody* body : {cube, ball})
+    {
+        const btCcdImpact* impact = ccd.findCcdImpact(body, plate);
+        ASSERT_NE(impact, nullptr);
+        const double gap = double(impact->m_pointA.distance(impact->m_pointB));
+        EXPECT_GT(gap, 0.0);
+        EXPECT_LE(gap, accuracy * 1.001);
+    }
+    // What is far away has coarse coordinates, and a plane without end has none.
+    scene.body(scene.keep(std::make_unique<btStaticPlaneShape>(vec(0, 0, 1), btScalar(-5))),
+               0.0,
+               poseAt(vec(0, 0, 0)));
+    EXPECT_EQ(ccd.smallestCcdAccuracy(), smallest);
+    scene.body(scene.box(vec(1, 1, 1)), 0.0, poseAt(vec(0, 999, 0)));
+    EXPECT_NEAR(ccd.smallestCcdAccuracy() / (1e6 * double(SIMD_EPSILON)),
+                kDouble ? smallest / (1e6 * double(SIMD_EPSILON)) : 1.0,
+                1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Ours,

@@ -269,6 +269,11 @@ std::optional<ModelShare> shareOf(const ArticulatedArguments& a,
     ModelShare share(use, trees);
     share.ofBodies += world.outOfReach;
     share.ofTriangles += world.trianglesOutOfReach;
+    for (std::size_t k = 0; k < motion.rates.size(); ++k)
+    {
+        share.joints += motion.rates[k] != 0.0 ? 1 : 0;
+        share.ofJoints += world.links.robot.tree.links[k].joint.isMovable() ? 1 : 0;
+    }
     return share;
 }
 

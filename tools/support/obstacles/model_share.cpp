@@ -64,11 +64,14 @@ ModelShare::ModelShare(std::span<const ModelUse> uses, std::span<const SsvTree* 
 
 std::string plainText(const ModelShare& share)
 {
-    return fmt::format("{} of {} bodies, {} of {} triangles",
+    const std::string joints =
+        share.ofJoints == 0 ? "" : fmt::format(", {} of {} joints", share.joints, share.ofJoints);
+    return fmt::format("{} of {} bodies, {} of {} triangles{}",
                        grouped(share.bodies),
                        grouped(share.ofBodies),
                        grouped(share.triangles),
-                       grouped(share.ofTriangles));
+                       grouped(share.ofTriangles),
+                       joints);
 }
 
 std::string readableText(const ModelShare& share)
@@ -79,10 +82,13 @@ std::string readableText(const ModelShare& share)
 std::string jsonText(const ModelShare& share)
 {
     return fmt::format(
-        R"("needed": {{"bodies": {}, "of_bodies": {}, "triangles": {}, "of_triangles": {}}})",
+        R"("needed": {{"bodies": {}, "of_bodies": {}, "triangles": {}, "of_triangles": {}{}}})",
         share.bodies,
         share.ofBodies,
         share.triangles,
-        share.ofTriangles);
+        share.ofTriangles,
+        share.ofJoints == 0
+            ? ""
+            : fmt::format(R"(, "joints": {}, "of_joints": {})", share.joints, share.ofJoints));
 }
 }  // namespace bullet_ccd::tools

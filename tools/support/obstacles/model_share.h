@@ -16,6 +16,8 @@ struct ModelShare
     std::size_t ofBodies = 0;
     std::size_t triangles = 0;
     std::size_t ofTriangles = 0;
+    std::size_t joints = 0;  ///< that move; the others are merged into their links
+    std::size_t ofJoints = 0;
 
     ModelShare() = default;
     /// Of the trees of a scene, one entry a body; null: a body without a mesh.
@@ -27,12 +29,13 @@ struct ModelShare
     }
 };
 
-/// "2 of 41 bodies, 1,312 of 655,360 triangles"
+/// "2 of 41 bodies, 1,312 of 655,360 triangles", with joints, if there are any ", 2 of 7 joints"
 [[nodiscard]] std::string plainText(const ModelShare& share);
 
 /// "  needed      2 of 41 bodies, 1,312 of 655,360 triangles\n"
 [[nodiscard]] std::string readableText(const ModelShare& share);
 
-/// "needed": {"bodies": 2, "of_bodies": 41, "triangles": 1312, "of_triangles": 655360}
+/// "needed": {"bodies": 2, "of_bodies": 41, "triangles": 1312, "of_triangles": 655360},
+/// likewise
 [[nodiscard]] std::string jsonText(const ModelShare& share);
 }  // namespace bullet_ccd::tools
