@@ -28,8 +28,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kBenchCriteria =
-    "Of closings, exit code 1 if one of ours ends inside something or leaves a gap above 0.1 mm,\n"
-    "goes on through a contact, differs without a reason, or if fewer than 95 % of a hand's\n"
+    "Of closings, exit code 1 if one of ours ends inside something or leaves a gap above 0.1 mm\n"
+    "(beside full models: above --accuracy, which is all that is judged), goes on through a "
+    "contact, differs without a reason, or if fewer than 95 % of a hand's\n"
     "closings, of 100 or more, are alike; of plans, if no object is held; of hands without their\n"
     "SRDF, if one has less than 0.9 of the force closures that it has with it, all of them less\n"
     "than 0.95 in the mean, or less than 0.97 the other way round.";
@@ -172,6 +173,7 @@ json settingsOf(const char* what, const BenchArguments& arguments)
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"min_epsilon", options.forceClosureThreshold},
+            {"accuracy", options.closing.tolerance},
             {"against", toString(arguments.against)}};
 }
 
@@ -247,10 +249,12 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
         }
         if (name == "closing")
         {
-            app.add_option("--against", a.against, "sweep (0.001 rad) or simulated")
+            tools::addFingersOption(app, a.planner.closing);
+            app.add_option("--against", a.against, "sweep (0.001 rad), simulated or full models")
                 ->transform(
                     tools::wordFor<ClosingReference>({{"sweep", ClosingReference::Sweep},
-                                                      {"simulated", ClosingReference::Simulated}}))
+                                                      {"simulated", ClosingReference::Simulated},
+                                                      {"full", ClosingReference::Full}}))
                 ->default_str("sweep");
         }
         tools::addConfigOptions(app);

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -94,7 +95,8 @@ json named(json row, const LoadedHand& hand, const LoadedObject& object)
 
 const char* toString(ClosingReference reference)
 {
-    return reference == ClosingReference::Sweep ? "sweep" : "simulated";
+    constexpr std::array<const char*, 3> kNames{"sweep", "simulated", "full"};
+    return kNames[static_cast<std::size_t>(reference)];
 }
 
 json judgeClosings(const LoadedHand& hand,
@@ -103,18 +105,26 @@ json judgeClosings(const LoadedHand& hand,
                    const grasp::PlannerOptions& options)
 {
     const bool sweep = reference == ClosingReference::Sweep;
-    const ClosingLikeness likeness{.angle = sweep ? 0.02 : 0.01,
-                                   .sameLinks = !sweep,
+    const bool full = reference == ClosingReference::Full;
+    // Another accuracy may well end in another posture.
+    const ClosingLikeness likeness{.angle = full    ? INFINITY
+                                            : sweep ? 0.02
+                                                    : 0.01,
+                                   .sameLinks = reference == ClosingReference::Simulated,
                                    .reach = options.closing.contactThreshold};
     const grasp::CloseHand close = grasp::kinematicClosing();
     const std::unique_ptr<LinkProximity> trees = treeProximity(hand.hand, object.object);
     const double tolerance = options.closing.tolerance;
-    const grasp::CloseHand closeReference = sweep ? discreteEngine(*trees,
-                                                                   {.closingStep = kFineStep,
-                                                                    .contactGap = tolerance,
-                                                                    .contactLayer = 2.0 * tolerance,
-                                                                    .maxSteps = 1'000'000})
-                                                  : grasp::simulatedClosing()();
+    grasp::ClosingOptions ofReference = options.closing;
+    ofReference.tolerance = full ? kDefaultTolerance : tolerance;
+    const grasp::CloseHand closeReference = full ? grasp::kinematicClosing()
+                                            : sweep
+                                                ? discreteEngine(*trees,
+                                                                 {.closingStep = kFineStep,
+                                                                  .contactGap = tolerance,
+                                                                  .contactLayer = 2.0 * tolerance,
+                                                                  .maxSteps = 1'000'000})
+                                                : grasp::simulatedClosing()();
     const std::array bodies{RigidBody{.tree = &object.object.tree, .motion = {}}};
     const Environment environment(bodies);
     const grasp::ApproachShapes shapes = grasp::approachShapes(hand.hand, object.object);
@@ -161,13 +171,15 @@ json judgeClosings(const LoadedHand& hand,
         }
         counts.seconds += 1e-6 * micros;
         const ClosingResult other =
-            closeReference(hand.hand, object.object, start.X_WH, start.open, options.closing);
+            closeReference(hand.hand, object.object, start.X_WH, start.open, ofReference);
         if (began(ours) && began(other))
         {
             count(counts, number, start, ours, other, likeness);
         }
     }
-    return named(counts.row(), hand, object);
+    json row = counts.row();
+    row["allowed_gap_m"] = full ? tolerance : 1e-4;
+    return named(std::move(row), hand, object);
 }
 
 json judgePlans(const LoadedHand& hand,

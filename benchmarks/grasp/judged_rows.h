@@ -12,13 +12,15 @@ enum class ClosingReference : std::uint8_t
 {
     Sweep,      ///< the discrete baseline in steps of 0.001 rad
     Simulated,  ///< the engine on Bullet's multibody world
+    Full,       ///< the kinematic engine at the default tolerance
 };
 [[nodiscard]] const char* toString(ClosingReference reference);
 
 /// Samples candidates, closes each where its approach meets the object by the kinematic engine and
 /// by the reference, and looks at both: what is inside something, how wide stops gape, and which is
 /// right where they differ. Joints may differ by 0.02 rad from the sweep; by 0.01 rad, and not in
-/// the links that are stopped, from the simulation.
+/// the links that are stopped, from the simulation. Beside the full models, gaps may be as wide as
+/// the tolerance of the options.
 /// @return a row of the log
 [[nodiscard]] nlohmann::json judgeClosings(const tools::LoadedHand& hand,
                                            const tools::LoadedObject& object,

@@ -17,7 +17,6 @@ namespace
 using nlohmann::json;
 using Rows = std::vector<json>;
 
-constexpr double kMaxGap = 1e-4;      // [m]
 constexpr double kAlikeShare = 0.95;  // of a hand's closings
 constexpr double kFewClosings = 100;  // one that touches or not would decide the share of fewer
 
@@ -75,7 +74,8 @@ json closingTotals(const std::string& hand, const Rows& rows)
     const double alike = closings == 0.0 ? 1.0 : of(ClosingVerdict::Alike) / closings;
     const double gap = largestOf(rows, "largest_gap_m");
     const double inside = totalOf(rows, "inside");
-    const bool isGood = inside == 0.0 && gap <= kMaxGap && of(ClosingVerdict::FirstPasses) == 0 &&
+    const bool isGood = inside == 0.0 && gap <= largestOf(rows, "allowed_gap_m") &&
+                        of(ClosingVerdict::FirstPasses) == 0 &&
                         of(ClosingVerdict::Unexplained) == 0 &&
                         (alike >= kAlikeShare || closings < kFewClosings);
     return {{"hand", hand},

@@ -6,7 +6,7 @@ from plot import catalogue, chart, page, simulation
 
 # Title, and what draws a family.
 PAGES = {"chart": ("Time against accuracy", dict.fromkeys(
-             ("rigid", "articulated", "closing", "step", "deformable"), chart.section_of)),
+             ("rigid", "articulated", "closing", "budget", "step", "deformable"), chart.section_of)),
          "stability": ("Stability where methods fail", {
              "catalogue": catalogue.section_of, "simulation": simulation.section_of})}
 
