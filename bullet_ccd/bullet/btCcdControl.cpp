@@ -21,10 +21,15 @@ namespace
 {
 btDiscreteDynamicsWorld& registered(btDiscreteDynamicsWorld& world)
 {
-    if (auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher()))
+    auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher());
+    if (dispatcher == nullptr)
     {
-        btCcdCollisionAlgorithm::registerAlgorithm(dispatcher);
+        throw std::invalid_argument(
+            "btCcdControl: the dispatcher of the world is no btCollisionDispatcher (nor a "
+            "btCollisionDispatcherMt), so that no algorithm can be registered with it: take one of "
+            "the two, or a class that is derived from them");
     }
+    btCcdCollisionAlgorithm::registerAlgorithm(dispatcher);
     return world;
 }
 

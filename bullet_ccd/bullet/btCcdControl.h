@@ -139,7 +139,8 @@ struct btCcdCounters
 class BULLET_CCD_API btCcdControl
 {
 public:
-    /// Registers btCcdCollisionAlgorithm with the world's dispatcher if that was not done.
+    /// Registers btCcdCollisionAlgorithm with the world's dispatcher if that was not done. Throws
+    /// std::invalid_argument if that is no btCollisionDispatcher.
     explicit btCcdControl(btDiscreteDynamicsWorld& world);
     virtual ~btCcdControl();
     btCcdControl(const btCcdControl&) = delete;

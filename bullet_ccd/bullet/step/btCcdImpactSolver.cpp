@@ -24,8 +24,12 @@ constexpr int kIterations = 4;           // times those of the world
 constexpr int kThoroughIterations = 10;  // for contacts that come again
 /// The solver is done where no row changes a velocity by more [m/s].
 constexpr btScalar kSolved = btScalar(1e-6);
-/// So many objects of a heap take part, and what is joined to them.
-constexpr std::size_t kMostObjects = 8;
+/// So many objects of a heap take part, and what is joined to them: fewer where something hits it,
+/// which goes on to others by impacts of its own, than where it lies and presses.
+constexpr std::size_t kMostHit = 8;
+constexpr std::size_t kMostPressed = 32;
+/// Slower ones press [m/s].
+constexpr btScalar kHit = btScalar(10);
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
 
@@ -55,6 +59,21 @@ void forColliders(const btMultiBody& body, const Visit& visit)
 bool isMoved(const btCollisionObject& object)
 {
     return object.getIslandTag() >= 0;
+}
+
+/// Links count as if they were at rest.
+bool isHit(const btCcdImpact& impact)
+{
+    const auto velocityOf = [](const btCollisionObject* object, const btVector3& point)
+    {
+        const btRigidBody* body = btRigidBody::upcast(object);
+        return body != nullptr
+                   ? body->getVelocityInLocalPoint(point - body->getCenterOfMassPosition())
+                   : btVector3(0, 0, 0);
+    };
+    const btVector3 approach = velocityOf(impact.m_objectA, impact.m_pointA) -
+                               velocityOf(impact.m_objectB, impact.m_pointB);
+    return approach.dot(impact.m_normal) > kHit;
 }
 
 /// The partners of an object in the broadphase.
@@ -498,6 +517,7 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     }
     m_reached.clear();
     m_contacts.clear();
+    m_most = std::any_of(impacts.begin(), impacts.end(), isHit) ? kMostHit : kMostPressed;
     for (const btCcdImpact& impact : impacts)
     {
         reach(*impact.m_objectA);
@@ -619,7 +639,7 @@ void btCcdImpactSolver::reachTouching(const btCollisionObject& object)
                 m_contacts.push_back({index, other, manifolds[i]});
             }
         }
-        if (touches && m_reached.size() < kMostObjects)
+        if (touches && m_reached.size() < m_most)
         {
             reach(partner);
         }
@@ -777,7 +797,10 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
     const btContactSolverInfo info = impactInfo(m_world.getSolverInfo(), answer);
     btConstraintSolver& solver = *m_world.getConstraintSolver();
     solver.prepareSolve(int(m_objects.size()), int(m_manifolds.size()));
-    if (m_multiBodyWorld == nullptr)
+    // Another solver of such a world is asked for rigid bodies only, as Bullet does.
+    auto* multiBodySolver =
+        m_multiBodyWorld != nullptr ? dynamic_cast<btMultiBodyConstraintSolver*>(&solver) : nullptr;
+    if (multiBodySolver == nullptr)
     {
         solver.solveGroup(m_objects.data(),
                           int(m_objects.size()),
@@ -812,18 +835,17 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
     {
         refreshDynamics(*body);
     }
-    static_cast<btMultiBodyConstraintSolver&>(solver).solveMultiBodyGroup(
-        m_objects.data(),
-        int(m_objects.size()),
-        m_manifolds.data(),
-        int(m_manifolds.size()),
-        constraints.data(),
-        int(constraints.size()),
-        multiBodyConstraints.data(),
-        int(multiBodyConstraints.size()),
-        info,
-        nullptr,
-        m_world.getDispatcher());
+    multiBodySolver->solveMultiBodyGroup(m_objects.data(),
+                                         int(m_objects.size()),
+                                         m_manifolds.data(),
+                                         int(m_manifolds.size()),
+                                         constraints.data(),
+                                         int(constraints.size()),
+                                         multiBodyConstraints.data(),
+                                         int(multiBodyConstraints.size()),
+                                         info,
+                                         nullptr,
+                                         m_world.getDispatcher());
     solver.allSolved(info, nullptr);
     for (btMultiBody* body : m_multiBodies)
     {

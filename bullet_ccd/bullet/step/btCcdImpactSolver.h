@@ -59,6 +59,7 @@ private:
     bool m_isListed = false;                     // the two that follow are those of this step
     std::vector<std::vector<int>> m_touching;    // of what Bullet moves, by index in the world
     std::unordered_map<int, std::vector<btTypedConstraint*>> m_joints;
+    std::size_t m_most = 0;                     // objects of a heap
     std::vector<int> m_reached;                 // what takes part, by index in the world,
     std::vector<char> m_isReached;              // and which those are
     std::vector<Contact> m_contacts;            // scratch memory

@@ -186,17 +186,13 @@ public:
         const Eigen::Isometry3d X_WB = m_b * btCcdMeshPose(b, m_b.inverse() * middleA);
         const std::shared_ptr<const ContactSurface> surfaceA = m_scratch.surfaceOf(a.m_tree);
         const std::shared_ptr<const ContactSurface> surfaceB = m_scratch.surfaceOf(b.m_tree);
-        const auto append = [&](const Eigen::Isometry3d& poseOfA)
+        const double around = reach + shell + a.m_radius + b.m_radius;
+        const auto append = [&](const Eigen::Isometry3d& poseOfA, double within)
         {
-            bullet_ccd::appendContacts(*surfaceA,
-                                       poseOfA,
-                                       *surfaceB,
-                                       X_WB,
-                                       reach + shell + a.m_radius + b.m_radius,
-                                       m_scratch.m_work.search,
-                                       raw);
+            bullet_ccd::appendContacts(
+                *surfaceA, poseOfA, *surfaceB, X_WB, within, m_scratch.m_work.search, raw);
         };
-        append(X_WA);
+        append(X_WA, around);
         const auto deepest =
             std::min_element(raw.begin() + std::ptrdiff_t(first),
                              raw.end(),
@@ -208,8 +204,9 @@ public:
             if (out.isFound())
             {
                 raw.resize(first);
-                append(out.poseOfA());
-                moveBack(out, first);
+                // Of all that is inside, not of what is deepest alone.
+                append(out.poseOfA(), around + out.way());
+                moveBack(out, first, around);
             }
         }
         const double outA = a.m_radius + 0.5 * (shell + a.m_margin - b.m_margin);
@@ -274,19 +271,19 @@ private:
         }
     }
 
-    /// From where A has been moved to where it is.
-    void moveBack(const WayOut& out, std::size_t first) const
+    /// From where A has been moved to where it is. What is farther away than `around` is none.
+    void moveBack(const WayOut& out, std::size_t first, double around) const
     {
         std::vector<Contact>& raw = m_scratch.m_work.raw;
-        const auto isOther = [&](const Contact& contact)
-        { return contact.normal.dot(out.normal()) < 0.0; };
-        raw.erase(std::remove_if(raw.begin() + std::ptrdiff_t(first), raw.end(), isOther),
-                  raw.end());
         for (std::size_t i = first; i < raw.size(); ++i)
         {
             raw[i].pointA += out.way() * out.normal();
             raw[i].gap -= out.way() * raw[i].normal.dot(out.normal());
         }
+        const auto isOther = [&](const Contact& contact)
+        { return contact.normal.dot(out.normal()) < 0.0 || contact.gap > around; };
+        raw.erase(std::remove_if(raw.begin() + std::ptrdiff_t(first), raw.end(), isOther),
+                  raw.end());
     }
 
     Eigen::Isometry3d m_a;

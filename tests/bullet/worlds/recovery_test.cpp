@@ -69,6 +69,67 @@ TEST_P(Recovery, OfMeshesThatBeginInsideEachOther)
     }
 }
 
+TEST_P(Recovery, HasAContactAtEveryCornerThatIsInside)
+{
+    // A cube leans in a floor: the lower edge of its bottom is 2 cm deep, the upper one 1 cm.
+    const double half = 0.1;
+    const double lean = std::asin(0.01 / (2.0 * half));
+    const double height = half * (std::cos(lean) + std::sin(lean)) - 0.02;
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.body(scene.box(vec(5, 5, 0.5)), 0.0, poseAt(vec(0, 0, -0.5)));
+    btTransform pose = poseAt(vec(0, 0, height));
+    pose.setRotation(btQuaternion(vec(0, 1, 0), btScalar(lean)));
+    scene.body(scene.boxMesh(vec(half, half, half)), 1.0, pose);
+    scene.addHooks();
+    scene.world().performDiscreteCollisionDetection();
+    std::vector<double> depths;
+    const btDispatcher& dispatcher = *scene.world().getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold =
+            *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            depths.push_back(double(manifold.getContactPoint(k).getDistance()));
+        }
+    }
+    std::ranges::sort(depths);
+    ASSERT_EQ(depths.size(), 4U);
+    // Counted from where the margins touch, half a millimetre above.
+    EXPECT_NEAR(depths[0], -0.0205, 1e-4);
+    EXPECT_NEAR(depths[1], -0.0205, 1e-4);
+    EXPECT_NEAR(depths[2], -0.0105, 1e-4);
+    EXPECT_NEAR(depths[3], -0.0105, 1e-4);
+}
+
+TEST_P(Recovery, OfAHeapThatBeginsOnTheFloorToTheLastBit)
+{
+    // A hundred cubes in each other push the lowest, which touch the floor without a gap, down.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -10));
+    scene.body(scene.box(vec(20, 20, 0.5)), 0.0, poseAt(vec(0, 0, -0.5)));
+    const double half = 0.1;
+    btCollisionShape* cube = scene.boxMesh(vec(half, half, half));
+    std::vector<btRigidBody*> cubes;
+    for (int i = 0; i < 100; ++i)
+    {
+        const btVector3 place = vec(0.18 * (i % 5), 0.18 * (i / 5 % 5), half + 0.18 * (i / 25));
+        cubes.push_back(scene.body(cube, 1.0, poseAt(place)));
+    }
+    double lowest = 0.0;
+    for (int step = 0; step < 12; ++step)
+    {
+        scene.step(kStepOfRecovery);
+        for (const btRigidBody* body : cubes)
+        {
+            const Eigen::Isometry3d X_WB = btCcdToEigen(body->getWorldTransform());
+            const double reach = half * X_WB.linear().row(2).cwiseAbs().sum();
+            lowest = std::min(lowest, X_WB.translation().z() - reach);
+        }
+    }
+    EXPECT_GT(lowest, -0.01);
+}
+
 TEST_P(Recovery, BySplitImpulsesLeadsThroughNothing)
 {
     // Boxes that fall on each other at up to 780 m/s are pushed out of each other, and must not be

@@ -2,16 +2,20 @@
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/btCcdMultiBodyDynamicsWorld.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <LinearMath/btThreads.h>
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::tests
@@ -119,5 +123,92 @@ TEST(WorldsOfSeveralThreads, LetNothingThrough)
         }
         EXPECT_EQ(throughFloor(*world), 0) << ours;
     }
+}
+
+namespace
+{
+/// Of another kind than Bullet's.
+class OtherDispatcher : public btDispatcher
+{
+public:
+    btCollisionAlgorithm* findAlgorithm(const btCollisionObjectWrapper*,
+                                        const btCollisionObjectWrapper*,
+                                        btPersistentManifold*,
+                                        ebtDispatcherQueryType) override
+    {
+        return nullptr;
+    }
+    btPersistentManifold* getNewManifold(const btCollisionObject*,
+                                         const btCollisionObject*) override
+    {
+        return nullptr;
+    }
+    void releaseManifold(btPersistentManifold*) override {}
+    void clearManifold(btPersistentManifold*) override {}
+    bool needsCollision(const btCollisionObject*, const btCollisionObject*) override
+    {
+        return false;
+    }
+    bool needsResponse(const btCollisionObject*, const btCollisionObject*) override
+    {
+        return false;
+    }
+    void dispatchAllCollisionPairs(btOverlappingPairCache*,
+                                   const btDispatcherInfo&,
+                                   btDispatcher*) override
+    {
+    }
+    int getNumManifolds() const override { return 0; }
+    btPersistentManifold* getManifoldByIndexInternal(int) override { return nullptr; }
+    btPersistentManifold** getInternalManifoldPointer() override { return nullptr; }
+    btPoolAllocator* getInternalManifoldPool() override { return nullptr; }
+    const btPoolAllocator* getInternalManifoldPool() const override { return nullptr; }
+    void* allocateCollisionAlgorithm(int) override { return nullptr; }
+    void freeCollisionAlgorithm(void*) override {}
+};
+}  // namespace
+
+TEST(WorldsOfSeveralThreads, RefuseADispatcherThatIsNotOneOfBullets)
+{
+    OtherDispatcher dispatcher;
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btDefaultCollisionConfiguration configuration;
+    btDiscreteDynamicsWorld stock(&dispatcher, &broadphase, &solver, &configuration);
+    for (const bool action : {false, true})
+    {
+        try
+        {
+            if (action)
+            {
+                const btCcdAction ccd(&stock);
+            }
+            else
+            {
+                const btCcdDiscreteDynamicsWorld world(
+                    &dispatcher, &broadphase, &solver, &configuration);
+            }
+            FAIL() << action;
+        }
+        catch (const std::invalid_argument& error)
+        {
+            EXPECT_NE(std::string(error.what()).find("btCollisionDispatcherMt"), std::string::npos);
+        }
+    }
+}
+
+TEST(WorldsOfSeveralThreads, OfMultiBodiesMayGetAnotherSolver)
+{
+    const Tasks tasks;
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcherMt dispatcher(&configuration);
+    btDbvtBroadphase broadphase;
+    btMultiBodyConstraintSolver first;
+    btConstraintSolverPoolMt pool(2);
+    const btCcdRegistration registration(dispatcher);
+    btCcdMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &first, &configuration);
+    world.setConstraintSolver(&pool);
+    EXPECT_EQ(throughFloor(world), 0);
+    EXPECT_GT(world.getCcdCounters().m_subSteps, 0);
 }
 }  // namespace bullet_ccd::tests
