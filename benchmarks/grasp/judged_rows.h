@@ -51,4 +51,7 @@ inline constexpr const char* kWithoutSrdf = ", inferred";
 /// @return whether each rate without is at least 0.9 of that with, and each rate with at least 0.97
 ///         of that without
 [[nodiscard]] bool summarizeInference(const std::vector<nlohmann::json>& rows);
+/// summarizePlans(), the mean rate of the hands, and how many of their objects are held.
+/// @return whether those are at least 60 % and 90 %
+[[nodiscard]] bool summarizeThumbed(const std::vector<nlohmann::json>& rows);
 }  // namespace bullet_ccd::benchmarks

@@ -118,21 +118,6 @@ void printNotHeld(const std::string& hand, const Rows& rows)
     }
 }
 
-/// All that is known of an object that no hand holds.
-void printUnheld(const std::string& object, const Rows& rows)
-{
-    std::vector<std::string> reasons;
-    for (const auto& [reason, number] : countsOf(rows, "rejected"))
-    {
-        reasons.push_back(fmt::format("{} {}", number, reason));
-    }
-    fmt::print("no hand holds {}: best epsilon {:.4f}; of {} candidates {}\n",
-               object,
-               largestOf(rows, "best_epsilon"),
-               totalOf(rows, "candidates"),
-               fmt::join(reasons, ", "));
-}
-
 std::ptrdiff_t heldOf(const Rows& rows)
 {
     return std::ranges::count_if(rows, [](const json& row) { return row["force_closures"] > 0; });
@@ -252,14 +237,22 @@ bool summarizePlans(const Rows& rows)
     const auto held = std::ranges::count_if(
         objects, [](const auto& object) { return heldOf(object.second) > 0; });
     fmt::print("{} of {} objects are held by at least one hand\n", held, objects.size());
-    for (const auto& [object, ofObject] : objects)
-    {
-        if (heldOf(ofObject) == 0)
-        {
-            printUnheld(object, ofObject);
-        }
-    }
     return held > 0;
+}
+
+bool summarizeThumbed(const Rows& rows)
+{
+    static_cast<void>(summarizePlans(rows));
+    std::vector<double> rates;  // [%]
+    for (const auto& [hand, ofHand] : groupedBy("hand", rows))
+    {
+        rates.push_back(100.0 * totalOf(ofHand, "force_closures") / totalOf(ofHand, "candidates"));
+    }
+    const std::ptrdiff_t held = heldOf(rows);
+    const bool isGood = meanOf(rates) >= 60.0 && 10 * held >= 9 * std::ssize(rows);
+    fmt::print("mean of the hands: {:.1f} % force closures; ", meanOf(rates));
+    fmt::print("{} of {} pairs held: {}\n", held, rows.size(), isGood ? "pass" : "FAIL");
+    return isGood;
 }
 
 bool summarizeInference(const Rows& rows)

@@ -61,18 +61,19 @@ HandModel emptyHand(RobotModel robot)
     return hand;
 }
 
-HandModel inferred(HandModel hand)
+HandModel inferred(HandModel hand, const std::filesystem::path& cacheFolder)
 {
     Srdf empty;
     empty.file = hand.robot.file;
-    applySrdf(empty, hand);
+    applySrdf(empty, hand, cacheFolder);
     return hand;
 }
 }  // namespace
 
 HandModel loadHand(const std::filesystem::path& urdf,
                    const std::optional<std::filesystem::path>& srdf,
-                   const std::filesystem::path& shareFolder)
+                   const std::filesystem::path& shareFolder,
+                   const std::filesystem::path& cacheFolder)
 {
     HandModel hand = emptyHand(loadRobot(urdf));
     std::error_code error;
@@ -81,7 +82,7 @@ HandModel loadHand(const std::filesystem::path& urdf,
     if (srdf || std::filesystem::is_regular_file(beside, error))
     {
         hand.srdfFile = srdf ? *srdf : beside;
-        applySrdf(readSrdf(hand.srdfFile), hand);
+        applySrdf(readSrdf(hand.srdfFile), hand, cacheFolder);
         return hand;
     }
     const std::optional<std::filesystem::path> shared =
@@ -90,7 +91,7 @@ HandModel loadHand(const std::filesystem::path& urdf,
     {
         try
         {
-            applySrdf(readSrdf(*shared), hand);
+            applySrdf(readSrdf(*shared), hand, cacheFolder);
             hand.srdfFile = *shared;
             return hand;
         }
@@ -102,11 +103,11 @@ HandModel loadHand(const std::filesystem::path& urdf,
         }
     }
     hand.notes.push_back("no SRDF found, everything about the hand is inferred");
-    return inferred(std::move(hand));
+    return inferred(std::move(hand), cacheFolder);
 }
 
-HandModel inferHand(const std::filesystem::path& urdf)
+HandModel inferHand(const std::filesystem::path& urdf, const std::filesystem::path& cacheFolder)
 {
-    return inferred(emptyHand(loadRobot(urdf)));
+    return inferred(emptyHand(loadRobot(urdf)), cacheFolder);
 }
 }  // namespace bullet_ccd::grasp

@@ -115,13 +115,19 @@ struct HandModel
 /// stem, the stem without a trailing "_mesh", the robot's name, or that name without "_mesh". A
 /// file in the share folder that does not fit the robot is put aside with a note. A file that was
 /// named or is beside the URDF must fit. Without any SRDF everything is inferred.
+/// What trial grasps find is kept in `cacheFolder`, if it is given, and taken from there the next
+/// time: the same hand, bit for bit. The name of its file depends on the content of robot, meshes
+/// and SRDF. A damaged file is replaced; a folder that cannot be written does not matter.
 /// Throws std::runtime_error: "<file>: <element>: <what, value>: <remedy>".
 [[nodiscard]] BULLET_CCD_API HandModel
 loadHand(const std::filesystem::path& urdf,
          const std::optional<std::filesystem::path>& srdf = std::nullopt,
-         const std::filesystem::path& shareFolder = {});
+         const std::filesystem::path& shareFolder = {},
+         const std::filesystem::path& cacheFolder = {});
 
 /// Loads a hand of which everything is inferred, whatever SRDF there is.
+/// `cacheFolder` is as in loadHand().
 /// Throws as loadHand() does.
-[[nodiscard]] BULLET_CCD_API HandModel inferHand(const std::filesystem::path& urdf);
+[[nodiscard]] BULLET_CCD_API HandModel inferHand(const std::filesystem::path& urdf,
+                                                 const std::filesystem::path& cacheFolder = {});
 }  // namespace bullet_ccd::grasp

@@ -24,14 +24,6 @@ int closingJoints(const HandModel& hand, std::int32_t link, std::int32_t ancesto
     return count;
 }
 
-/// Links with one closing joint between them are neighbours: they overlap about their joint by
-/// design, and its limits keep them apart.
-bool canTouch(const HandModel& hand, const LinkPair& pair)
-{
-    const std::int32_t base = commonAncestor(hand.robot.tree, pair.first, pair.second);
-    return closingJoints(hand, pair.first, base) + closingJoints(hand, pair.second, base) >= 2;
-}
-
 /// For every preshape, whether the pair overlaps in it.
 std::vector<bool> overlaps(const HandModel& hand,
                            const LinkPair& pair,
@@ -71,6 +63,17 @@ int movableJoints(const HandModel& hand, std::int32_t link, std::int32_t ancesto
     return count;
 }
 }  // namespace
+
+bool canTouch(const HandModel& hand, std::int32_t first, std::int32_t second)
+{
+    if (hand.linkTrees[static_cast<std::size_t>(first)] == nullptr ||
+        hand.linkTrees[static_cast<std::size_t>(second)] == nullptr)
+    {
+        return false;
+    }
+    const std::int32_t base = commonAncestor(hand.robot.tree, first, second);
+    return closingJoints(hand, first, base) + closingJoints(hand, second, base) >= 2;
+}
 
 bool selfOverlaps(const HandModel& hand,
                   const std::vector<double>& positions,
@@ -125,9 +128,7 @@ void setSelfPairs(HandModel& hand, const std::vector<LinkPair>& disabled)
     {
         for (pair.second = pair.first + 1; pair.second < count; ++pair.second)
         {
-            if (hand.linkTrees[static_cast<std::size_t>(pair.first)] == nullptr ||
-                hand.linkTrees[static_cast<std::size_t>(pair.second)] == nullptr ||
-                off.contains(pair) || !canTouch(hand, pair))
+            if (off.contains(pair) || !canTouch(hand, pair.first, pair.second))
             {
                 continue;
             }

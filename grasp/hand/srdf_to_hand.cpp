@@ -4,6 +4,7 @@
 #include "bullet_ccd/motion/kinematic_tree.h"
 #include "grasp/hand/hand_inference.h"
 #include "grasp/hand/preshape_search.h"
+#include "grasp/hand/searched_hand.h"
 #include "grasp/hand/self_pairs.h"
 
 #include <algorithm>
@@ -25,9 +26,14 @@ namespace
 class SrdfToHand
 {
 public:
-    SrdfToHand(const Srdf& srdf, HandModel& hand) : m_srdf(srdf), m_hand(hand) {}
+    /// @param kept what was searched for this hand before
+    SrdfToHand(const Srdf& srdf, HandModel& hand, std::optional<SearchedHand> kept)
+        : m_srdf(srdf), m_hand(hand), m_kept(std::move(kept))
+    {
+    }
 
-    void apply()
+    /// Gives what had to be searched; nothing if nothing had to be.
+    std::optional<SearchedHand> apply()
     {
         readFingers();
         readClosing();
@@ -36,6 +42,7 @@ public:
         readGraspFrames();
         inferSpeeds();
         setSelfPairs(m_hand, disabled);
+        return m_hasSearched && !m_kept ? std::optional(std::move(m_searched)) : std::nullopt;
     }
 
 private:
@@ -236,9 +243,14 @@ private:
         const SrdfGraspFrame* const known = graspFrameOf("");
         const std::optional<Eigen::Isometry3d> frame =
             known == nullptr ? std::nullopt : std::optional(poseOf(*known, open.positions));
-        if (std::optional<std::vector<Preshape>> found = searchPreshapes(m_hand, frame))
+        if (!m_kept)
         {
-            m_hand.preshapes = *std::move(found);
+            m_hasSearched = true;
+            m_searched.preshapes = searchPreshapes(m_hand, frame).value_or(std::vector<Preshape>());
+        }
+        m_hand.preshapes = m_kept ? m_kept->preshapes : m_searched.preshapes;
+        if (!m_hand.preshapes.empty())
+        {
             std::string names;
             for (const Preshape& preshape : m_hand.preshapes)
             {
@@ -351,8 +363,7 @@ private:
         {
             if (graspFrameOf(preshape.name) == nullptr)
             {
-                preshape.X_RG =
-                    preshape.X_RG ? preshape.X_RG : searchGraspFrame(m_hand, preshape.positions);
+                preshape.X_RG = preshape.X_RG ? preshape.X_RG : searchedFrame(preshape);
                 inferred += (inferred.empty() ? "" : ", ") + preshape.name;
             }
         }
@@ -363,6 +374,16 @@ private:
         }
     }
 
+    Eigen::Isometry3d searchedFrame(const Preshape& preshape)
+    {
+        if (m_kept && m_keptFrames < m_kept->frames.size())
+        {
+            return m_kept->frames[m_keptFrames++];
+        }
+        m_hasSearched = true;
+        return m_searched.frames.emplace_back(searchGraspFrame(m_hand, preshape.positions));
+    }
+
     /// Elements that say how joints close say how fast, too: 1 if they do not.
     void inferSpeeds()
     {
@@ -370,7 +391,12 @@ private:
         {
             return;
         }
-        m_hand.closingSpeeds = searchClosingSpeeds(m_hand);
+        if (!m_kept)
+        {
+            m_hasSearched = true;
+            m_searched.speeds = searchClosingSpeeds(m_hand);
+        }
+        m_hand.closingSpeeds = m_kept ? m_kept->speeds : m_searched.speeds;
         std::string slower;
         for (std::size_t i = 0; i < m_hand.closingSpeeds.size(); ++i)
         {
@@ -487,11 +513,26 @@ private:
 
     const Srdf& m_srdf;
     HandModel& m_hand;
+    std::optional<SearchedHand> m_kept;
+    std::size_t m_keptFrames = 0;  // that were used
+    SearchedHand m_searched;
+    bool m_hasSearched = false;
 };
 }  // namespace
 
-void applySrdf(const Srdf& srdf, HandModel& hand)
+void applySrdf(const Srdf& srdf, HandModel& hand, const std::filesystem::path& cacheFolder)
 {
-    SrdfToHand(srdf, hand).apply();
+    if (cacheFolder.empty())
+    {
+        static_cast<void>(SrdfToHand(srdf, hand, std::nullopt).apply());
+        return;
+    }
+    const std::filesystem::path file = cacheFolder / searchedHandFileName(hand.robot, srdf.file);
+    const auto searched =
+        SrdfToHand(srdf, hand, loadSearchedHand(file, hand.robot.tree.size())).apply();
+    if (searched)
+    {
+        saveSearchedHand(*searched, file);
+    }
 }
 }  // namespace bullet_ccd::grasp

@@ -1,7 +1,11 @@
 #include "grasp/hand/trial_grasps.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
+#include "grasp/hand/self_pairs.h"
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -18,6 +22,7 @@ constexpr int kPoints = 1000;        // of all links
 constexpr double kStep = 0.05;       // [s] of closing at 1 rad/s and 0.1 m/s of the fastest joint
 constexpr double kSlideSpeed = 0.1;  // [m/s]
 constexpr int kMaxSteps = 160;
+constexpr int kSelfSteps = 4;    // between looks at links that can touch each other
 constexpr double kTouch = 4e-4;  // [m] distance that counts as a contact
 constexpr double kApart = 4e-3;  // [m] between two contacts of one link
 constexpr int kContactsPerLink = 3;
@@ -178,6 +183,21 @@ TrialGrasps::TrialGrasps(const HandModel& hand) : m_hand(hand), m_directions(dra
                 link.drivers.push_back(leader == kNone ? index : static_cast<std::size_t>(leader));
             }
         }
+        std::ranges::sort(link.drivers);
+    }
+    for (std::size_t a = 0; a < tree.size(); ++a)
+    {
+        for (std::size_t b = a + 1; b < tree.size(); ++b)
+        {
+            LinkPair pair{.first = a, .second = b, .drivers = {}};
+            std::ranges::set_symmetric_difference(
+                m_links[a].drivers, m_links[b].drivers, std::back_inserter(pair.drivers));
+            if (!pair.drivers.empty() &&
+                canTouch(hand, static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)))
+            {
+                m_pairs.push_back(std::move(pair));
+            }
+        }
     }
 }
 
@@ -254,6 +274,21 @@ double TrialGrasps::freeTravel(const std::vector<Eigen::Isometry3d>& X_GL,
     return std::max(0.0, z);
 }
 
+bool TrialGrasps::overlap(const LinkPair& pair, const std::vector<Eigen::Isometry3d>& X_BL) const
+{
+    const auto& [a, b, drivers] = pair;
+    const double reach = m_links[a].radius + m_links[b].radius + kPreshapeOverlap;
+    if ((X_BL[a] * m_links[a].middle - X_BL[b] * m_links[b].middle).squaredNorm() > reach * reach)
+    {
+        return false;
+    }
+    return treeDistance(*m_hand.linkTrees[a],
+                        *m_hand.linkTrees[b],
+                        X_BL[b].inverse() * X_BL[a],
+                        kPreshapeOverlap)
+               .distance < kPreshapeOverlap;
+}
+
 std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
                                                   const Eigen::Isometry3d& X_BR,
                                                   const TrialBody& body,
@@ -270,6 +305,7 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
     std::vector<double> before(tree.size(), std::numeric_limits<double>::infinity());
     std::vector<double> moved(tree.size(), 0.0);
     std::vector<Eigen::Isometry3d> X_BL = linkPoses(tree, X_BR, positions);
+    const std::vector<Eigen::Isometry3d> X_BLStart = X_BL;
     for (int step = 0; step < kMaxSteps; ++step)
     {
         double fastest = 0.0;
@@ -322,6 +358,32 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
                 moved[driver] = 0.0;
                 runs[driver] = false;
                 hasStopped = true;
+            }
+        }
+        if (hasStopped)
+        {
+            applyMimics(tree, positions);
+            X_BL = linkPoses(tree, X_BR, positions);
+        }
+        if (step % kSelfSteps != 0)
+        {
+            continue;
+        }
+        hasStopped = false;
+        for (const LinkPair& pair : m_pairs)
+        {
+            const bool moves = std::ranges::any_of(
+                pair.drivers, [&](std::size_t driver) { return moved[driver] != 0.0; });
+            // What overlaps from the start is left alone, as it is by the planner.
+            if (moves && overlap(pair, X_BL) && !overlap(pair, X_BLStart))
+            {
+                for (const std::size_t driver : pair.drivers)
+                {
+                    positions[driver] -= moved[driver];
+                    moved[driver] = 0.0;
+                    runs[driver] = false;
+                    hasStopped = true;
+                }
             }
         }
         if (hasStopped)

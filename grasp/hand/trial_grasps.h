@@ -23,9 +23,10 @@ struct TrialBody
     [[nodiscard]] double radius() const { return half.norm() + round; }
 };
 
-/// Closes a hand on trial bodies. Links are points drawn from their surfaces, closing runs in steps
-/// of 3 degrees, links do not see each other, and the quality is a bound from a fixed set of
-/// directions. So a trial takes a fraction of a millisecond, and is no more than a hint.
+/// Closes a hand on trial bodies. To a body links are points drawn from their surfaces; to each
+/// other they are what they are. Closing runs in steps of 3 degrees, and the quality is a bound
+/// from a fixed set of directions. So a trial takes a fraction of a millisecond, and is no more
+/// than a hint.
 class TrialGrasps
 {
 public:
@@ -58,6 +59,13 @@ private:
         [[nodiscard]] Eigen::Vector3d point(Eigen::Index k) const;
         [[nodiscard]] bool empty() const { return points[0].size() == 0; }
     };
+    /// Links that can touch each other, and the closing joints that move one of them alone.
+    struct LinkPair
+    {
+        std::size_t first = 0;
+        std::size_t second = 0;
+        std::vector<std::size_t> drivers;
+    };
     struct Nearest
     {
         double distance = 0.0;
@@ -77,11 +85,14 @@ private:
                                                        const Eigen::Isometry3d& X_BR,
                                                        const TrialBody& body,
                                                        const std::vector<double>& speeds) const;
+    [[nodiscard]] bool overlap(const LinkPair& pair,
+                               const std::vector<Eigen::Isometry3d>& X_BL) const;
     [[nodiscard]] double quality(const std::vector<Eigen::Isometry3d>& X_BL,
                                  const TrialBody& body) const;
 
     const HandModel& m_hand;
     std::vector<LinkPoints> m_links;  // one a link; without geometry: no points
+    std::vector<LinkPair> m_pairs;
     std::vector<Eigen::Matrix<double, 6, 1>> m_directions;
 };
 }  // namespace bullet_ccd::grasp

@@ -93,6 +93,22 @@ TEST_F(BenchGrasps, CountsForceClosures)
     EXPECT_THAT(plans.out, HasSubstr("1 of 1 objects are held"));
 }
 
+TEST_F(BenchGrasps, HandsWithoutTheirSrdfMustHoldMost)
+{
+    const fs::path house = m_folder / "house.obj";
+    writeObj(makeSphere(3.0, 3), house);
+    const std::string thumbed = "thumbed --hand three_finger_gripper -n 4 --object '" +
+                                m_ball.string() + "' -o '" + (m_folder / "rows.json").string() +
+                                "'";
+    const Outcome good = run(thumbed);
+    EXPECT_EQ(good.exitCode, 0) << good.out << good.err;
+    EXPECT_THAT(good.out, HasSubstr("three_finger_gripper, inferred"));
+    EXPECT_THAT(good.out, HasSubstr("100.0 % force closures; 1 of 1 pairs held: pass"));
+    const Outcome bad = run(thumbed + " --resume --object '" + house.string() + "'");
+    EXPECT_EQ(bad.exitCode, 1) << bad.out << bad.err;
+    EXPECT_THAT(bad.out, HasSubstr("50.0 % force closures; 1 of 2 pairs held: FAIL"));
+}
+
 TEST_F(BenchGrasps, NumbersThatMakeNoSenseExitWith2AndAreNamed)
 {
     for (const std::string option : {"--friction", "--object-scale"})

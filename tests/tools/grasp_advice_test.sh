@@ -7,6 +7,7 @@ set -uo pipefail
 grasp=$1
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
+export BULLET_CCD_CACHE=
 plan() {
     "$grasp" plan --hand parallel_gripper -n 8 --pictures 0 --models 0 -o "$folder/out" "$@" 2>/dev/null
 }

@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
-# What `grasp hand init` writes is understood without any inference; a file that is there is kept.
+# What `grasp hand init` writes is understood without any inference; a file that is there is kept. What is inferred is kept in
+# the cache folder of the user, unless that is not wanted.
 #
 #   grasp_hand_init_test.sh GRASP
 set -uo pipefail
 grasp=$1
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
+export BULLET_CCD_CACHE=
 fail() {
     echo "$1" >&2
     exit 1
@@ -36,3 +38,20 @@ grep -q "directions inferred\|frame inferred\|preshape.* inferred\|fingers infer
 "$grasp" hand init "$folder/pincer.urdf" -o "$folder/pincer.srdf" 2>"$folder/error" >/dev/null
 [ $? -eq 3 ] || fail "a file that is there is overwritten"
 grep -q "exists already" "$folder/error" || fail "the message does not say why"
+
+# Kept: in a folder of its own, in the user's, in none.
+rm "$folder/pincer.srdf"
+unset BULLET_CCD_CACHE
+count() { find "$1" -name '*.hand' 2>/dev/null | wc -l; }
+show() { "$grasp" hand show "$folder/pincer.urdf" "$@"; }
+none=$(XDG_CACHE_HOME="$folder/user" show --no-cache)
+[ "$(count "$folder/user")" -eq 0 ] || fail "--no-cache keeps something"
+[ "$(XDG_CACHE_HOME="$folder/user" show)" = "$none" ] || fail "what is kept makes a difference"
+[ "$(count "$folder/user/bullet_ccd")" -eq 1 ] || fail "nothing is kept in XDG_CACHE_HOME"
+[ "$(XDG_CACHE_HOME="$folder/user" show)" = "$none" ] || fail "what was kept makes a difference"
+HOME="$folder/home" XDG_CACHE_HOME=relative show >/dev/null
+[ "$(count "$folder/home/.cache/bullet_ccd")" -eq 1 ] || fail "nothing is kept in ~/.cache"
+HOME="$folder/home" BULLET_CCD_CACHE="$folder/mine" show >/dev/null
+[ "$(count "$folder/mine")" -eq 1 ] || fail "nothing is kept in BULLET_CCD_CACHE"
+HOME="$folder/other" XDG_CACHE_HOME="$folder/other" BULLET_CCD_CACHE="" show >/dev/null
+[ "$(count "$folder/other")" -eq 0 ] || fail "an empty BULLET_CCD_CACHE keeps something"

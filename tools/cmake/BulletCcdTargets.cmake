@@ -171,7 +171,7 @@ function(bullet_ccd_add_gtest program)
                          $<TARGET_FILE:${program}>)
         # The script stops a program that hangs; this is for a script that hangs.
         set_tests_properties(${_test} PROPERTIES TIMEOUT 1000 ENVIRONMENT
-            "GTEST_TOTAL_SHARDS=${arg_SHARDS};GTEST_SHARD_INDEX=${_index}")
+            "GTEST_TOTAL_SHARDS=${arg_SHARDS};GTEST_SHARD_INDEX=${_index};BULLET_CCD_CACHE=")
     endforeach()
 endfunction()
 

@@ -4,6 +4,7 @@
 #include "grasp/closing/closing.h"
 #include "grasp/formats/content_hash.h"
 #include "grasp/hand/hand_model.h"
+#include "grasp/hand/searched_hand.h"
 #include "grasp/hand/self_pairs.h"
 #include "grasp/hand/srdf_writer.h"
 #include "grasp/hand/trial_grasps.h"
@@ -56,6 +57,48 @@ TEST(TrialBody, DistanceIsThatOfBallBarAndBox)
         }
     }
     EXPECT_GT(inside, 3);
+}
+
+/// Two jaws that slide towards each other; a bumper on one of them may meet the other one after 1
+/// cm, where they are still 2 cm from a cube of 4 cm that stands between them.
+std::string jaws(bool hasBumper)
+{
+    const std::string jaw = boxLink("right", "0.01 0.1 0.06", "0 0 0");
+    std::string left = boxLink("left", "0.01 0.1 0.06", "0 0 0");
+    if (hasBumper)
+    {
+        left.insert(left.find("</link>"),
+                    "<collision><origin xyz=\"0.045 0.035 0\"/><geometry><box size=\"0.08 0.01 "
+                    "0.02\"/></geometry></collision>");
+    }
+    std::string text =
+        "<?xml version=\"1.0\"?><robot name=\"jaws\">" +
+        boxLink("palm", "0.1 0.1 0.02", "0 0 -0.05") + left + jaw +
+        hinge("to_right", "palm", "left", "-0.055 0 0", "1 0 0", "lower=\"0\" upper=\"0.05\"") +
+        hinge("to_left", "palm", "right", "0.055 0 0", "-1 0 0", "lower=\"0\" upper=\"0.05\"") +
+        "</robot>";
+    for (std::size_t at = text.find("revolute"); at != std::string::npos;
+         at = text.find("revolute"))
+    {
+        text.replace(at, 8, "prismatic");
+    }
+    return text;
+}
+
+TEST(TrialGrasps, LinksStopWhereTheyTouchEachOther)
+{
+    const TempFolder folder;
+    const auto score = [&](bool hasBumper)
+    {
+        const HandModel hand = loadHand(folder.write("jaws.urdf", jaws(hasBumper)));
+        EXPECT_EQ(std::ranges::count(hand.closingDirections, 1), 2);
+        return TrialGrasps(hand)(hand.preshapes[0].positions,
+                                 Eigen::Isometry3d::Identity(),
+                                 {.half = Eigen::Vector3d::Constant(0.018), .round = 0.002},
+                                 Eigen::Isometry3d::Identity());
+    };
+    EXPECT_GT(score(false), 0.5);  // a force closure
+    EXPECT_EQ(score(true), 0.0);   // no contact
 }
 
 /// A palm in the plane x-z that looks along +x; two fingers on its upper end that bend towards +x,
@@ -160,6 +203,37 @@ TEST(PreshapeSearch, TheThumbIsTurnedInFrontOfThePalmEveryTime)
     const int turned = closuresOnABall(hand, 12);
     EXPECT_LE(atRest, 3);
     EXPECT_GE(turned, 9);
+}
+
+TEST(PreshapeSearch, WhatIsFoundIsKeptByItsContent)
+{
+    const TempFolder folder;
+    const auto urdf = folder.write("thumbed.urdf", thumbedHand());
+    const auto cache = folder.path() / "cache";
+    const std::string hash = contentHash(inferHand(urdf, cache));
+    const auto kept = std::filesystem::directory_iterator(cache)->path();
+    const std::optional<SearchedHand> found = loadSearchedHand(kept, loadRobot(urdf).tree.size());
+    ASSERT_TRUE(found);
+    EXPECT_FALSE(found->preshapes.empty());
+
+    // It is not searched again: what stands there is believed.
+    SearchedHand other = *found;
+    other.preshapes.resize(1);
+    other.preshapes[0].name = "from_the_file";
+    saveSearchedHand(other, kept);
+    EXPECT_EQ(inferHand(urdf, cache).preshapes[0].name, "from_the_file");
+    saveSearchedHand(*found, kept);
+    const HandModel again = loadHand(urdf, std::nullopt, {}, cache);
+    EXPECT_EQ(contentHash(again), hash);
+    EXPECT_THAT(again.notes, Contains(HasSubstr("preshapes inferred by trial grasps")));
+
+    // What is damaged is searched again, and replaced.
+    std::filesystem::resize_file(kept, std::filesystem::file_size(kept) / 2);
+    EXPECT_EQ(contentHash(inferHand(urdf, cache)), hash);
+    EXPECT_TRUE(loadSearchedHand(kept, again.robot.tree.size()));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(cache), {}), 1);
+    // Where nothing can be kept, all is as without a folder.
+    EXPECT_EQ(contentHash(inferHand(urdf, kept)), hash);
 }
 
 TEST(PreshapeSearch, FingersReachRoundTheObjectBeforeTheirEndsCurl)

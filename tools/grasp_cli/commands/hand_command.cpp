@@ -1,6 +1,10 @@
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/closing/closing.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_writer.h"
+#include "grasp/planner/grasp_planner.h"
 #include "grasp/report/grasp_picture.h"
+#include "grasp/report/viewer_page.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_file.h"
@@ -173,6 +177,32 @@ void drawPreshapes(const HandModel& hand, const fs::path& folder)
     }
 }
 
+/// Every preshape comes at a small ball where its fingers meet, and closes on it.
+void writePreshapePage(const LoadedHand& loaded, const fs::path& viewer, const fs::path& file)
+{
+    constexpr double kRadius = 0.01;  // [m]
+    constexpr double kWay = 0.1;      // [m]
+    const HandModel& hand = loaded.hand;
+    const grasp::GraspObject ball =
+        grasp::makeGraspObject("a ball where the fingers meet", makeSphere(kRadius, 3));
+    std::vector<grasp::Grasp> grasps;
+    for (const grasp::Preshape& preshape : hand.preshapes)
+    {
+        const Eigen::Vector3d way = kWay * Eigen::Vector3d::UnitZ();
+        const Eigen::Isometry3d X_WStart =
+            Eigen::Translation3d(-way) * grasp::graspFrame(hand, preshape).inverse();
+        grasps.push_back(
+            grasp::closeAtPose(hand, ball, X_WStart, way, preshape, {}, grasp::kinematicClosing()));
+        grasps.back().candidate = static_cast<std::int64_t>(grasps.size()) - 1;
+    }
+    grasp::GraspRun run{
+        .handFile = loaded.file, .srdfFile = hand.srdfFile, .objectFile = {}, .options = {}};
+    run.options.candidates = static_cast<std::int64_t>(grasps.size());
+    grasp::writeViewerPage(run, hand, ball, grasps, {}, viewer, file);
+    fmt::print(
+        "wrote {}: every preshape closes on a ball of {:g} mm\n", file.string(), 2000.0 * kRadius);
+}
+
 /// Throws std::runtime_error if there can be none.
 void makeFolder(const fs::path& folder)
 {
@@ -236,6 +266,10 @@ int show(const HandArguments& arguments)
     if (!arguments.output.empty())
     {
         drawPreshapes(hand, arguments.output);
+        if (const fs::path viewer = viewerFile(); !viewer.empty())
+        {
+            writePreshapePage(loaded, viewer, fs::path(arguments.output) / "report.html");
+        }
     }
     return kDone;
 }
@@ -252,10 +286,12 @@ void addShowOptions(CLI::App& command, HandArguments& arguments)
                     "Where fingers and preshapes are read from. Default: as in grasp plan.")
         ->type_name("FILE");
     command
-        .add_option("-o,--output",
-                    arguments.output,
-                    "Also draw every preshape from four sides into this folder, as PNG: the grasp "
-                    "frame (x red, y green, z blue) and the ways of the fingertips.")
+        .add_option(
+            "-o,--output",
+            arguments.output,
+            "Also draw every preshape from four sides into this folder, as PNG: the grasp "
+            "frame (x red, y green, z blue) and the ways of the fingertips. With the page in "
+            "three dimensions, report.html shows every preshape close on a small ball.")
         ->type_name("FOLDER");
 }
 
@@ -278,7 +314,7 @@ int init(const InitArguments& arguments)
         }
         requireWritable(arguments.output);
     }
-    const HandModel hand = grasp::inferHand(file);
+    const HandModel hand = grasp::inferHand(file, cacheFolder());
     const std::string srdf = grasp::handSrdf(hand);
     if (arguments.output.empty())
     {
@@ -301,6 +337,22 @@ void addInitCommand(CLI::App& hand, int& exitCode)
         "Everything is inferred from the URDF or MJCF alone, whatever SRDF there is. An SRDF "
         "beside the "
         "URDF that has its name is found by all verbs.\n"
+        "\n"
+        "Elements that are read of an SRDF, with examples; what is left out is inferred:\n"
+        "  <group name=\"thumb\"><chain base_link=\"palm\" tip_link=\"thumb_3\"/></group>\n"
+        "      a finger: the links below base_link down to tip_link\n"
+        "  <group_state name=\"wrap\" group=\"thumb\"><joint name=\"turn\" value=\"1.2\"/>\n"
+        "  </group_state>\n"
+        "      a part of the preshape wrap [rad or m]; joints not listed are at 0\n"
+        "  <passive_joint name=\"turn\"/>\n"
+        "      keeps its preshape while the hand closes\n"
+        "  <closing joint=\"thumb_1\" direction=\"+1\" speed=\"0.5\"/>\n"
+        "      closes towards its upper limit (-1: its lower one), half as fast as usual\n"
+        "  <grasp_frame preshape=\"wrap\" link=\"palm\" xyz=\"0.05 0 0.1\" rpy=\"0 1.2 0\"/>\n"
+        "      origin where the fingers meet, z the way towards an object, x across which the\n"
+        "      fingers oppose each other; without preshape: of all that have none\n"
+        "  <disable_collisions link1=\"a\" link2=\"b\" reason=\"Never\"/>\n"
+        "      links that are not tested against each other; grasp hand check proposes them\n"
         "\n"
         "Exit codes: 0 if it is written, 2 for wrong options, 3 for bad input and for an output "
         "that exists.\n"

@@ -4,6 +4,7 @@
 #include "tools/grasp_cli/options/config_option.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <string>
@@ -19,7 +20,9 @@ constexpr const char* kGraspFooter =
     "'grasp VERB --help' shows the options of a verb.\n"
     "\n"
     "Lengths are in metres and angles in radians. A hand or an object is given by a file or by the "
-    "name of one that ships. What ships is found beside the program or in $BULLET_CCD_SHARE. "
+    "name of one that ships. What ships is found beside the program or in $BULLET_CCD_SHARE. What "
+    "is inferred of a hand without an SRDF is kept in $BULLET_CCD_CACHE, else in bullet_ccd in the "
+    "user's cache folder. "
     "docs/glossary.md defines tolerance, gap, margin, friction, mass and effort.\n"
     "\n"
     "Exit codes: 0 if something was found or everything holds, 1 if not, 2 for wrong options, 3 "
@@ -35,6 +38,21 @@ constexpr const char* kGraspFooter =
     "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
     "  grasp hand my_hand.urdf";
 
+/// Also of the commands below it.
+void addCacheOption(CLI::App& command)
+{
+    for (CLI::App* below : command.get_subcommands([](CLI::App*) { return true; }))
+    {
+        addCacheOption(*below);
+    }
+    command
+        .add_flag_callback(
+            "--no-cache",
+            [] { setenv("BULLET_CCD_CACHE", "", 1); },
+            "Infer anew what is kept of hands without an SRDF, and keep nothing.")
+        ->group("Configuration");
+}
+
 void addVerbs(CLI::App& app, int& exitCode)
 {
     app.require_subcommand(1);
@@ -48,6 +66,7 @@ void addVerbs(CLI::App& app, int& exitCode)
     addTrialCommand(app, exitCode);
     for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
     {
+        addCacheOption(*verb);
         addConfigOptions(*verb);
     }
 }

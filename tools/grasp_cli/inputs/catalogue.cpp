@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <optional>
 #include <stdexcept>
 
 namespace bullet_ccd::tools
@@ -54,6 +55,33 @@ fs::path shareFolder()
     const auto found =
         std::find_if(places.begin(), places.end(), [](const fs::path& p) { return fs::exists(p); });
     return found == places.end() ? fs::path() : *found;
+}
+
+fs::path viewerFile()
+{
+    const fs::path file = shareFolder() / "viewer.html";
+    return fs::exists(file) ? file : fs::path();
+}
+
+fs::path cacheFolder()
+{
+    const auto set = [](const char* name) -> std::optional<fs::path>
+    {
+        const char* const value = std::getenv(name);
+        return value == nullptr ? std::nullopt : std::optional<fs::path>(value);
+    };
+    if (const std::optional<fs::path> folder = set("BULLET_CCD_CACHE"))
+    {
+        return *folder;
+    }
+    // A relative $XDG_CACHE_HOME is to be ignored, by its specification.
+    fs::path user = set("XDG_CACHE_HOME").value_or(fs::path());
+    if (user.is_relative())
+    {
+        const fs::path home = set("HOME").value_or(fs::path());
+        user = home.is_relative() ? fs::path() : home / ".cache";
+    }
+    return user.empty() ? user : user / "bullet_ccd";
 }
 
 std::vector<std::string> shippedHands(const fs::path& share)
@@ -128,9 +156,10 @@ fs::path resolveObject(const std::string& nameOrPath)
 LoadedHand loadNamedHand(const std::string& nameOrPath, const fs::path& srdf)
 {
     const fs::path file = fs::absolute(resolveHand(nameOrPath)).lexically_normal();
-    LoadedHand loaded{.hand = grasp::loadHand(
-                          file, srdf.empty() ? std::nullopt : std::optional(srdf), shareFolder()),
-                      .file = file};
+    LoadedHand loaded{
+        .hand = grasp::loadHand(
+            file, srdf.empty() ? std::nullopt : std::optional(srdf), shareFolder(), cacheFolder()),
+        .file = file};
     if (fs::path& used = loaded.hand.srdfFile; !used.empty())
     {
         used = fs::absolute(used).lexically_normal();

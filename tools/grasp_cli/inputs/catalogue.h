@@ -15,6 +15,14 @@ namespace bullet_ccd::tools
 /// installation. Empty if none exists.
 [[nodiscard]] std::filesystem::path shareFolder();
 
+/// The page in three dimensions without its data; empty if it was not built.
+[[nodiscard]] std::filesystem::path viewerFile();
+
+/// Folder for what was found of hands and need not be found again: $BULLET_CCD_CACHE if it is set
+/// (to nothing: no folder), else bullet_ccd in $XDG_CACHE_HOME, else in ~/.cache. It may not exist
+/// yet. Empty if there is none.
+[[nodiscard]] std::filesystem::path cacheFolder();
+
 /// Names of what ships: robots/<name>/<name>.urdf and objects/<name>.obj, sorted.
 [[nodiscard]] std::vector<std::string> shippedHands(const std::filesystem::path& share);
 [[nodiscard]] std::vector<std::string> shippedObjects(const std::filesystem::path& share);

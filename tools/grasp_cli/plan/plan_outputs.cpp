@@ -24,7 +24,6 @@ using grasp::RejectReason;
 constexpr const char* kRecords = "grasps.jsonl";
 constexpr const char* kIsaac = "grasps.isaac.yaml";
 constexpr const char* kReport = "report.html";
-constexpr const char* kViewer = "viewer.html";
 constexpr const char* kPicture = "png";
 constexpr const char* kModel = "glb";
 
@@ -168,8 +167,8 @@ void stageReport(OutputFolder& output,
                  std::span<const RigidBody> obstacles,
                  const std::vector<std::string>& scene)
 {
-    const fs::path viewer = shareFolder() / kViewer;
-    if (!fs::exists(viewer))
+    const fs::path viewer = viewerFile();
+    if (viewer.empty())
     {
         grasp::writeReport(run, hand, object, grasps, pictures, output.stage(kReport));
         return;
