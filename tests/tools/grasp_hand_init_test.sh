@@ -50,6 +50,9 @@ none=$(XDG_CACHE_HOME="$folder/user" show --no-cache)
 [ "$(count "$folder/user/bullet_ccd")" -eq 1 ] || fail "nothing is kept in XDG_CACHE_HOME"
 [ "$(XDG_CACHE_HOME="$folder/user" show)" = "$none" ] || fail "what was kept makes a difference"
 HOME="$folder/home" XDG_CACHE_HOME=relative show >/dev/null
+[ ! -e "$folder/home" ] || fail "a home is made"
+mkdir "$folder/home"
+HOME="$folder/home" XDG_CACHE_HOME=relative show >/dev/null
 [ "$(count "$folder/home/.cache/bullet_ccd")" -eq 1 ] || fail "nothing is kept in ~/.cache"
 HOME="$folder/home" BULLET_CCD_CACHE="$folder/mine" show >/dev/null
 [ "$(count "$folder/mine")" -eq 1 ] || fail "nothing is kept in BULLET_CCD_CACHE"

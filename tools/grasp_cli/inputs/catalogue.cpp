@@ -79,7 +79,9 @@ fs::path cacheFolder()
     if (user.is_relative())
     {
         const fs::path home = set("HOME").value_or(fs::path());
-        user = home.is_relative() ? fs::path() : home / ".cache";
+        // A home that does not exist, such as that of nobody, is not made.
+        std::error_code error;
+        user = home.is_absolute() && fs::is_directory(home, error) ? home / ".cache" : fs::path();
     }
     return user.empty() ? user : user / "bullet_ccd";
 }
