@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -211,6 +212,24 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
     // Bit for bit, although the record has turned the rotation into a quaternion.
     EXPECT_EQ(trials[0]["slip_m"], best["trials"][0]["slip_m"]);
     EXPECT_EQ(trials[0]["turn_rad"], best["trials"][0]["turn_rad"]);
+
+    // With an accuracy the models are smaller, and what held still holds.
+    const Outcome coarse = runProgram(trial + protocol.string() + "' --rank 1 --accuracy 4e-3");
+    EXPECT_EQ(coarse.exitCode, 0) << coarse.err;
+    EXPECT_EQ(jsonLines(coarse.out).at(0)["outcome"], "held");
+    std::size_t triangles = 0;
+    std::size_t ofTriangles = 0;
+    const std::size_t at = coarse.err.find("models: ");
+    ASSERT_NE(at, std::string::npos) << coarse.err;
+    const std::string numbers = coarse.err.substr(coarse.err.find("; ", at) + 2);
+    ASSERT_EQ(std::sscanf(numbers.c_str(), "%zu of %zu triangles", &triangles, &ofTriangles), 2)
+        << coarse.err;
+    EXPECT_GT(ofTriangles, makeSphere(0.03, 3).triangles.size());
+    EXPECT_LT(triangles, ofTriangles / 2);
+    const Outcome fine = runProgram(trial + protocol.string() + "' --accuracy 1e-4");
+    EXPECT_EQ(fine.exitCode, 2);
+    EXPECT_THAT(fine.err, HasSubstr("0.0002"));
+    EXPECT_EQ(runProgram(trial + protocol.string() + "' --accuracy 1e-3 --skin 1e-3").exitCode, 2);
 
     // A stop ends what runs and keeps what is done.
     const fs::path endless = folder.path() / "endless.yaml";

@@ -1,4 +1,5 @@
 #include "grasp/trial/grasp_trial.h"
+#include "tools/grasp_cli/answers/trial_models.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -26,6 +27,10 @@ using grasp::TrialProtocol;
 using grasp::TrialPull;
 using grasp::TrialResult;
 
+/// Of --skin [m].
+constexpr double kSmallestSkin = 1e-4;
+constexpr double kLargestSkin = 1e-2;
+
 struct TrialArguments
 {
     RecordArguments records;
@@ -38,6 +43,7 @@ struct TrialArguments
     int pulls = 0;
     double rate = grasp::TrialOptions{}.rate;
     double skin = grasp::TrialOptions{}.skin;
+    double accuracy = 0.0;  ///< 0: full models
     double skinStiffness = grasp::TrialOptions{}.skinStiffness;
     std::uint64_t seed = grasp::TrialOptions{}.seed;
     int jobs = 0;
@@ -221,9 +227,15 @@ std::vector<TrialRow> tryAll(const TrialArguments& arguments,
 int trial(const TrialArguments& arguments)
 {
     const std::vector<TrialProtocol> protocols = chosenProtocols(arguments);
-    const GraspRecords records = loadGraspRecords(arguments.records);
+    GraspRecords records = loadGraspRecords(arguments.records);
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
+    if (arguments.accuracy > 0.0)
+    {
+        const TrialModels models =
+            reduceForTrial(records.hand.hand, records.object.object, arguments.accuracy);
+        fmt::print(arguments.json ? stderr : stdout, "{}\n", plainText(models));
+    }
     const StopRequest stop(arguments.timeLimit);
     const Stopwatch watch;
     const std::vector<TrialRow> rows = tryAll(arguments, records, chosen, protocols, stop);
@@ -365,11 +377,28 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->check(within(60.0, 1e4))
         ->capture_default_str()
         ->group("Method");
+    CLI::Option* skin =
+        command
+            ->add_option(
+                "--skin", arguments->skin, "The gap at which surfaces rest on each other [m].")
+            ->type_name("M")
+            ->check(within(kSmallestSkin, kLargestSkin))
+            ->capture_default_str()
+            ->group("Method");
     command
-        ->add_option("--skin", arguments->skin, "The gap at which surfaces rest on each other [m].")
+        ->add_option_function<double>(
+            "--accuracy",
+            [arguments](double accuracy)
+            {
+                arguments->accuracy = accuracy;
+                arguments->skin = kSkinShare * accuracy;
+            },
+            "Simulate smaller models: gaps of the full meshes may be off by this much [m]. "
+            "Surfaces "
+            "rest on each other at half of it. Default: full models.")
         ->type_name("M")
-        ->check(within(1e-4, 1e-2))
-        ->capture_default_str()
+        ->check(within(kSmallestSkin / kSkinShare, kLargestSkin / kSkinShare))
+        ->excludes(skin)
         ->group("Method");
     command
         ->add_option("--skin-stiffness",
