@@ -58,3 +58,11 @@ HOME="$folder/home" BULLET_CCD_CACHE="$folder/mine" show >/dev/null
 [ "$(count "$folder/mine")" -eq 1 ] || fail "nothing is kept in BULLET_CCD_CACHE"
 HOME="$folder/other" XDG_CACHE_HOME="$folder/other" BULLET_CCD_CACHE="" show >/dev/null
 [ "$(count "$folder/other")" -eq 0 ] || fail "an empty BULLET_CCD_CACHE keeps something"
+
+# Drawn: a picture for each preshape, and the page where it was built.
+BULLET_CCD_CACHE="" show -o "$folder/pictures" >"$folder/said"
+[ -s "$folder/pictures/open.png" ] || fail "the preshape is not drawn"
+if [ -e "$(dirname "$grasp")/../share/bullet_ccd/viewer.html" ]; then
+    grep -q '"preshape":"open".*"joints":' "$folder/pictures/report.html" || fail "the page does not show the preshape close"
+    grep -q "report.html: every preshape closes" "$folder/said" || fail "the page is not named"
+fi
