@@ -7,6 +7,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btTransformUtil.h>
 
 #include <algorithm>
 #include <array>
@@ -606,6 +607,7 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
                 if (isRigid && yields(*part))  // The earliest contact of the two was the first.
                 {
                     m_hasComeAlong.insert(bodyOf(*part));
+                    m_held[bodyOf(*part)].m_isStacked = true;
                 }
             }
         }
@@ -769,6 +771,7 @@ bool btCcdSoftStep::comeAlong(const btCcdSoftPart& a, const btCcdSoftPart& b, co
                 m_held.try_emplace(bodyOf(*follower), Held{rankOfLeader->second.m_rank + 1})
                     .first->second;
             ++held.m_times;
+            held.m_isStacked = true;
             m_hasComeAlong.insert(bodyOf(*follower));
             place({{follower->m_object, pose}});
             return true;
@@ -831,6 +834,18 @@ void btCcdSoftStep::commit(btScalar timeStep)
     {
         if (btRigidBody* body = yieldingBody(*part))
         {
+            const auto held = m_held.find(bodyOf(*part));
+            if (held != m_held.end() && held->second.m_isStacked)
+            {
+                // Bullet's solver does not know what holds it: it must not gather speed meanwhile.
+                held->second.m_isStacked = false;
+                btVector3 linear;
+                btVector3 angular;
+                btTransformUtil::calculateVelocity(
+                    part->m_startPose, part->m_endPose, timeStep, linear, angular);
+                body->setLinearVelocity((body->getLinearVelocity() + linear) / btScalar(2));
+                body->setAngularVelocity((body->getAngularVelocity() + angular) / btScalar(2));
+            }
             if (!(part->m_endPose == body->getWorldTransform()))
             {
                 body->setCenterOfMassTransform(part->m_endPose);
