@@ -9,6 +9,7 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
@@ -119,6 +120,16 @@ btScalar supportAlong(const btCollisionShape& shape,
     if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE)
     {
         return origin + static_cast<const btStaticPlaneShape&>(shape).getPlaneConstant();
+    }
+    if (shape.getShapeType() == CYLINDER_SHAPE_PROXYTYPE)
+    {
+        // Queries have its edges sharp; Bullet rounds them by the margin.
+        const auto& cylinder = static_cast<const btCylinderShape&>(shape);
+        const int axis = cylinder.getUpAxis();
+        const btScalar up = btFabs(local[axis]);
+        const btScalar across = btSqrt(std::max(btScalar(0), local.length2() - up * up));
+        return origin + up * cylinder.getHalfExtentsWithMargin()[axis] +
+               across * cylinder.getRadius();
     }
     const auto& convex = static_cast<const btConvexShape&>(shape);
     return origin + local.dot(convex.localGetSupportingVertex(local));
