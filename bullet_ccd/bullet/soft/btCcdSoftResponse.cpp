@@ -177,6 +177,10 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     const std::size_t ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
     if (partA.m_soft == nullptr && partB.m_soft == nullptr)
     {
+        if (!(contact.normal.squaredNorm() > 0.5))
+        {
+            return;  // of which nothing is known but the time
+        }
         std::array<Vector3d, 2> points{Vector3d::Zero(), Vector3d::Zero()};
         for (std::size_t k = 0; k < 4; ++k)
         {
@@ -184,10 +188,7 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
             points[k < ofA ? 0 : 1] += std::abs(contact.weights[Eigen::Index(k)]) *
                                        part.m_end[std::size_t(contact.vertices[k])];
         }
-        if (contact.normal.squaredNorm() > 0.5)
-        {
-            addPressed(partA, partB, points[0], points[1], contact.normal);
-        }
+        addPressed(partA, partB, points[0], points[1], contact.normal);
         return;
     }
     Touch touch;
