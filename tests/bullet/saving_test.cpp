@@ -68,6 +68,9 @@ public:
         scaling.deSerializeFloat(data->m_meshInterface.m_scaling);
         m_interface.setScaling(scaling);
     }
+    LoadedMesh(const LoadedMesh&) = delete;
+    LoadedMesh& operator=(const LoadedMesh&) = delete;
+    ~LoadedMesh() { m_serializer.finishSerialization(); }  // which frees the chunks
     btStridingMeshInterface* interface() { return &m_interface; }
     [[nodiscard]] btScalar margin() const { return m_margin; }
     std::vector<btVector3DoubleData>& vertices() { return m_vertices; }
