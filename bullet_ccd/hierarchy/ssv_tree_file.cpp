@@ -1,8 +1,8 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
+#include "bullet_ccd/math/replace_file.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -11,7 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <unistd.h>
+#include <string_view>
 #include <utility>
 
 namespace bullet_ccd
@@ -93,6 +93,12 @@ std::uint64_t checksumOf(std::span<const SsvNode> nodes, std::span<const std::in
     hash.add(nodes.data(), nodes.size_bytes());
     hash.add(triangles.data(), triangles.size_bytes());
     return hash.value();
+}
+
+template <typename T>
+std::string_view bytesOf(std::span<const T> things)
+{
+    return {reinterpret_cast<const char*>(things.data()), things.size_bytes()};
 }
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what)
@@ -220,29 +226,11 @@ void saveSsvTree(const SsvTree& tree, const fs::path& path)
                         .triangles = triangles.size(),
                         .checksum = checksumOf(nodes, triangles)};
 
-    static std::atomic<int> count = 0;
-    fs::path temporary = path;
-    temporary += '.';
-    temporary += std::to_string(::getpid());
-    temporary += '_';
-    temporary += std::to_string(count++);
-    temporary += ".tmp";
-    std::ofstream file(temporary, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&header), sizeof(header));
-    file.write(reinterpret_cast<const char*>(nodes.data()),
-               static_cast<std::streamsize>(nodes.size_bytes()));
-    file.write(reinterpret_cast<const char*>(triangles.data()),
-               static_cast<std::streamsize>(triangles.size() * sizeof(std::int32_t)));
-    file.close();
-    std::error_code error;
-    if (file)
+    if (replaceFile(path,
+                    {bytesOf(std::span<const Header>(&header, 1)),
+                     bytesOf(nodes),
+                     bytesOf(std::span<const std::int32_t>(triangles))}))
     {
-        fs::rename(temporary, path, error);
-    }
-    if (!file || error)
-    {
-        std::error_code ignored;
-        fs::remove(temporary, ignored);
         fail(path, "cannot be written: check the folder, its permissions and the space on it");
     }
 }

@@ -1,10 +1,10 @@
 #include "grasp/hand/searched_hand.h"
 
+#include "bullet_ccd/math/replace_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/hand/hash.h"
 
 #include <array>
-#include <atomic>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -12,7 +12,6 @@
 #include <span>
 #include <sstream>
 #include <system_error>
-#include <unistd.h>
 
 namespace bullet_ccd::grasp
 {
@@ -177,21 +176,9 @@ void saveSearchedHand(const SearchedHand& hand, const fs::path& file)
     {
         text += "speeds" + numbersText(hand.speeds) + '\n';
     }
-    static std::atomic<int> count = 0;
-    fs::path part = file;
-    part += "." + std::to_string(::getpid()) + "_" + std::to_string(count++) + ".tmp";
-    std::error_code error;
-    fs::create_directories(file.parent_path(), error);
-    std::ofstream stream(part, std::ios::binary);
-    stream << kHeader << ' ' << hashOf(text) << '\n' << text;
-    stream.close();
-    if (stream)
-    {
-        fs::rename(part, file, error);
-    }
-    if (!stream || error)
-    {
-        fs::remove(part, error);
-    }
+    const std::string header = std::string(kHeader) + ' ' + hashOf(text) + '\n';
+    std::error_code ignored;  // the search is repeated next time
+    fs::create_directories(file.parent_path(), ignored);
+    ignored = replaceFile(file, {header, text});
 }
 }  // namespace bullet_ccd::grasp

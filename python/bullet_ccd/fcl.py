@@ -135,13 +135,15 @@ class _Round(BVHModel):
         self.addSubModel(vertices * np.asarray(scale, dtype=np.float64), np.concatenate(triangles))
 
 
-def _arc(radius: float, begin: float, end: float) -> _Array:
-    """Around (0, 0) from `begin` to `end` [rad] from the top: corners on tangents of the circle, so that their
-    edges are outside of it."""
+def _round_ends(radius: float, lz: float) -> _Array:
+    """Profile of a capsule whose ends have their centres `lz` apart; of a sphere if that is 0. Its corners are on
+    tangents of the circles, so that its edges are outside of them."""
     count = _AROUND // 4
-    turn = begin + (end - begin) * (np.arange(count) + 0.5) / count
-    outside = radius / np.cos(0.5 * (end - begin) / count)
-    return np.stack([outside * np.sin(turn), outside * np.cos(turn)], axis=1)
+    turn = 0.5 * np.pi * (np.arange(count) + 0.5) / count
+    outside = radius / np.cos(0.25 * np.pi / count)
+    top = np.stack([outside * np.sin(turn), outside * np.cos(turn)], axis=1)
+    top = np.vstack([[0, top[0, 1]], top]) + [0, 0.5 * lz]
+    return np.vstack([top, top[::-1] * [1, -1]])
 
 
 class Sphere(_Round):
@@ -149,8 +151,7 @@ class Sphere(_Round):
 
     def __init__(self, radius: float) -> None:
         self.radius = radius
-        half = _arc(radius, 0, np.pi / 2)
-        super().__init__(np.vstack([[0, half[0, 1]], half, half[::-1] * [1, -1], [0, -half[0, 1]]]))
+        super().__init__(_round_ends(radius, 0.0))
 
 
 class Ellipsoid(_Round):
@@ -158,8 +159,7 @@ class Ellipsoid(_Round):
 
     def __init__(self, a: float, b: float, c: float) -> None:
         self.a, self.b, self.c = a, b, c
-        half = _arc(1.0, 0, np.pi / 2)
-        super().__init__(np.vstack([[0, half[0, 1]], half, half[::-1] * [1, -1], [0, -half[0, 1]]]), (a, b, c))
+        super().__init__(_round_ends(1.0, 0.0), (a, b, c))
 
 
 class Capsule(_Round):
@@ -167,9 +167,7 @@ class Capsule(_Round):
 
     def __init__(self, radius: float, lz: float) -> None:
         self.radius, self.lz = radius, lz
-        top = _arc(radius, 0, np.pi / 2)
-        top = np.vstack([[0, top[0, 1]], top]) + [0, 0.5 * lz]
-        super().__init__(np.vstack([top, top[::-1] * [1, -1]]))
+        super().__init__(_round_ends(radius, lz))
 
 
 class Cylinder(_Round):

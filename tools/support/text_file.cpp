@@ -1,11 +1,12 @@
 #include "tools/support/text_file.h"
 
+#include "bullet_ccd/math/replace_file.h"
+
 #include <cerrno>
 #include <fmt/format.h>
 #include <fstream>
 #include <stdexcept>
 #include <system_error>
-#include <unistd.h>
 
 namespace bullet_ccd::tools
 {
@@ -33,29 +34,6 @@ bool isDevice(const fs::path& path)
     const fs::file_status status = fs::status(path, error);
     return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
-
-fs::path besideOf(const fs::path& target)
-{
-    return target.parent_path() /
-           fmt::format(".{}.unfinished-{}", target.filename().string(), ::getpid());
-}
-
-void write(const fs::path& path, const std::string& text, const fs::path& asked)
-{
-    errno = 0;
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file << text << std::flush;
-    if (!file)
-    {
-        const std::string reason = std::generic_category().message(errno);
-        std::error_code ignored;
-        if (path != asked)
-        {
-            fs::remove(path, ignored);
-        }
-        failTo(asked, reason);
-    }
-}
 }  // namespace
 
 void requireWritable(const fs::path& path)
@@ -64,11 +42,13 @@ void requireWritable(const fs::path& path)
     {
         failTo(path, "is a folder");
     }
-    if (!isDevice(path))
+    if (isDevice(path))
     {
-        const fs::path beside = besideOf(targetOf(path));
-        write(beside, "", path);
-        fs::remove(beside);
+        return;
+    }
+    if (const std::error_code error = tryReplaceFile(targetOf(path)))
+    {
+        failTo(path, error.message());
     }
 }
 
@@ -88,18 +68,17 @@ void writeWholeFile(const fs::path& path, const std::string& text)
 {
     if (isDevice(path))
     {
-        write(path, text, path);
+        errno = 0;
+        std::ofstream file(path, std::ios::binary);
+        file << text << std::flush;
+        if (!file)
+        {
+            failTo(path, std::generic_category().message(errno));
+        }
         return;
     }
-    const fs::path target = targetOf(path);
-    const fs::path beside = besideOf(target);
-    write(beside, text, path);
-    std::error_code error;
-    fs::rename(beside, target, error);
-    if (error)
+    if (const std::error_code error = replaceFile(targetOf(path), {text}))
     {
-        std::error_code ignored;
-        fs::remove(beside, ignored);
         failTo(path, error.message());
     }
 }

@@ -431,8 +431,8 @@ TEST(GraspPlanner, ATableUnderTheObjectRejectsWhatTouchesIt)
     const GraspObject object = makeObject(makeSphere(0.03, 3));
     TriangleMesh slab = makeBox({0.5, 0.5, 0.01});
     transformMesh(slab,
-                  Eigen::Affine3d(
-                      Eigen::Translation3d(object.centerOfMass - Eigen::Vector3d(0.0, 0.0, 0.041))));
+                  Eigen::Affine3d(Eigen::Translation3d(object.centerOfMass -
+                                                       Eigen::Vector3d(0.0, 0.0, 0.041))));
     const SsvTree table = buildSsvTree(slab);
     const std::vector<RigidBody> obstacles{{.tree = &table, .motion = {}}};
     const std::vector<Grasp> grasps = planAmong(hand, object, obstacles);

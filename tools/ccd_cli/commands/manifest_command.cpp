@@ -52,9 +52,8 @@ void addManifestCommand(CLI::App& app, int& exitCode)
     CLI::App* command = app.add_subcommand(
         "manifest", "Notes the boxes of a scene's meshes, so that only those in reach are loaded.");
     command->footer(
-        "The manifest is a scene in CSV, with the box and the number of triangles of every mesh "
-        "and "
-        "the size and a hash of its file. Give it wherever a scene is taken: 'bullet-ccd "
+        "The manifest is a scene in CSV, with the box and the number of triangles of every mesh, "
+        "the size of its file and a hash. Give it wherever a scene is taken: 'bullet-ccd "
         "articulated' and 'grasp close' load only the meshes whose boxes the motion meets; other "
         "verbs load all. A mesh that has changed since is refused: a loaded one by its hash, the "
         "others by size and, where they are newer than the manifest, by their hash. Make the "

@@ -1,6 +1,7 @@
 #include "tools/support/obstacles/scene_manifest.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "tools/support/csv_text.h"
 
 #include <array>
 #include <fmt/format.h>
@@ -46,20 +47,6 @@ std::uint64_t fileBytes(const fs::path& path)
                                  ": cannot be read: check the path and its permissions");
     }
     return bytes;
-}
-
-std::string csvCell(const std::string& text)
-{
-    if (text.find_first_of(",\"\n") == std::string::npos)
-    {
-        return text;
-    }
-    std::string quoted = "\"";
-    for (const char c : text)
-    {
-        quoted += c == '"' ? "\"\"" : std::string(1, c);
-    }
-    return quoted + '"';
 }
 }  // namespace
 
