@@ -12,4 +12,5 @@
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/planner/grasp_planner.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/quality/wrench_space.h"

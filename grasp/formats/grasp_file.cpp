@@ -223,7 +223,12 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);
     options.minContactSpacing = value<double>(plan, "min_contact_spacing_m", place);
     options.forceClosureThreshold = value<double>(plan, "force_closure_threshold", place);
-    options.mass = plan.value("mass_kg", options.mass);  // older files lack it
+    // Older files lack the mass, or what it follows from; then it was given. What follows from the
+    // object follows from it again.
+    if (plan.contains("mass_kg") && plan.value("mass_from", "given") == std::string("given"))
+    {
+        options.mass = value<double>(plan, "mass_kg", place);
+    }
     options.friction = value<double>(quality, "friction", place);
     options.coneEdges = value<int>(quality, "cone_edges", place);
     source.handHash = value<std::string>(hand, "content_hash", place);

@@ -65,7 +65,7 @@ Json samplingToJson(const ApproachOptions& options)
         {"roll_rad", options.roll ? Json::array({options.roll->from, options.roll->to}) : Json()}};
 }
 
-Json planToJson(const GraspRun& run)
+Json planToJson(const GraspRun& run, const ObjectMass& mass)
 {
     const PlannerOptions& options = run.options;
     return {{"seed", options.seed},
@@ -80,7 +80,8 @@ Json planToJson(const GraspRun& run)
             {"contact_threshold_m", options.closing.contactThreshold},
             {"min_contact_spacing_m", options.minContactSpacing},
             {"force_closure_threshold", options.forceClosureThreshold},
-            {"mass_kg", options.mass}};
+            {"mass_kg", mass.mass},
+            {"mass_from", toString(mass.source)}};
 }
 
 Json approachToJson(const Grasp& grasp)
@@ -146,17 +147,20 @@ Json stopsToJson(const HandModel& hand, const std::vector<StopEvent>& stops)
 }
 
 /// Null for what is no force closure.
-Json weightToJson(const GraspQuality& quality, const PlannerOptions& options, const HandModel& hand)
+Json weightToJson(const GraspQuality& quality,
+                  const PlannerOptions& options,
+                  double mass,
+                  const HandModel& hand)
 {
     if (!quality.largestMass)
     {
         return {};
     }
-    const double margin = *quality.largestMass / options.mass;
+    const double margin = *quality.largestMass / mass;
     const bool isAssumed =
         options.efforts.empty() &&
         std::ranges::any_of(jointEfforts(hand), [](const JointEffort& e) { return e.isAssumed; });
-    return {{"mass_kg", options.mass},
+    return {{"mass_kg", mass},
             {"held_in_any_direction", margin >= 1.0},
             {"margin", std::isfinite(margin) ? Json(margin) : Json()},
             {"largest_mass_kg", std::isfinite(margin) ? Json(*quality.largestMass) : Json()},
@@ -165,6 +169,7 @@ Json weightToJson(const GraspQuality& quality, const PlannerOptions& options, co
 
 Json qualityToJson(const GraspQuality& quality,
                    const PlannerOptions& options,
+                   double mass,
                    const HandModel& hand,
                    const GraspObject& object)
 {
@@ -172,21 +177,23 @@ Json qualityToJson(const GraspQuality& quality,
             {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
             {"force_closure", quality.forceClosure},
             {"class", quality.forceClosure ? Json(epsilonClass(quality.epsilon)) : Json()},
-            {"weight", weightToJson(quality, options, hand)},
+            {"weight", weightToJson(quality, options, mass, hand)},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"torque_scale_m", object.radius}};
 }
 
 /// Null where none was asked for, or the candidate is no grasp.
-Json squeezeToJson(const Grasp& grasp, const GraspRun& run, const HandModel& hand)
+Json squeezeToJson(const Grasp& grasp, const GraspRun& run, double mass, const HandModel& hand)
 {
     if (!run.squeeze || grasp.reject != RejectReason::None)
     {
         return {};
     }
-    const Squeeze squeeze = squeezeOf(hand, grasp, *run.squeeze);
-    Json json{{"mass_kg", run.squeeze->mass},
+    SqueezeOptions options = *run.squeeze;
+    options.mass = options.mass.value_or(mass);
+    const Squeeze squeeze = squeezeOf(hand, grasp, options);
+    Json json{{"mass_kg", *options.mass},
               {"friction", run.squeeze->friction},
               {"reason", squeeze.reason.empty() ? Json() : Json(squeeze.reason)},
               {"normal_forces_n", squeeze.normalForce},
@@ -229,18 +236,19 @@ Json trialsToJson(const Grasp& grasp, const GraspRun& run)
     return json;
 }
 
-/// Content hashes, which take long to make.
-struct Hashes
+/// What takes long to make.
+struct Facts
 {
-    const std::string& hand;
-    const std::string& object;
+    const std::string& handHash;
+    const std::string& objectHash;
+    const ObjectMass& mass;
 };
 
 Json recordOf(const Grasp& grasp,
               const GraspRun& run,
               const HandModel& hand,
               const GraspObject& object,
-              const Hashes& hashes)
+              const Facts& facts)
 {
     const bool closed = !grasp.positions.empty();
     return Json{
@@ -248,7 +256,7 @@ Json recordOf(const Grasp& grasp,
         {"rank", Json()},
         {"candidate", grasp.candidate},
         {"reject", grasp.reject == RejectReason::None ? Json() : Json(toString(grasp.reject))},
-        {"quality", qualityToJson(grasp.quality, run.options, hand, object)},
+        {"quality", qualityToJson(grasp.quality, run.options, facts.mass.mass, hand, object)},
         {"hand_pose_in_object", closed ? poseToJson(grasp.X_WH) : Json()},
         {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
         {"contacts", contactsToJson(hand, grasp.contacts)},
@@ -256,9 +264,9 @@ Json recordOf(const Grasp& grasp,
         {"preshape_joints", preshapeToJson(hand, grasp.preshape)},
         {"approach", approachToJson(grasp)},
         {"stops", stopsToJson(hand, grasp.stops)},
-        {"hand", handToJson(run, hand, hashes.hand)},
-        {"object", objectToJson(run, object, hashes.object)},
-        {"plan", planToJson(run)},
+        {"hand", handToJson(run, hand, facts.handHash)},
+        {"object", objectToJson(run, object, facts.objectHash)},
+        {"plan", planToJson(run, facts.mass)},
         {"versions", {{"bullet_ccd", recorderVersion()}}}};
 }
 }  // namespace
@@ -273,22 +281,23 @@ GraspRecorder::GraspRecorder(const GraspRun& run, const HandModel& hand, const G
       m_hand(hand),
       m_object(object),
       m_handHash(contentHash(hand)),
-      m_objectHash(contentHash(object))
+      m_objectHash(contentHash(object)),
+      m_mass(massOf(object, run.options.mass))
 {
 }
 
 std::string GraspRecorder::ranked(const Grasp& grasp, int rank) const
 {
-    Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash});
+    Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash, m_mass});
     json["rank"] = rank;
-    json["squeeze"] = squeezeToJson(grasp, m_run, m_hand);
+    json["squeeze"] = squeezeToJson(grasp, m_run, m_mass.mass, m_hand);
     json["trials"] = trialsToJson(grasp, m_run);
     return json.dump();
 }
 
 std::string GraspRecorder::exact(const Grasp& grasp) const
 {
-    Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash});
+    Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash, m_mass});
     json["approach"]["start_pose_in_object"][kRotationKey] = rotationToJson(grasp.X_WStart);
     if (!grasp.positions.empty())
     {

@@ -3,6 +3,7 @@
 
 #include "bullet_ccd/export.h"
 #include "grasp/formats/grasp_file.h"
+#include "grasp/quality/object_mass.h"
 
 #include <string>
 
@@ -34,5 +35,6 @@ private:
     const GraspObject& m_object;
     std::string m_handHash;
     std::string m_objectHash;
+    ObjectMass m_mass;
 };
 }  // namespace bullet_ccd::grasp

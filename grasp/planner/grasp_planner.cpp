@@ -103,7 +103,7 @@ void checkOptions(const PlannerOptions& options)
     require(options.timeLimit >= 0.0, "planGrasps: the time limit must not be negative");
     checkApproachOptions(options.approach);
     require(options.friction > 0.0, "planGrasps: friction must be positive");
-    require(options.mass > 0.0, "planGrasps: the mass must be positive");
+    require(!options.mass || *options.mass > 0.0, "planGrasps: the mass must be positive");
     require(options.coneEdges >= 3, "planGrasps: a friction cone needs three edges or more");
     require(options.closing.tolerance > 0.0, "planGrasps: the tolerance must be positive");
     require(options.closing.contactThreshold >= options.closing.tolerance,

@@ -8,6 +8,7 @@
 #include "grasp/quality/wrench_space.h"
 
 #include <functional>
+#include <optional>
 #include <span>
 
 namespace bullet_ccd::grasp
@@ -27,7 +28,8 @@ struct PlannerOptions
     double friction = ContactLaw{}.friction;
     int coneEdges = 8;
     /// Of the object, for the question whether a grasp holds its weight [kg]. It changes no grasp.
-    double mass = 0.5;
+    /// None: massOf() its volume.
+    std::optional<double> mass{};
     /// For the same question: efforts of the independent joints in place of those of the hand
     /// [N m or N]; empty: jointEfforts().
     std::vector<double> efforts{};

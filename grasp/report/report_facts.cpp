@@ -1,5 +1,7 @@
 #include "grasp/report/report_facts.h"
 
+#include "grasp/quality/object_mass.h"
+
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -73,7 +75,8 @@ std::vector<std::pair<std::string, std::string>> reportFacts(const GraspRun& run
     fact("Force closure", "epsilon of at least " + number(options.forceClosureThreshold, 4));
     fact("Classes", "epsilon below 0.05 is marginal, below 0.2 fair, from there on firm");
     fact("Weight",
-         "held in any direction within the efforts: asked for " + number(options.mass, 4) + " kg");
+         "held in any direction within the efforts: asked for " +
+             massText(massOf(object, options.mass)));
     for (const auto& [name, key] :
          {std::pair("Sources", &Grasp::source), std::pair("Preshapes", &Grasp::preshape)})
     {

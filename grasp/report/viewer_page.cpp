@@ -1,6 +1,7 @@
 #include "grasp/report/viewer_page.h"
 
 #include "grasp/closing/swept_boxes.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/report/closing_spans.h"
 #include "grasp/report/grasp_scene.h"
 #include "grasp/report/packed_mesh.h"
@@ -251,6 +252,7 @@ PageJson trialsText(const GraspRun& run, const Grasp& grasp)
 PageJson graspJson(const HandModel& hand,
                    const Grasp& grasp,
                    const PlannerOptions& options,
+                   double mass,
                    const std::vector<std::string>& files)
 {
     const GraspQuality& quality = grasp.quality;
@@ -265,8 +267,7 @@ PageJson graspJson(const HandModel& hand,
          quality.largestMass && std::isfinite(*quality.largestMass)
              ? PageJson(rounded(*quality.largestMass))
              : PageJson()},
-        {"holds",
-         quality.largestMass ? PageJson(*quality.largestMass >= options.mass) : PageJson()},
+        {"holds", quality.largestMass ? PageJson(*quality.largestMass >= mass) : PageJson()},
         {"source", grasp.source},
         {"preshape", grasp.preshape},
         {"start", poseList(grasp.X_WStart)},
@@ -306,10 +307,11 @@ PageJson pageJson(const GraspRun& run,
                   const PageExtras& extras)
 {
     MeshList meshes;
+    const double mass = massOf(object, run.options.mass).mass;
     PageJson json = {{"hand", hand.robot.name},
                      {"tried", run.options.candidates},
                      {"friction", run.options.friction},
-                     {"mass", run.options.mass},
+                     {"mass", rounded(mass)},
                      {"command", extras.command},
                      {"files", extras.files},
                      {"links", linksJson(hand, meshes)},
@@ -334,6 +336,7 @@ PageJson pageJson(const GraspRun& run,
         PageJson grasp = graspJson(hand,
                                    grasps[k],
                                    run.options,
+                                   mass,
                                    hasFiles ? extras.graspFiles[k] : std::vector<std::string>());
         grasp["trials"] = trialsText(run, grasps[k]);
         json["grasps"].push_back(std::move(grasp));

@@ -70,8 +70,10 @@ std::vector<JointEffort> jointEfforts(const HandModel& hand)
 
 Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOptions& options)
 {
-    require(std::isfinite(options.mass) && options.mass > 0.0,
-            "squeeze: mass " + number(options.mass) + " kg of the object: give a positive one");
+    require(options.mass.has_value(),
+            "squeeze: the object has no mass: give one, such as that of massOf()");
+    require(std::isfinite(*options.mass) && *options.mass > 0.0,
+            "squeeze: mass " + number(*options.mass) + " kg of the object: give a positive one");
     require(std::isfinite(options.friction) && options.friction > 0.0,
             "squeeze: friction " + number(options.friction) + ": give a positive one");
     const KinematicTree& tree = hand.robot.tree;
@@ -104,7 +106,7 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
         squeeze.reason = "geometry: fewer than two contacts";
         return squeeze;
     }
-    const double needed = options.mass * kStandardGravity / options.friction;
+    const double needed = *options.mass * kStandardGravity / options.friction;
     problem.contacts = grasp.contacts;
     problem.law.friction = options.friction;
     problem.jacobian = handJacobian(tree, grasp.X_WH, grasp.positions, grasp.contacts);

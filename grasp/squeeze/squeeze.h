@@ -6,6 +6,7 @@
 #include "grasp/hand/hand_model.h"
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,8 @@ namespace bullet_ccd::grasp
 /// What a squeeze is for.
 struct SqueezeOptions
 {
-    double mass = 0.5;      ///< of the object [kg]
-    double friction = 0.5;  ///< Coulomb coefficient
+    std::optional<double> mass{};  ///< of the object [kg]
+    double friction = 0.5;         ///< Coulomb coefficient
     /// The normal forces add up to this times weight / friction, where the efforts allow it. Two
     /// opposite fingers need 1.
     double firmness = 4.0;
@@ -65,7 +66,8 @@ struct Squeeze
 ///
 /// There is none if the contacts cannot press against each other within friction, or if the efforts
 /// are too small for 1.2 times weight / friction. `reason` says which.
-/// Throws std::invalid_argument for a mass or friction that is not positive.
+/// Throws std::invalid_argument without a mass (massOf() of object_mass.h is the usual one), and
+/// for a mass or friction that is not positive.
 [[nodiscard]] BULLET_CCD_API Squeeze squeezeOf(const HandModel& hand,
                                                const Grasp& grasp,
                                                const SqueezeOptions& options);

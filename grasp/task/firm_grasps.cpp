@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/planner/weight_margin.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/squeeze/squeeze.h"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ double massHeldBySqueeze(const HandModel& hand,
     const PlannerOptions& asked = options.grasps;
     const Squeeze squeeze = squeezeOf(hand,
                                       grasp,
-                                      {.mass = asked.mass,
+                                      {.mass = massOf(object, asked.mass).mass,
                                        .friction = asked.friction,
                                        .firmness = options.firmness,
                                        .efforts = asked.efforts});
@@ -75,6 +76,7 @@ std::vector<Grasp> firmGrasps(const HandModel& hand,
                               const PickPlaceOptions& options)
 {
     const CloseHand close = kinematicClosing(obstacles);
+    const double mass = massOf(object, options.grasps.mass).mass;
     const RigidBody taken{.tree = &object.tree, .motion = restAt(Eigen::Isometry3d::Identity())};
     std::vector<Grasp> firm;
     for (const Grasp& grasp : grasps)
@@ -116,7 +118,7 @@ std::vector<Grasp> firmGrasps(const HandModel& hand,
             continue;
         }
         drawn.quality.largestMass = massHeldBySqueeze(hand, object, drawn, options);
-        if (*drawn.quality.largestMass >= options.holds * options.grasps.mass)
+        if (*drawn.quality.largestMass >= options.holds * mass)
         {
             firm.push_back(std::move(drawn));
         }

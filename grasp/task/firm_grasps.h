@@ -20,7 +20,7 @@ namespace bullet_ccd::grasp
 /// The grasps that are left, those that hold most first. The hand is drawn back against its
 /// direction of approach until, open, it is `margin` away from the object, and closes there anew;
 /// neither open nor closed does it come within the margin of an obstacle. What it holds is
-/// quality.largestMass, and is at least options.holds times options.grasps.mass.
+/// quality.largestMass, and is at least options.holds times the mass (options.grasps.mass).
 /// @param grasps     of the object, whose frame is W
 /// @param obstacles  in the same frame
 [[nodiscard]] std::vector<Grasp> firmGrasps(const HandModel& hand,

@@ -77,9 +77,9 @@ struct Obstruction
 class PickPlacePlanner
 {
 public:
-    PickPlacePlanner(const PickPlaceTask& task, const PickPlaceOptions& options)
+    PickPlacePlanner(const PickPlaceTask& task, PickPlaceOptions options)
         : m_task(task),
-          m_options(options),
+          m_options(std::move(options)),
           m_kinematics(task.robot.tree, task.robot.handRoot, task.X_WR),
           m_robot(task.robot)
     {
@@ -660,7 +660,7 @@ private:
     static constexpr double kPutDown = 0.03;  // above the target, where putting down begins [m]
 
     const PickPlaceTask& m_task;
-    const PickPlaceOptions& m_options;
+    const PickPlaceOptions m_options;
     ArmKinematics m_kinematics;
     RobotBody m_robot;
     RobotBody m_carrying{m_task.robot};
@@ -693,7 +693,12 @@ PickPlacePlan planPickPlace(const PickPlaceTask& task, const PickPlaceOptions& o
             options.acceleration > 0.0 && options.freeSpeed > 0.0,
         "pick and place: the gap must be in (0.01 mm, 1 mm], and the ways of approach and lift, "
         "the acceleration and the speed positive");
-    return PickPlacePlanner(task, options).run();
+    const ObjectMass mass = massOf(task.object, options.grasps.mass);
+    PickPlaceOptions withMass = options;
+    withMass.grasps.mass = mass.mass;
+    PickPlacePlan plan = PickPlacePlanner(task, std::move(withMass)).run();
+    plan.mass = mass;
+    return plan;
 }
 
 const Isometry3d& restingPose(const PickPlacePlan& plan, std::size_t leg)

@@ -6,6 +6,7 @@
 #include "bullet_ccd/math/stop_condition.h"
 #include "bullet_ccd/trajectory/trajectory.h"
 #include "grasp/planner/grasp_planner.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/task/arm_robot.h"
 
 #include <Eigen/Geometry>
@@ -99,6 +100,7 @@ struct PickPlacePlan
     /// In the object's frame; the hand is where the arm brings it to, and quality.largestMass is
     /// what its squeeze holds.
     Grasp grasp;
+    ObjectMass mass;  ///< that grasps had to hold, and what it follows from
     Eigen::Isometry3d X_HO = Eigen::Isometry3d::Identity();  ///< object in the hand's root link
     Eigen::Isometry3d X_WOStart = Eigen::Isometry3d::Identity();  ///< raised by the gap
     Eigen::Isometry3d X_WOEnd = Eigen::Isometry3d::Identity();

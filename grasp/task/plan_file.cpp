@@ -108,6 +108,8 @@ void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlace
         json["grasp"] = {{"candidate", plan.grasp.candidate},
                          {"preshape", plan.grasp.preshape},
                          {"epsilon", plan.grasp.quality.epsilon},
+                         {"mass_kg", plan.mass.mass},
+                         {"mass_from", toString(plan.mass.source)},
                          {"hand_pose_in_object", poseJson(plan.grasp.X_WH)}};
         json["joints"] = ordered_json::array();
         for (const std::size_t joint : ownJoints(task.robot.tree))

@@ -3,6 +3,7 @@
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
 #include "grasp/force/grasp_forces.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/sim/trial_world.h"
 #include "grasp/trial/trial_start.h"
 
@@ -54,6 +55,7 @@ public:
           const Squeeze& squeeze,
           const TrialProtocol& protocol,
           const TrialOptions& options,
+          double mass,
           const TrialPosture& start)
         : m_hand(hand),
           m_object(object),
@@ -65,7 +67,7 @@ public:
           m_from(start.positions),
           m_world(hand,
                   object,
-                  {.mass = options.squeeze.mass,
+                  {.mass = mass,
                    .friction = options.friction.value_or(options.squeeze.friction),
                    .margin = 0.5 * options.skin,
                    .stiffness = options.skinStiffness},
@@ -527,7 +529,9 @@ TrialResult runTrial(const HandModel& hand,
             "trial: the direction that is up is 0 or not finite: give another one");
     checkProtocol(protocol);
     TrialResult result;
-    const Squeeze squeeze = squeezeOf(hand, grasp, options.squeeze);
+    SqueezeOptions squeezing = options.squeeze;
+    squeezing.mass = massOf(object, options.squeeze.mass).mass;
+    const Squeeze squeeze = squeezeOf(hand, grasp, squeezing);
     if (!squeeze.exists())
     {
         result.reason = squeeze.reason;
@@ -551,7 +555,7 @@ TrialResult runTrial(const HandModel& hand,
     {
         const auto end =
             isPull(*first) ? first + 1 : std::find_if(first, protocol.phases.end(), isPull);
-        Trial trial(hand, object, grasp, squeeze, protocol, options, start);
+        Trial trial(hand, object, grasp, squeeze, protocol, options, *squeezing.mass, start);
         merge(result, trial.run({first, end}, first - protocol.phases.begin()));
         if (result.outcome == TrialOutcome::Stopped)
         {

@@ -50,7 +50,8 @@ enum class TrialOutcome : std::uint8_t
 
 struct TrialOptions
 {
-    SqueezeOptions squeeze{};  ///< also the mass of the trial
+    /// Also the mass of the trial; none: massOf() the object's volume.
+    SqueezeOptions squeeze{};
     /// Of the surfaces; without it that which the squeeze counts on.
     std::optional<double> friction{};
     double rate = 240.0;                            ///< steps per second

@@ -3,6 +3,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/force/grasp_forces.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/sim/trial_world.h"
 #include "grasp/squeeze/squeeze.h"
 #include "grasp/trial/grasp_trial.h"
@@ -41,6 +42,12 @@ HandModel asHand(const ArmRobot& robot)
     return whole;
 }
 
+ExecutionOptions withMass(ExecutionOptions options, const GraspObject& object)
+{
+    options.mass = massOf(object, options.mass).mass;
+    return options;
+}
+
 class PlanExecution
 {
 public:
@@ -49,18 +56,19 @@ public:
                   const ExecutionOptions& options)
         : m_task(task),
           m_plan(plan),
-          m_options(options),
+          m_options(withMass(options, task.object)),
           m_whole(asHand(task.robot)),
           m_X_OW(plan.X_WOStart.inverse()),
           m_joints(independentJoints(task.robot.tree)),
-          m_squeeze(squeezeOf(
-              task.hand,
-              plan.grasp,
-              {.mass = options.mass, .friction = options.friction, .firmness = options.firmness})),
+          m_squeeze(squeezeOf(task.hand,
+                              plan.grasp,
+                              {.mass = m_options.mass,
+                               .friction = options.friction,
+                               .firmness = options.firmness})),
           m_offsets(task.robot.tree.size(), 0.0),
           m_world(m_whole,
                   task.object,
-                  {.mass = options.mass,
+                  {.mass = *m_options.mass,
                    .friction = options.friction,
                    .margin = 0.5 * options.skin,
                    .stiffness = options.skinStiffness},
@@ -303,7 +311,7 @@ private:
 
     const PickPlaceTask& m_task;
     const PickPlacePlan& m_plan;
-    const ExecutionOptions& m_options;
+    const ExecutionOptions m_options;
     HandModel m_whole;
     Eigen::Isometry3d m_X_OW;  // the frame of the simulation is that of the object at its start
     std::vector<std::int32_t> m_joints;
@@ -322,7 +330,7 @@ private:
 std::function<std::string(const Grasp&)> rehearsal(const PickPlaceTask& task,
                                                    const ExecutionOptions& options)
 {
-    return [&task, options = options](const Grasp& grasp)
+    return [&task, options = withMass(options, task.object)](const Grasp& grasp)
     {
         using Kind = TrialPhase::Kind;
         TrialProtocol lift{.name = "rehearsal", .start = TrialStart::Table};

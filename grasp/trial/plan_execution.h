@@ -7,6 +7,7 @@
 #include "grasp/task/pick_place.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,9 @@ namespace bullet_ccd::grasp
 {
 struct ExecutionOptions
 {
-    double mass = 0.3;       ///< of the object [kg]
-    double friction = 0.5;   ///< Coulomb coefficient of all pairs
-    double firmness = 12.0;  ///< PickPlaceOptions::firmness
+    std::optional<double> mass{};  ///< of the object [kg]; none: massOf() its volume
+    double friction = 0.5;         ///< Coulomb coefficient of all pairs
+    double firmness = 12.0;        ///< PickPlaceOptions::firmness
     /// One entry per obstacle [kg]: those above 0 are free; empty: all are fixed.
     std::vector<double> obstacleMasses{};
     double rate = 240.0;            ///< steps per second

@@ -619,24 +619,30 @@ class GraspObject:
     @property
     def center_of_mass(self) -> _Array: ...
     @property
+    def usual_mass(self) -> float: ...
+    @property
+    def usual_mass_from(self) -> str: ...
+    @property
     def is_watertight(self) -> bool: ...
 
 def plan(hand: Hand, object: GraspObject, *, candidates: int = ..., seed: int = ..., jobs: int = ...,
          time_limit: float = ..., volumes: int = ..., tolerance: float = ..., friction: float = ...,
          cone_edges: int = ..., force_closure_threshold: float = ...,
+         mass: Optional[float] = None,
          progress: Optional[Callable[[int], None]] = None) -> Tuple[str, bool]:
     """Use bullet_ccd.grasp.plan()."""
 
 def close_at(hand: Hand, object: GraspObject, pose: Pose, shift: ArrayLike = ..., *,
              preshape: Optional[str] = None, tolerance: float = ..., friction: float = ...,
-             cone_edges: int = ..., force_closure_threshold: float = ...) -> str:
+             cone_edges: int = ..., force_closure_threshold: float = ...,
+             mass: Optional[float] = None) -> str:
     """Use bullet_ccd.grasp.close()."""
 
-def squeeze(hand: Hand, record: str, *, mass: float = ..., friction: float = ..., firmness: float = ...,
+def squeeze(hand: Hand, record: str, *, mass: float, friction: float = ..., firmness: float = ...,
             efforts: Dict[str, float] = ...) -> Dict[str, Any]:
     """Use bullet_ccd.grasp.squeeze()."""
 
-def trial(hand: Hand, object: GraspObject, record: str, protocol: str, *, mass: float = ...,
+def trial(hand: Hand, object: GraspObject, record: str, protocol: str, *, mass: float,
           friction: float = ..., firmness: float = ..., efforts: Dict[str, float] = ...,
           surface_friction: Optional[float] = None, rate: float = ..., up: ArrayLike = ...,
           seed: int = ...) -> Dict[str, Any]:
@@ -650,6 +656,6 @@ def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Pose, t
                target_size: ArrayLike, *, obstacles: Sequence[Tuple[str, Mesh, Pose]] = ...,
                start: Dict[str, float] = ..., root_pose: Pose = None, flange: str = "",
                mount: Pose = None, candidates: int = ..., tries: int = ..., approach: float = ...,
-               lift: float = ..., acceleration: float = ..., seed: int = ...,
-               time_limit: float = 0.0) -> Tuple[str, str]:
+               lift: float = ..., acceleration: float = ..., mass: Optional[float] = None,
+               seed: int = ..., time_limit: float = 0.0) -> Tuple[str, str]:
     """Use bullet_ccd.grasp.pick_place()."""

@@ -188,17 +188,20 @@ def _grasps(lines: Iterable[str]) -> List[Grasp]:
 def plan(hand: Hand, object: GraspObject, *, candidates: int = 20, seed: int = 1, jobs: int = 0,
          time_limit: float = 0.0, friction: float = 0.5, cone_edges: int = 8,
          tolerance: float = _core.DEFAULT_TOLERANCE, force_closure_threshold: float = 0.005,
-         volumes: int = 3, progress: Optional[Callable[[int], None]] = None) -> List[Grasp]:
+         volumes: int = 3, mass: Optional[float] = None,
+         progress: Optional[Callable[[int], None]] = None) -> List[Grasp]:
     """Samples candidates, closes the hand, and ranks what it holds, best first.
 
     jobs is the number of threads (0: one per core); the result does not depend on it. After
     time_limit seconds (0: none) no candidate is begun. progress is called with the number of
     candidates that are complete. Ctrl-C raises PlanInterrupted, which holds the complete ones.
+    Records say which mass [kg] a grasp holds; that of the object is mass, or object.usual_mass.
     """
     lines, complete = _core.plan(
         hand, object, candidates=candidates, seed=seed, jobs=jobs, time_limit=time_limit,
         friction=friction, cone_edges=cone_edges, tolerance=tolerance,
-        force_closure_threshold=force_closure_threshold, volumes=volumes, progress=progress)
+        force_closure_threshold=force_closure_threshold, volumes=volumes, mass=mass,
+        progress=progress)
     grasps = _grasps(lines.split("\n"))
     if not complete:
         raise PlanInterrupted(grasps)
@@ -209,27 +212,35 @@ def close(hand: Hand, object: GraspObject, pose: Array,
           shift: Union[Sequence[float], Array] = (0.0, 0.0, 0.0), *,
           preshape: Optional[str] = None, friction: float = 0.5, cone_edges: int = 8,
           tolerance: float = _core.DEFAULT_TOLERANCE,
-          force_closure_threshold: float = 0.005) -> Grasp:
+          force_closure_threshold: float = 0.005, mass: Optional[float] = None) -> Grasp:
     """Moves the open hand from a pose of its root link along a shift until its first contact, closes
     it there once, and says what it holds."""
     line = _core.close_at(hand, object, pose, shift, preshape=preshape, friction=friction,
                           cone_edges=cone_edges, tolerance=tolerance,
-                          force_closure_threshold=force_closure_threshold)
+                          force_closure_threshold=force_closure_threshold, mass=mass)
     return _grasps([line])[0]
 
 
-def squeeze(hand: Hand, grasp: Grasp, *, mass: float = 0.5, friction: float = 0.5,
+def _mass(grasp: Grasp, mass: Optional[float]) -> float:
+    recorded = grasp.record["plan"].get("mass_kg") if mass is None else mass
+    if recorded is None:
+        raise ValueError("mass: the record of the grasp says none: give one, such as "
+                         "GraspObject.usual_mass")
+    return float(recorded)
+
+
+def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction: float = 0.5,
             firmness: float = 4.0, efforts: Optional[Dict[str, float]] = None) -> Squeeze:
     """The torques, within the joints' efforts, that press a grasp's contacts together so that the
     normal forces add up to firmness times weight / friction. efforts [N m or N] by joint count in
-    place of those of the robot."""
-    answer = _core.squeeze(hand, json.dumps(grasp.record), mass=mass, friction=friction,
-                           firmness=firmness, efforts=efforts or {})
+    place of those of the robot. Without a mass [kg] of the object, that of the plan counts."""
+    answer = _core.squeeze(hand, json.dumps(grasp.record), mass=_mass(grasp, mass),
+                           friction=friction, firmness=firmness, efforts=efforts or {})
     return Squeeze(**answer)
 
 
 def trial(hand: Hand, object: GraspObject, grasp: Grasp, protocol: str = "six", *,
-          mass: float = 0.5, friction: float = 0.5, firmness: float = 4.0,
+          mass: Optional[float] = None, friction: float = 0.5, firmness: float = 4.0,
           efforts: Optional[Dict[str, float]] = None, surface_friction: Optional[float] = None,
           rate: float = 240.0, up: Union[Sequence[float], Array] = (0.0, 0.0, 1.0),
           seed: int = 1) -> Trial:
@@ -238,9 +249,10 @@ def trial(hand: Hand, object: GraspObject, grasp: Grasp, protocol: str = "six", 
     protocol is six, hover, shake, lift, pull or disturb, or the path of a YAML file. The same
     arguments give the same answer. up is the direction that is up for the object; rate is the
     number of steps per second; surface_friction is that of the surfaces, where it is not what the
-    squeeze counts on. Ctrl-C raises KeyboardInterrupt.
+    squeeze counts on. Without a mass [kg] of the object, that of the plan counts. Ctrl-C raises
+    KeyboardInterrupt.
     """
-    answer = _core.trial(hand, object, json.dumps(grasp.record), protocol, mass=mass,
+    answer = _core.trial(hand, object, json.dumps(grasp.record), protocol, mass=_mass(grasp, mass),
                          friction=friction, firmness=firmness, efforts=efforts or {},
                          surface_friction=surface_friction, rate=rate, up=up, seed=seed)
     answer["pulls"] = tuple(Pull(*pull) for pull in answer["pulls"])
@@ -266,7 +278,8 @@ def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Array,
                start: Optional[Dict[str, float]] = None, root_pose: Optional[Array] = None,
                flange: str = "", mount: Optional[Array] = None, candidates: int = 80,
                tries: int = 20, approach: float = 0.1, lift: float = 0.1, acceleration: float = 5.0,
-               seed: int = 1, time_limit: float = 0.0) -> PickPlacePlan:
+               mass: Optional[float] = None, seed: int = 1,
+               time_limit: float = 0.0) -> PickPlacePlan:
     """Plans how an arm with a hand takes an object and puts it down in a level rectangle. Every motion
     on the way is certified as a whole, as it is timed: nothing touches, between samples neither.
 
@@ -274,7 +287,8 @@ def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Array,
     around target. obstacles are names, meshes and poses. start has positions of joints of the arm (0
     where it has none, or the limit next to it). The hand is mounted on the link `flange` (empty: the
     arm's end) with the pose `mount` in it. candidates grasps are planned, and the best `tries` force
-    closures are tried. approach and lift are straight ways [m]; acceleration is that of any joint at
+    closures are tried, of those that hold twice the mass [kg] of the object (mass, or
+    object.usual_mass). approach and lift are straight ways [m]; acceleration is that of any joint at
     most. After time_limit seconds (0: none) the search ends without a plan; Ctrl-C raises
     KeyboardInterrupt. Raises ValueError if the object intersects an obstacle where it starts, or the
     arm does, and RuntimeError in a build without OMPL.
@@ -282,7 +296,7 @@ def pick_place(arm: Robot, hand: Hand, object: GraspObject, object_pose: Array,
     text, yaml = _core.pick_place(
         arm, hand, object, object_pose, target, target_size, obstacles=list(obstacles),
         start=start or {}, root_pose=root_pose, flange=flange, mount=mount, candidates=candidates,
-        tries=tries, approach=approach, lift=lift, acceleration=acceleration, seed=seed,
+        tries=tries, approach=approach, lift=lift, acceleration=acceleration, mass=mass, seed=seed,
         time_limit=time_limit)
     record = json.loads(text)
     legs = tuple(Leg(leg["leg"], leg["carries"], leg["certified_clearance_m"],

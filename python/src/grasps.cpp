@@ -62,9 +62,14 @@ std::string recordsOf(const Hand& hand,
     return out.str();
 }
 
-grasp::PlannerOptions optionsOf(double tolerance, double friction, int coneEdges, double threshold)
+grasp::PlannerOptions optionsOf(double tolerance,
+                                double friction,
+                                int coneEdges,
+                                double threshold,
+                                const std::optional<double>& mass)
 {
     grasp::PlannerOptions options;
+    options.mass = mass;
     options.closing.tolerance = tolerance;
     options.friction = friction;
     options.coneEdges = coneEdges;
@@ -84,9 +89,10 @@ std::pair<std::string, bool> plan(const Hand& hand,
                                   double friction,
                                   int coneEdges,
                                   double threshold,
+                                  const std::optional<double>& mass,
                                   const std::optional<std::function<void(std::int64_t)>>& progress)
 {
-    grasp::PlannerOptions options = optionsOf(tolerance, friction, coneEdges, threshold);
+    grasp::PlannerOptions options = optionsOf(tolerance, friction, coneEdges, threshold, mass);
     options.candidates = candidates;
     options.seed = seed;
     options.jobs = jobs;
@@ -147,7 +153,8 @@ std::string closeAt(const Hand& hand,
                     double tolerance,
                     double friction,
                     int coneEdges,
-                    double threshold)
+                    double threshold,
+                    const std::optional<double>& mass)
 {
     const Eigen::Isometry3d X_WStart = poseOf(pose, "pose");
     const Eigen::Vector3d way = vectorOf(shift, "shift");
@@ -160,7 +167,8 @@ std::string closeAt(const Hand& hand,
             throw py::key_error(hand.model.robot.name + " has no preshape '" + *preshape + "'");
         }
     }
-    const grasp::PlannerOptions options = optionsOf(tolerance, friction, coneEdges, threshold);
+    const grasp::PlannerOptions options =
+        optionsOf(tolerance, friction, coneEdges, threshold, mass);
     const py::gil_scoped_release release;
     const Grasp found = grasp::closeAtPose(
         hand.model, object.model, X_WStart, way, *start, options, grasp::kinematicClosing());
@@ -252,6 +260,11 @@ void addGrasps(py::module_& module)
         .def_property_readonly("center_of_mass",
                                [](const Object& object)
                                { return arrayOf(object.model.centerOfMass); })
+        .def_property_readonly(
+            "usual_mass", [](const Object& object) { return grasp::massOf(object.model).mass; })
+        .def_property_readonly("usual_mass_from",
+                               [](const Object& object)
+                               { return toString(grasp::massOf(object.model).source); })
         .def_property_readonly("is_watertight",
                                [](const Object& object) { return object.model.watertight; });
     const grasp::PlannerOptions options;
@@ -269,6 +282,7 @@ void addGrasps(py::module_& module)
                py::arg("friction") = options.friction,
                py::arg("cone_edges") = options.coneEdges,
                py::arg("force_closure_threshold") = options.forceClosureThreshold,
+               py::arg("mass") = py::none(),
                py::arg("progress") = py::none());
     module.def("close_at",
                &closeAt,
@@ -281,6 +295,7 @@ void addGrasps(py::module_& module)
                py::arg("tolerance") = options.closing.tolerance,
                py::arg("friction") = options.friction,
                py::arg("cone_edges") = options.coneEdges,
-               py::arg("force_closure_threshold") = options.forceClosureThreshold);
+               py::arg("force_closure_threshold") = options.forceClosureThreshold,
+               py::arg("mass") = py::none());
 }
 }  // namespace bullet_ccd::python

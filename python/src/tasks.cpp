@@ -59,6 +59,7 @@ py::tuple pickPlace(const Robot& arm,
                     double approach,
                     double lift,
                     double acceleration,
+                    const std::optional<double>& mass,
                     std::uint64_t seed,
                     double timeLimit)
 {
@@ -97,6 +98,7 @@ py::tuple pickPlace(const Robot& arm,
                                     .seed = seed};
     options.grasps.candidates = candidates;
     options.grasps.seed = seed;
+    options.grasps.mass = mass;
     grasp::PickPlacePlan plan;
     const auto work = [&](const std::atomic<bool>& stop)
     {
@@ -146,6 +148,7 @@ void addTasks(py::module_& module)
                py::arg("approach") = options.approach,
                py::arg("lift") = options.lift,
                py::arg("acceleration") = options.acceleration,
+               py::arg("mass") = py::none(),
                py::arg("seed") = options.seed,
                py::arg("time_limit") = 0.0);
 #else

@@ -247,7 +247,7 @@ void addTrials(py::module_& module)
                py::arg("hand").none(false),
                py::arg("record"),
                py::kw_only(),
-               py::arg("mass") = squeezing.mass,
+               py::arg("mass"),
                py::arg("friction") = squeezing.friction,
                py::arg("firmness") = squeezing.firmness,
                py::arg("efforts") = py::dict());
@@ -258,7 +258,7 @@ void addTrials(py::module_& module)
                py::arg("record"),
                py::arg("protocol"),
                py::kw_only(),
-               py::arg("mass") = squeezing.mass,
+               py::arg("mass"),
                py::arg("friction") = squeezing.friction,
                py::arg("firmness") = squeezing.firmness,
                py::arg("efforts") = py::dict(),

@@ -47,6 +47,17 @@ def test_a_squeeze_presses_as_firmly_as_it_is_told(held):
         grasp.squeeze(hand, grasps[0], efforts={"thumb": 1.0})
 
 
+def test_the_mass_is_that_of_the_plan_and_follows_from_the_volume(held):
+    hand, cube, grasps = held
+    plan = grasps[0].record["plan"]
+    assert plan["mass_from"] == cube.usual_mass_from == "volume"
+    assert plan["mass_kg"] == cube.usual_mass
+    same = grasp.squeeze(hand, grasps[0], mass=cube.usual_mass)
+    assert grasp.squeeze(hand, grasps[0]).targets == same.targets
+    given = grasp.plan(hand, cube, candidates=1, mass=0.2)[0].record["plan"]
+    assert (given["mass_kg"], given["mass_from"]) == (0.2, "given")
+
+
 def test_a_trial_holds_with_friction_and_not_without(held, tmp_path):
     hand, cube, grasps = held
     file = tmp_path / "weight.yaml"

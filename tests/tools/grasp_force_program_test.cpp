@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <gmock/gmock.h>
@@ -81,16 +82,18 @@ TEST_F(GraspForceProgram, ForcesCarryTheWeight)
 
 TEST_F(GraspForceProgram, OptionsReachTheProblem)
 {
+    // The ball weighs what its volume says.
+    const double mass = 1000.0 * massProperties(makeSphere(0.03, 3)).volume;
     const double value = records("--rank 1")[0]["value_n"];
     EXPECT_NEAR(
-        records("--rank 1 --mass 1")[0]["value_n"].get<double>(), 2.0 * value, 1e-6 * value);
+        records("--rank 1 --mass 1")[0]["value_n"].get<double>(), value / mass, 1e-5 * value);
     EXPECT_GT(records("--rank 1 --friction 0.3")[0]["value_n"].get<double>(), value);
     EXPECT_GE(records("--rank 1 --solver lp --cone-edges 6")[0]["value_n"].get<double>(),
               value * (1.0 - 1e-7));
     EXPECT_LE(records("--rank 1 --model soft")[0]["value_n"].get<double>(), value * (1.0 + 1e-7));
     EXPECT_LE(records("--rank 1 --objective max")[0]["value_n"].get<double>(), value);
     const nlohmann::json side = records("--rank 1 --gravity 2 0 0 --wrench 0 1 0 0 0 0")[0];
-    EXPECT_NEAR(side["load"][0].get<double>(), 0.5 * 9.80665, 1e-12);
+    EXPECT_NEAR(side["load"][0].get<double>(), mass * 9.80665, 1e-9);
     EXPECT_NEAR(side["load"][1].get<double>(), 1.0, 1e-12);
     EXPECT_NEAR(side["load"][2].get<double>(), 0.0, 1e-12);
     const nlohmann::json any = records("--rank 1 --any-wrench 0.5")[0];
@@ -100,6 +103,26 @@ TEST_F(GraspForceProgram, OptionsReachTheProblem)
     const nlohmann::json firm = records("--rank 1 --objective firm --max-force 20")[0];
     EXPECT_GT(firm["value_n"].get<double>(), 0.0);
     EXPECT_LE(firm["value_n"].get<double>(), 0.5 * 20.0);
+}
+
+TEST_F(GraspForceProgram, TheMassFollowsFromTheVolumeForEveryVerb)
+{
+    const double mass = 1000.0 * massProperties(makeSphere(0.03, 3)).volume;
+    std::istringstream lines(contentOf(s_folder->path() / "grasps.jsonl"));
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    const nlohmann::json best = nlohmann::json::parse(line);
+    EXPECT_EQ(best["plan"]["mass_from"], "volume");
+    EXPECT_NEAR(best["plan"]["mass_kg"].get<double>(), mass, 1e-9);
+    EXPECT_NEAR(best["quality"]["weight"]["mass_kg"].get<double>(), mass, 1e-9);
+    EXPECT_NEAR(best["squeeze"]["mass_kg"].get<double>(), mass, 1e-9);
+    std::array<char, 16> digits{};
+    std::snprintf(digits.data(), digits.size(), "%.3g", mass);
+    const std::string said = "the object's mass is " + std::string(digits.data()) +
+                             " kg (volume of the closed mesh at 1000 kg/m3)";
+    EXPECT_THAT(run("force", "--rank 1").err, HasSubstr(said));
+    EXPECT_THAT(run("force", "--rank 1 --mass 0.2").err, HasSubstr("mass is 0.2 kg (given)"));
+    EXPECT_THAT(run("trial", "--rank 1 --protocol hover --time-limit 0.001").err, HasSubstr(said));
 }
 
 TEST_F(GraspForceProgram, ImpossibleLoadsExitWith1AndTheReason)
@@ -199,6 +222,8 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
         EXPECT_LE(std::abs(joint["torque"].get<double>()), joint["effort"].get<double>() + 1e-9);
     }
     EXPECT_TRUE(records[3]["trials"].is_null());
+    EXPECT_EQ(best["plan"]["mass_kg"], 0.1);
+    EXPECT_EQ(best["plan"]["mass_from"], "given");
 
     const std::string file = (folder.path() / "grasps.jsonl").string();
     // The mass is that of the plan.

@@ -4,6 +4,7 @@
 #include "tools/grasp_cli/options/contact_options.h"
 #include "tools/grasp_cli/options/effort_option.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/mass_option.h"
 #include "tools/support/stop_request.h"
 #include "tools/support/text_table.h"
 
@@ -23,7 +24,7 @@ struct ForceArguments
     RecordArguments records;
     RecordChoice choice;
     ContactArguments contacts;
-    double mass = 0.5;
+    std::optional<double> mass;  ///< else that of the plan
     std::vector<double> gravity = {0.0, 0.0, -1.0};
     std::vector<double> wrench = std::vector<double>(6, 0.0);
     double anyWrench = 0.0;
@@ -37,21 +38,23 @@ struct ForceArguments
 };
 
 /// Weight and wrench about the centre of mass.
-grasp::Wrench loadOf(const ForceArguments& arguments)
+grasp::Wrench loadOf(const ForceArguments& arguments, double mass)
 {
     grasp::Wrench load = Eigen::Map<const grasp::Wrench>(arguments.wrench.data());
     const Eigen::Vector3d down = Eigen::Map<const Eigen::Vector3d>(arguments.gravity.data());
-    load.head<3>() += arguments.mass * kStandardGravity * down.normalized();
+    load.head<3>() += mass * kStandardGravity * down.normalized();
     return load;
 }
 
 /// What all grasps of a run have in common.
-grasp::ForceProblem commonProblem(const ForceArguments& arguments, const GraspRecords& records)
+grasp::ForceProblem commonProblem(const ForceArguments& arguments,
+                                  const GraspRecords& records,
+                                  double mass)
 {
     const KinematicTree& tree = records.hand.hand.robot.tree;
     grasp::ForceProblem problem;
     problem.law = contactLaw(arguments.contacts, records.source.run.options);
-    problem.load = loadOf(arguments);
+    problem.load = loadOf(arguments, mass);
     problem.reference = records.object.object.centerOfMass;
     problem.maxNormalForce = arguments.maxForce;
     problem.torqueLimits = grasp::effortLimits(tree);
@@ -125,10 +128,11 @@ int force(const ForceArguments& arguments)
         throw CLI::ValidationError("--gravity", "0 0 0 has no direction: use --mass 0 for none");
     }
     const GraspRecords records = loadGraspRecords(arguments.records);
-    const grasp::ForceProblem common = commonProblem(arguments, records);
+    const grasp::ObjectMass mass = massOf(records, arguments.mass);
+    const grasp::ForceProblem common = commonProblem(arguments, records, mass.mass);
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
-    fmt::print(stderr, "{}", unlimitedNote(common));
+    fmt::print(stderr, "the object's mass is {}\n{}", massText(mass), unlimitedNote(common));
     const StopRequest stop(arguments.timeLimit);
     std::size_t done = 0;
     int balanced = 0;
@@ -153,10 +157,8 @@ int force(const ForceArguments& arguments)
 
 void addLoadOptions(CLI::App& command, ForceArguments& arguments)
 {
-    command.add_option("--mass", arguments.mass, "The mass of the object [kg].")
-        ->type_name("KG")
-        ->check(within(0.0, 1e6))
-        ->capture_default_str()
+    addMassOption(
+        command, arguments.mass, 0.0, "The mass of the object [kg]. Default: that of the plan.")
         ->group("Load");
     command
         .add_option(

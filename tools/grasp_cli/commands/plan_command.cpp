@@ -1,4 +1,5 @@
 #include "grasp/formats/content_hash.h"
+#include "grasp/quality/object_mass.h"
 #include "grasp/report/report_facts.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
@@ -52,7 +53,7 @@ std::string massText(const Grasp& grasp)
 }
 
 /// How many force closures hold the weight of the object, whichever way it pulls.
-std::string weightText(const std::vector<Grasp>& grasps, double mass)
+std::string weightText(const std::vector<Grasp>& grasps, const grasp::ObjectMass& mass)
 {
     const auto holds = [&](double factor)
     {
@@ -61,14 +62,14 @@ std::string weightText(const std::vector<Grasp>& grasps, double mass)
                                      {
                                          return grasp.reject == RejectReason::None &&
                                                 grasp.quality.largestMass.value_or(0.0) >=
-                                                    factor * mass;
+                                                    factor * mass.mass;
                                      });
     };
     return fmt::format(
-        "{} of {} hold {:g} kg in any direction within the efforts, {} twice that (--mass)",
+        "{} of {} hold {} in any direction within the efforts, {} twice that (--mass)",
         holds(1.0),
         forceClosures(grasps),
-        mass,
+        massText(mass),
         holds(2.0));
 }
 
@@ -248,7 +249,9 @@ void printSummary(const PlanArguments& arguments,
     if (found > 0)
     {
         fmt::print(
-            "{}\n{}\n", epsilonClasses(run.grasps), weightText(run.grasps, arguments.options.mass));
+            "{}\n{}\n",
+            epsilonClasses(run.grasps),
+            weightText(run.grasps, grasp::massOf(run.object.object, arguments.options.mass)));
         if (const std::string assumed = assumedEfforts(*description.squeeze, run.hand.hand);
             !assumed.empty())
         {
@@ -328,7 +331,7 @@ int plan(const PlanArguments& arguments)
     requireKinematic(obstacles, arguments.options);
     const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     SqueezeArguments squeeze = arguments.squeeze;
-    squeeze.mass = arguments.options.mass;
+    squeeze.mass = grasp::massOf(object, arguments.options.mass).mass;
     grasp::PlannerOptions options = arguments.options;
     grasp::GraspRun description{.handFile = run.hand.file,
                                 .srdfFile = hand.srdfFile,

@@ -4,6 +4,7 @@
 #include "grasp/trial/plan_execution.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/inputs/task_scene.h"
+#include "tools/grasp_cli/options/mass_option.h"
 #include "tools/grasp_cli/plan/output_folder.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/stop_request.h"
@@ -38,7 +39,7 @@ struct PickPlaceArguments
     bool executes = false;
     bool rehearses = true;
     int samples = 0;
-    double mass = 0.3;
+    std::optional<double> mass;
     double timeLimit = 0.0;
     grasp::PickPlaceOptions options;
 };
@@ -185,7 +186,12 @@ TaskRow planOne(const PickPlaceArguments& a,
             {
                 bodies.push_back({.tree = body.tree.get(), .motion = restAt(body.X_WO)});
                 names.push_back(body.name);
-                masses.push_back(list == &scene.objects ? a.mass : 0.0);
+                masses.push_back(
+                    a.executes && list == &scene.objects
+                        ? grasp::massOf(grasp::makeGraspObject(body.name, body.tree->mesh()),
+                                        a.mass)
+                              .mass
+                        : 0.0);
             }
         }
     }
@@ -242,13 +248,14 @@ void printOne(const PickPlaceArguments& a, const TaskRow& row)
     if (row.plan.solved)
     {
         fmt::print(
-            "{}\n{} is moved by candidate {} (epsilon {:.3f}, holds {:.2f} kg), planned in "
+            "{}\n{} is moved by candidate {} (epsilon {:.3f}, holds {:.2f} kg of {}), planned in "
             "{:.2f} s\n",
             legsText(row.plan),
             row.object,
             row.plan.grasp.candidate,
             row.plan.grasp.quality.epsilon,
             row.plan.grasp.quality.largestMass.value_or(0.0),
+            massText(row.plan.mass),
             row.seconds);
     }
 }
@@ -452,10 +459,8 @@ void addPickPlace(CLI::App& task, int& exitCode)
                       a->rehearses,
                       "Lift the object in a simulation of the hand alone before a grasp is tried "
                       "(default).");
-    command->add_option("--mass", a->mass, "The mass of each object [kg].")
-        ->type_name("M")
-        ->check(within(1e-3, 1e3))
-        ->capture_default_str();
+    addMassOption(
+        *command, a->mass, 1e-3, fmt::format("The mass of each object [kg]. {}", kMassDefault));
     command->add_flag("-q,--quiet", a->quiet, "Do not list the grasps that failed.");
     command->footer(kPickPlaceFooter);
     command->callback(

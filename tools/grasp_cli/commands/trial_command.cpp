@@ -3,6 +3,7 @@
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
+#include "tools/grasp_cli/options/mass_option.h"
 #include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/support/option_values.h"
 #include "tools/support/progress_line.h"
@@ -58,7 +59,8 @@ grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRec
     const grasp::PlannerOptions& plan = records.source.run.options;
     grasp::TrialOptions options;
     SqueezeArguments squeeze = arguments.squeeze;
-    squeeze.mass = arguments.mass.value_or(plan.mass);
+    const grasp::ObjectMass mass = massOf(records, arguments.mass);
+    squeeze.mass = mass.mass;
     options.squeeze = squeezeOptionsOf(squeeze, arguments.friction.value_or(plan.friction), hand);
     options.friction = arguments.surfaceFriction;
     options.rate = arguments.rate;
@@ -66,6 +68,7 @@ grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRec
     options.seed = arguments.seed;
     options.skin = arguments.skin;
     options.skinStiffness = arguments.skinStiffness;
+    fmt::print(stderr, "the object's mass is {}\n", massText(mass));
     if (const std::string assumed = assumedEfforts(options.squeeze, hand); !assumed.empty())
     {
         fmt::print(stderr,
@@ -339,11 +342,8 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->type_name("NAME")
         ->capture_default_str()
         ->group("Load");
-    command
-        ->add_option(
-            "--mass", arguments->mass, "The mass of the object [kg]. Default: that of the plan.")
-        ->type_name("KG")
-        ->check(within(1e-6, 1e3))
+    addMassOption(
+        *command, arguments->mass, 1e-6, "The mass of the object [kg]. Default: that of the plan.")
         ->group("Squeeze");
     addSqueezeOptions(*command, arguments->squeeze);
     command

@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/options/planner_options.h"
 
 #include "tools/grasp_cli/inputs/path_file.h"
+#include "tools/grasp_cli/options/mass_option.h"
 #include "tools/support/option_values.h"
 
 #include <algorithm>
@@ -242,13 +243,12 @@ void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options)
              "The epsilon from which on a grasp counts as force closure.")
         ->check(within(0.0, 1.0))
         ->group("Quality");
-    addValue(command,
-             "--mass",
-             options.mass,
-             "KG",
-             "The mass of the object, for the question whether a grasp holds its weight in any "
-             "direction within the efforts of the joints.")
-        ->check(within(1e-9, 1e6))
+    addMassOption(command,
+                  options.mass,
+                  1e-9,
+                  fmt::format("The mass of the object [kg], for the question whether a grasp holds "
+                              "its weight in any direction within the efforts of the joints. {}",
+                              kMassDefault))
         ->group("Quality");
 }
 

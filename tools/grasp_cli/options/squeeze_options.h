@@ -5,6 +5,7 @@
 #include "grasp/squeeze/squeeze.h"
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace bullet_ccd::tools
 {
 struct SqueezeArguments
 {
-    double mass = grasp::SqueezeOptions{}.mass;
+    std::optional<double> mass{};
     double firmness = grasp::SqueezeOptions{}.firmness;
     std::vector<std::string> efforts{};
 };

@@ -149,9 +149,9 @@ std::string closeCommand(const grasp::GraspRun& run, const std::vector<std::stri
     {
         add("--min-epsilon", fmt::format("{}", options.forceClosureThreshold));
     }
-    if (options.mass != defaults.mass)
+    if (options.mass)
     {
-        add("--mass", fmt::format("{}", options.mass));
+        add("--mass", fmt::format("{}", *options.mass));
     }
     return command;
 }
