@@ -156,6 +156,19 @@ void DeformableSurface::setStep(std::span<const Eigen::Vector3d> start,
     refitSurface(start, end, threads, *m_data);
 }
 
+void DeformableSurface::keepStep()
+{
+    for (std::vector<std::uint8_t>* idle :
+         {&m_data->vertexIdle, &m_data->patchIdle, &m_data->nodeIdle})
+    {
+        for (std::size_t i = 0; i < idle->size() && !m_data->isUnchanged; ++i)
+        {
+            (*idle)[i] |= kUnchanged;
+        }
+    }
+    m_data->isUnchanged = true;
+}
+
 std::size_t DeformableSurface::vertexCount() const
 {
     return m_data->meshVertices;
@@ -171,7 +184,7 @@ std::size_t DeformableSurface::memory() const
     const Data& d = *m_data;
     return sizeof(Data) + bytesOf(d.patches) + bytesOf(d.nodes) + bytesOf(d.edges) +
            bytesOf(d.faces) + bytesOf(d.meshVertex) + bytesOf(d.steps) + bytesOf(d.lanes) +
-           bytesOf(d.patchBoxes) + bytesOf(d.nodeBoxes) + bytesOf(d.patchRests) +
-           bytesOf(d.nodeRests);
+           bytesOf(d.patchBoxes) + bytesOf(d.nodeBoxes) + bytesOf(d.vertexIdle) +
+           bytesOf(d.patchIdle) + bytesOf(d.nodeIdle);
 }
 }  // namespace bullet_ccd

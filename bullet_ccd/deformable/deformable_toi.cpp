@@ -58,6 +58,7 @@ void checkQuery(std::span<const DeformableBody> bodies, const DeformableOptions&
 
 void pairSurfaces(std::span<const DeformableBody> bodies,
                   const DeformableOptions& options,
+                  std::uint8_t idle,
                   std::vector<SurfacePair>& pairs)
 {
     pairs.clear();
@@ -79,6 +80,7 @@ void pairSurfaces(std::span<const DeformableBody> bodies,
                                         separation + options.tolerance));
             pairs.back().bodyA = static_cast<std::int32_t>(i);
             pairs.back().bodyB = static_cast<std::int32_t>(j);
+            pairs.back().idle = idle;
         }
     }
 }
@@ -103,6 +105,17 @@ void sortByEntry(std::vector<PatchTask>& tasks, std::vector<PatchTask>& sorted)
     tasks.swap(sorted);
 }
 
+/// The order of contacts that begin at the same time.
+auto orderOf(const DeformableContact& c)
+{
+    return std::tie(c.kind, c.bodyA, c.bodyB, c.vertices);
+}
+
+bool isBefore(const DeformableContact& a, const DeformableContact& b)
+{
+    return a.time != b.time ? a.time < b.time : orderOf(a) < orderOf(b);
+}
+
 /// What all threads have found until `latest`, in order.
 std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableContact>>& found,
                                        double latest,
@@ -125,10 +138,8 @@ std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableC
             }
         }
     }
-    const auto key = [](const DeformableContact& c)
-    { return std::tie(c.kind, c.bodyA, c.bodyB, c.vertices); };
-    const auto isLess = [&](const Place& a, const Place& b)
-    { return a.time != b.time ? a.time < b.time : key(*a.contact) < key(*b.contact); };
+    const auto isLess = [](const Place& a, const Place& b)
+    { return a.time != b.time ? a.time < b.time : orderOf(*a.contact) < orderOf(*b.contact); };
     if (threads == 1)
     {
         std::ranges::sort(order, isLess);
@@ -147,20 +158,62 @@ std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableC
     return sorted;
 }
 
+/// Removes the contacts of features of which a vertex goes another way than in the step before.
+void removeChanged(std::span<const DeformableBody> bodies, std::vector<DeformableContact>& contacts)
+{
+    std::vector<std::vector<bool>> hasChanged(bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+    {
+        const DeformableSurface::Data& data = bodies[i].surface->data();
+        hasChanged[i].resize(data.isUnchanged ? 0 : data.meshVertices);
+        for (std::size_t v = 0; v < data.vertexIdle.size() && !data.isUnchanged; ++v)
+        {
+            hasChanged[i][static_cast<std::size_t>(data.meshVertex[v])] =
+                (data.vertexIdle[v] & kUnchanged) == 0;
+        }
+    }
+    std::erase_if(
+        contacts,
+        [&](const DeformableContact& contact)
+        {
+            const std::size_t ofA = contact.kind == ElementaryKind::VertexFace ? 1 : 2;
+            for (std::size_t k = 0; k < 4; ++k)
+            {
+                const std::vector<bool>& changes =
+                    hasChanged[static_cast<std::size_t>(k < ofA ? contact.bodyA : contact.bodyB)];
+                if (!changes.empty() && changes[static_cast<std::size_t>(contact.vertices[k])])
+                {
+                    return true;
+                }
+            }
+            return false;
+        });
+}
+
+enum class Wanted : std::uint8_t
+{
+    All,
+    First,
+    OfChanged,  ///< of features of which a vertex goes another way than in the step before
+};
+
 class DeformableQuery
 {
 public:
     DeformableQuery(std::span<const DeformableBody> bodies,
                     const DeformableOptions& options,
-                    bool firstOnly,
+                    Wanted wanted,
                     DeformableWorkspace::Scratch& scratch)
         : m_options(options), m_scratch(scratch)
     {
         checkQuery(bodies, options);
-        pairSurfaces(bodies, options, scratch.surfaces);
+        pairSurfaces(bodies,
+                     options,
+                     wanted == Wanted::OfChanged ? kRests | kUnchanged : kRests,
+                     scratch.surfaces);
         m_state.surfaces = scratch.surfaces;
         m_state.options = &options;
-        m_state.firstOnly = firstOnly;
+        m_state.firstOnly = wanted == Wanted::First;
     }
 
     DeformableResult run()
@@ -174,12 +227,15 @@ public:
         }
         const double latest = m_state.firstOnly ? m_state.earliest.load() : 1.0;
         result.contacts = inOrder(m_scratch.found, latest, m_options.threads);
-        if (!result.contacts.empty())
-        {
-            result.status = result.contacts.front().status;
-            result.time = result.contacts.front().time;
-        }
+        summarise(result);
         return result;
+    }
+
+    static void summarise(DeformableResult& result)
+    {
+        const bool isAny = !result.contacts.empty();
+        result.status = isAny ? result.contacts.front().status : ToiStatus::Separated;
+        result.time = isAny ? result.contacts.front().time : 1.0;
     }
 
 private:
@@ -291,14 +347,37 @@ DeformableResult deformableContacts(std::span<const DeformableBody> bodies,
                                     const DeformableOptions& options,
                                     DeformableWorkspace& work)
 {
-    return DeformableQuery(bodies, options, false, work.scratch()).run();
+    return DeformableQuery(bodies, options, Wanted::All, work.scratch()).run();
+}
+
+void updateContacts(std::span<const DeformableBody> bodies,
+                    const DeformableOptions& options,
+                    DeformableWorkspace& work,
+                    DeformableResult& result)
+{
+    const auto isUnknown = [](const DeformableResult& answer)
+    { return gaveUp(answer.status) && answer.contacts.empty(); };
+    const Wanted wanted = isUnknown(result) ? Wanted::All : Wanted::OfChanged;
+    DeformableResult update = DeformableQuery(bodies, options, wanted, work.scratch()).run();
+    if (wanted == Wanted::All || isUnknown(update))
+    {
+        result = std::move(update);
+        return;
+    }
+    removeChanged(bodies, result.contacts);
+    const auto kept = static_cast<std::ptrdiff_t>(result.contacts.size());
+    result.contacts.insert(result.contacts.end(), update.contacts.begin(), update.contacts.end());
+    std::inplace_merge(
+        result.contacts.begin(), result.contacts.begin() + kept, result.contacts.end(), isBefore);
+    result.counters = update.counters;
+    DeformableQuery::summarise(result);
 }
 
 DeformableResult deformableToi(std::span<const DeformableBody> bodies,
                                const DeformableOptions& options,
                                DeformableWorkspace& work)
 {
-    return DeformableQuery(bodies, options, true, work.scratch()).run();
+    return DeformableQuery(bodies, options, Wanted::First, work.scratch()).run();
 }
 
 RigidStep rigidStep(const TriangleMesh& mesh, const RigidMotion& motion)

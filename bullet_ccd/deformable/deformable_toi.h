@@ -152,6 +152,8 @@ public:
     void setStep(std::span<const Eigen::Vector3d> start,
                  std::span<const Eigen::Vector3d> end,
                  int threads = 1);
+    /// Says that the step is the same as before, for updateContacts().
+    void keepStep();
 
     [[nodiscard]] std::size_t vertexCount() const;
     [[nodiscard]] std::size_t triangleCount() const;
@@ -270,6 +272,19 @@ private:
 deformableContacts(std::span<const DeformableBody> bodies,
                    const DeformableOptions& options,
                    DeformableWorkspace& work);
+
+/// Brings all contacts of a step up to date after some paths have changed, as a response does that
+/// bends the paths that meet and asks again: only features of which a vertex goes another way than
+/// before are looked at.
+///
+/// Guarantee: the result is then that of deformableContacts(), bit for bit, but for the counters.
+/// @pre  Since `result` was the answer for the same bodies and options, every surface was given its
+///       step once, by setStep() or keepStep().
+/// Throws what deformableContacts() does; the result is then as before.
+BULLET_CCD_API void updateContacts(std::span<const DeformableBody> bodies,
+                                   const DeformableOptions& options,
+                                   DeformableWorkspace& work,
+                                   DeformableResult& result);
 
 /// The first contact of the step only, or those that are the first at the same time: the beginning
 /// of what deformableContacts() gives. What cannot meet before the earliest contact so far is left

@@ -103,6 +103,19 @@ void FeatureSearch::add(Waiting& waiting,
 {
     const auto lane = static_cast<std::size_t>(waiting.count);
     const std::size_t ofFirst = &waiting == &m_edges ? 2 : 1;
+    if ((m_surfaces->idle & kUnchanged) != 0)
+    {
+        std::uint8_t idle = kUnchanged;
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            idle &=
+                (k < ofFirst ? first : second).vertexIdle[static_cast<std::size_t>(vertices[k])];
+        }
+        if (idle != 0)
+        {
+            return;
+        }
+    }
     for (std::size_t k = 0; k < 4; ++k)
     {
         const DeformableSurface::Data& data = k < ofFirst ? first : second;

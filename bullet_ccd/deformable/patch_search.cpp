@@ -89,7 +89,7 @@ private:
 
     void add(std::int32_t childA, std::int32_t childB, float entry)
     {
-        if (m_pair.a->rests(childA) && m_pair.b->rests(childB))
+        if ((m_pair.a->idle(childA) & m_pair.b->idle(childB) & m_pair.idle) != 0)
         {
             return;
         }

@@ -17,6 +17,8 @@ struct SurfacePair
     std::int32_t bodyA = kNone;
     std::int32_t bodyB = kNone;
     double separation = 0.0;  ///< that has to be kept [m]
+    /// What has one of these bits on both sides is left out: kRests, also kUnchanged.
+    std::uint8_t idle = kRests;
     /// From the centre of one to that of the other, widened by the distance at which boxes count as
     /// touching, see PatchPair.
     MovingBox shift[2];
@@ -50,8 +52,8 @@ struct PatchTask
     float entry = 0.0F;  ///< they do not meet before it
 };
 
-/// Appends all pairs of patches whose boxes meet, but for those at rest. Returns false, with some
-/// of them, if `tasks` would grow beyond `most`.
+/// Appends all pairs of patches whose boxes meet, but for those that are idle. Returns false, with
+/// some of them, if `tasks` would grow beyond `most`.
 [[nodiscard]] bool findPatchPairs(const SurfacePair& pair,
                                   std::int32_t index,
                                   std::size_t most,

@@ -22,6 +22,10 @@ struct alignas(32) VertexLanes
     float of[8];
 };
 
+/// Bits of what a step leaves alone.
+constexpr std::uint8_t kRests = 1;      ///< it does not move in the step
+constexpr std::uint8_t kUnchanged = 2;  ///< its step is that of before
+
 struct DeformableSurface::Data
 {
     std::size_t meshVertices = 0;
@@ -39,8 +43,10 @@ struct DeformableSurface::Data
     std::vector<VertexLanes> lanes;
     std::vector<MovingBox> patchBoxes;
     std::vector<MovingBox> nodeBoxes;
-    std::vector<std::uint8_t> patchRests;  ///< nothing in it moves
-    std::vector<std::uint8_t> nodeRests;
+    std::vector<std::uint8_t> vertexIdle;  ///< bits: kRests, kUnchanged
+    std::vector<std::uint8_t> patchIdle;   ///< bits that all of its vertices have
+    std::vector<std::uint8_t> nodeIdle;
+    bool isUnchanged = false;  ///< all of it
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double halfExtent = 0.0;  ///< the largest of the three
 
@@ -50,11 +56,11 @@ struct DeformableSurface::Data
         return child < 0 ? patchBoxes[static_cast<std::size_t>(leaf)]
                          : nodeBoxes[static_cast<std::size_t>(child)];
     }
-    [[nodiscard]] bool rests(std::int32_t child) const
+    [[nodiscard]] std::uint8_t idle(std::int32_t child) const
     {
         const std::int32_t leaf = ~child;
-        return (child < 0 ? patchRests[static_cast<std::size_t>(leaf)]
-                          : nodeRests[static_cast<std::size_t>(child)]) != 0;
+        return child < 0 ? patchIdle[static_cast<std::size_t>(leaf)]
+                         : nodeIdle[static_cast<std::size_t>(child)];
     }
     [[nodiscard]] const SurfacePatch& patch(std::int32_t index) const
     {

@@ -295,7 +295,8 @@ void buildPatches(const TriangleMesh& mesh,
     data.lanes.resize(data.meshVertex.size());
     data.patchBoxes.resize(data.patches.size());
     data.nodeBoxes.resize(data.nodes.size());
-    data.patchRests.resize(data.patches.size());
-    data.nodeRests.resize(data.nodes.size());
+    data.vertexIdle.resize(data.meshVertex.size());
+    data.patchIdle.resize(data.patches.size());
+    data.nodeIdle.resize(data.nodes.size());
 }
 }  // namespace bullet_ccd

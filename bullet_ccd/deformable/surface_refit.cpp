@@ -32,9 +32,9 @@ void growBox(MovingBox& box, const float* low, const float* high)
     }
 }
 
-bool vertexRests(const VertexStep& v)
+bool isSame(const double* a, const double* b)
 {
-    return v.start[0] == v.end[0] && v.start[1] == v.end[1] && v.start[2] == v.end[2];
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
 /// Calls the function for all indices below `count`; few are not worth a thread.
@@ -73,7 +73,12 @@ void placeVertices(std::span<const Eigen::Vector3d> start,
             const auto v = static_cast<std::size_t>(data.meshVertex[i]);
             const Eigen::Vector3d& p = start[v];
             const Eigen::Vector3d& q = end[v];
-            data.steps[i] = {{p.x(), p.y(), p.z(), 0.0}, {q.x(), q.y(), q.z(), 0.0}};
+            const VertexStep step{{p.x(), p.y(), p.z(), 0.0}, {q.x(), q.y(), q.z(), 0.0}};
+            VertexStep& known = data.steps[i];
+            const bool isUnchanged = isSame(step.start, known.start) && isSame(step.end, known.end);
+            data.vertexIdle[i] = static_cast<std::uint8_t>(
+                (isSame(step.start, step.end) ? kRests : 0) | (isUnchanged ? kUnchanged : 0));
+            known = step;
             boxes[block].extend(p);
             boxes[block].extend(q);
         }
@@ -106,7 +111,7 @@ void refitPatch(DeformableSurface::Data& data, std::size_t index)
 {
     SurfacePatch& patch = data.patches[index];
     MovingBox box = emptyBox();
-    bool rests = true;
+    std::uint8_t idle = kRests | kUnchanged;
     for (int j = 0; j < patch.vertices; ++j)
     {
         const auto v = static_cast<std::size_t>(patch.vertex[j]);
@@ -116,24 +121,24 @@ void refitPatch(DeformableSurface::Data& data, std::size_t index)
         {
             patch.place[k][j] = lanes[k];
         }
-        rests = rests && vertexRests(data.steps[v]);
+        idle &= data.vertexIdle[v];
     }
     data.patchBoxes[index] = box;
-    data.patchRests[index] = rests ? 1 : 0;
+    data.patchIdle[index] = idle;
 }
 
 void refitNode(DeformableSurface::Data& data, std::size_t index)
 {
     SurfaceNode& node = data.nodes[index];
     MovingBox box = emptyBox();
-    bool rests = true;
+    std::uint8_t idle = kRests | kUnchanged;
     for (int i = 0; i < 8; ++i)
     {
         MovingBox child = emptyBox();
         if (i < node.count)
         {
             child = data.box(node.child[i]);
-            rests = rests && data.rests(node.child[i]);
+            idle &= data.idle(node.child[i]);
             growBox(box, child.low, child.high);
         }
         for (int k = 0; k < 6; ++k)
@@ -143,7 +148,7 @@ void refitNode(DeformableSurface::Data& data, std::size_t index)
         }
     }
     data.nodeBoxes[index] = box;
-    data.nodeRests[index] = rests ? 1 : 0;
+    data.nodeIdle[index] = idle;
 }
 }  // namespace
 
@@ -159,5 +164,6 @@ void refitSurface(std::span<const Eigen::Vector3d> start,
     {
         refitNode(data, i);
     }
+    data.isUnchanged = false;
 }
 }  // namespace bullet_ccd

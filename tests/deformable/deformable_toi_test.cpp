@@ -154,6 +154,69 @@ TEST(DeformableContacts, AreThoseOfEveryPairOfFeatures)
     EXPECT_LT(examined, pairs / 4) << "boxes leave out most pairs";
 }
 
+TEST(DeformableContacts, AreBroughtUpToDateAfterSomePathsHaveChanged)
+{
+    Random random(231);
+    DeformableWorkspace work;
+    DeformableWorkspace fresh;
+    int appeared = 0;
+    std::int64_t examined = 0;
+    std::int64_t examinedAnew = 0;
+    for (int i = 0; i < 30; ++i)
+    {
+        std::vector<MovingMesh> meshes = randomScene(random, 1 + i % 3, i % 5 == 4);
+        Bodies bodies(meshes);
+        const DeformableOptions options{
+            .tolerance = 1e-3, .minimumSeparation = i % 2 == 0 ? 0.0 : 0.02, .threads = 1 + i % 2};
+        DeformableResult result = deformableContacts(bodies.bodies, options, work);
+        for (int round = 0; round < 6; ++round)
+        {
+            for (std::size_t b = 0; b < meshes.size(); ++b)
+            {
+                MovingMesh& moving = meshes[b];
+                if (random.integer(0, 3) == 0)
+                {
+                    bodies.surfaces[b].keepStep();
+                    continue;
+                }
+                for (int k = random.integer(0, 3); k > 0; --k)
+                {
+                    const int v = random.integer(0, int(moving.end.size()) - 1);
+                    (round == 3 ? moving.mesh.vertices : moving.end)[std::size_t(v)] +=
+                        random.inBox(0.05);
+                }
+                bodies.surfaces[b].setStep(moving.mesh.vertices, moving.end);
+            }
+            const std::size_t before = result.contacts.size();
+            updateContacts(bodies.bodies, options, work, result);
+            const DeformableResult anew = deformableContacts(bodies.bodies, options, fresh);
+            expectSame(result.contacts, anew.contacts, "scene " + std::to_string(i));
+            EXPECT_EQ(result.status, anew.status);
+            EXPECT_EQ(result.time, anew.time);
+            appeared += result.contacts.size() > before ? 1 : 0;
+            examined += result.counters.featurePairs;
+            examinedAnew += anew.counters.featurePairs;
+        }
+    }
+    EXPECT_GT(appeared, 10);
+    EXPECT_LT(examined, examinedAnew / 2);
+}
+
+TEST(DeformableContacts, AnAnswerThatGaveUpIsUpdatedByAskingAnew)
+{
+    Random random(232);
+    const std::vector<MovingMesh> meshes = randomScene(random, 2, false);
+    Bodies bodies(meshes);
+    DeformableWorkspace work;
+    DeformableResult result = deformableContacts(bodies.bodies, {.maxIterations = 1}, work);
+    ASSERT_EQ(result.status, ToiStatus::IterationLimit);
+    std::ranges::for_each(bodies.surfaces, &DeformableSurface::keepStep);
+    updateContacts(bodies.bodies, {}, work, result);
+    const DeformableResult anew = deformableContacts(bodies.bodies, {}, work);
+    ASSERT_FALSE(anew.contacts.empty());
+    expectSame(result.contacts, anew.contacts, "after a limit");
+}
+
 TEST(DeformableContacts, DoNotDependOnTheOrderOfTheBodiesNorOnThreadsOfTheRefit)
 {
     Random random(234);

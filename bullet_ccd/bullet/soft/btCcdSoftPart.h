@@ -8,6 +8,7 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct btCcdSoftPart
     // Of soft bodies, by node.
     std::vector<double> m_inverseMass;               ///< 0: goes its way whatever it meets [1/kg]
     std::vector<Eigen::Vector3d> m_velocity;         ///< at the end of the step [m/s]
+    std::vector<std::int64_t> m_bent;                ///< when the response last moved its end
     std::vector<const btCollisionObject*> m_anchor;  ///< what the node hangs on; null if free
     double m_shortestEdge = 0.0;                     ///< of the surface, when it was built [m]
 
@@ -50,6 +52,10 @@ struct btCcdSoftPart
         {
             m_surface->setStep(m_start, m_end);
             m_hasChanged = false;
+        }
+        else
+        {
+            m_surface->keepStep();
         }
     }
 };

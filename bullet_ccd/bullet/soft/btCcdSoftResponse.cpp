@@ -16,6 +16,9 @@ namespace
 constexpr int kPathSweeps = 12;
 constexpr int kVelocitySweeps = 20;
 constexpr double kSmallChange = 1e-3;
+/// When more contacts come in, what they would move by less than this part of the rest distance
+/// stays as it is.
+constexpr double kNoChange = 1e-2;
 /// Slower contacts do not bounce [m/s], as in Bullet's solver.
 constexpr double kBounceSpeed = 0.2;
 /// Of the two sides of a touch in its relative velocity, that of B to A.
@@ -208,6 +211,7 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
         motion += w * (part.m_end[vertex] - part.m_start[vertex]);
         if (part.m_soft != nullptr)
         {
+            path.m_bent[k] = &part.m_bent[vertex];
             path.m_give[k] = w * part.m_inverseMass[vertex];
             path.m_response += w * path.m_give[k];
         }
@@ -263,12 +267,19 @@ void btCcdSoftResponse::addPressed(btCcdSoftPart& partA,
     m_paths.push_back(path);
 }
 
-double btCcdSoftResponse::solvePath(Path& path)
+double btCcdSoftResponse::solvePath(Path& path, double least)
 {
     if (!(path.m_response > 0.0))
     {
         return 0.0;  // nothing soft
     }
+    const auto isSettled = [&path](const std::int64_t* bent)
+    { return bent == nullptr || *bent <= path.m_solved; };
+    if (std::ranges::all_of(path.m_bent, isSettled))
+    {
+        return 0.0;
+    }
+    path.m_solved = m_clock;
     const Vector3d end = path.m_weight[0] * *path.m_end[0] + path.m_weight[1] * *path.m_end[1] +
                          path.m_weight[2] * *path.m_end[2] + path.m_weight[3] * *path.m_end[3];
     const double beyond = path.m_axes.row(0).dot(end) - path.m_goal;
@@ -280,30 +291,33 @@ double btCcdSoftResponse::solvePath(Path& path)
     excess[0] = beyond;
     const Vector3d wanted = limited(path.m_push - excess / path.m_response, path.m_friction);
     const Vector3d change = wanted - path.m_push;
-    if (change.isZero(0.0))
+    if (!(std::abs(change[0]) * path.m_response > least) && (least > 0.0 || change.isZero(0.0)))
     {
         return 0.0;
     }
     const Vector3d push_W = path.m_axes.transpose() * change;
+    path.m_solved = ++m_clock;
     for (std::size_t k = 0; k < 4; ++k)
     {
         if (path.m_give[k] != 0.0)
         {
             *path.m_end[k] += path.m_give[k] * push_W;
+            *path.m_bent[k] = m_clock;
         }
     }
     path.m_push = wanted;
     return change.norm() * path.m_response;
 }
 
-void btCcdSoftResponse::solvePaths()
+void btCcdSoftResponse::solvePaths(bool isFirst)
 {
+    const double least = isFirst ? 0.0 : kNoChange * m_rest;
     for (int sweep = 0; sweep < kPathSweeps; ++sweep)
     {
         double largest = 0.0;
         for (Path& path : m_paths)
         {
-            largest = std::max(largest, solvePath(path));
+            largest = std::max(largest, solvePath(path, least));
         }
         if (largest < kSmallChange * m_rest)
         {

@@ -6,6 +6,7 @@
 #include "bullet_ccd/deformable/deformable_toi.h"
 
 #include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <vector>
@@ -46,8 +47,8 @@ public:
                     const Eigen::Vector3d& pointA,
                     const Eigen::Vector3d& pointB,
                     const Eigen::Vector3d& normal);
-    /// Changes the ends of the soft parts.
-    void solvePaths();
+    /// Changes the ends of the soft parts; if it is not the first time, only where it matters.
+    void solvePaths(bool isFirst);
     /// Changes the velocities of the soft parts, and those of rigid bodies and multibodies.
     void solveVelocities();
     [[nodiscard]] bool isEmpty() const { return m_touches.empty(); }
@@ -64,9 +65,11 @@ private:
     /// What the sweeps over paths read and write of a contact; the rest of it is in Touch.
     struct Path
     {
-        Eigen::Matrix3d m_axes;            // rows: normal, two tangents
-        std::array<double, 4> m_weight{};  // of the vector between the nearest points
-        std::array<double, 4> m_give{};    // weight / mass, 0 of what is not soft
+        std::array<std::int64_t*, 4> m_bent{};  // when its ends were last moved, if they can be
+        std::int64_t m_solved = -1;             // when this was last looked at
+        Eigen::Matrix3d m_axes;                 // rows: normal, two tangents
+        std::array<double, 4> m_weight{};       // of the vector between the nearest points
+        std::array<double, 4> m_give{};         // weight / mass, 0 of what is not soft
         std::array<Eigen::Vector3d*, 4> m_end{};
         Eigen::Vector3d m_start = Eigen::Vector3d::Zero();  // of that vector
         Eigen::Vector3d m_push = Eigen::Vector3d::Zero();   // along the axes [kg m]
@@ -100,9 +103,11 @@ private:
     std::vector<Path> m_paths;  // of the touches
     std::vector<std::array<Row, 3>> m_rows;
     std::map<const void*, std::unique_ptr<Mover>> m_movers;
+    std::int64_t m_clock = 0;  // counts what moved ends of paths
 
-    /// One step of the iteration; returns by how much a distance changed [m].
-    static double solvePath(Path& path);
+    /// One step of the iteration; returns by how much a distance changed [m], if by more than
+    /// `least`.
+    double solvePath(Path& path, double least);
     /// The same for velocities [m/s].
     double solveVelocity(Touch& touch, const Path& path);
     [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch, const Path& path) const;

@@ -236,7 +236,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         }
         return isLeftOut;
     };
-    const DeformableResult near = contacts(rest, 0.125 * rest, isOfNoUse);
+    const DeformableResult& near = contacts(1.125 * rest, 0.125 * rest, false, isOfNoUse);
     if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
     {
         ++m_counters.m_unchecked;
@@ -245,14 +245,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         return;
     }
     keepForDrawing(near.contacts);
-    SamePoints points(near.contacts.size());
-    for (const DeformableContact& contact : near.contacts)
-    {
-        if (points.isNew(contact))
-        {
-            answer(contact, false, response);
-        }
-    }
+    answerOnce(near.contacts, false, response);
     m_counters.m_contacts += std::int64_t(near.contacts.size());
     if (response.isEmpty() && !isAnyLeftOut)
     {
@@ -289,7 +282,7 @@ bool btCcdSoftStep::gather(const btAlignedObjectArray<btSoftBody*>& bodies, btSc
     return true;
 }
 
-void btCcdSoftStep::gatherObstacles()
+bool btCcdSoftStep::gatherObstacles()
 {
     Eigen::AlignedBox3d box;
     for (const btCcdSoftPart* part : m_parts)
@@ -308,7 +301,7 @@ void btCcdSoftStep::gatherObstacles()
     }
     if (m_broadphase == nullptr || m_box.contains(box))
     {
-        return;
+        return false;
     }
     // With some room, because what is met may bend the paths.
     const double room = 4.0 * m_keep + 0.05 * box.diagonal().norm();
@@ -318,6 +311,7 @@ void btCcdSoftStep::gatherObstacles()
     const std::vector<btCcdSoftPart*>& obstacles = m_obstacles.collect(*m_broadphase, m_box);
     m_parts.insert(m_parts.end(), obstacles.begin(), obstacles.end());
     m_counters.m_uncovered = m_obstacles.uncovered();
+    return true;
 }
 
 void btCcdSoftStep::answer(const DeformableContact& contact,
@@ -328,6 +322,20 @@ void btCcdSoftStep::answer(const DeformableContact& contact,
                  *m_parts[std::size_t(contact.bodyA)],
                  *m_parts[std::size_t(contact.bodyB)],
                  isForced);
+}
+
+void btCcdSoftStep::answerOnce(const std::vector<DeformableContact>& contacts,
+                               bool isForced,
+                               btCcdSoftResponse& response)
+{
+    SamePoints points(contacts.size());
+    for (const DeformableContact& contact : contacts)
+    {
+        if (points.isNew(contact))
+        {
+            answer(contact, isForced, response);
+        }
+    }
 }
 
 bool btCcdSoftStep::isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const
@@ -372,9 +380,10 @@ bool btCcdSoftStep::isTestedAgain(const btCcdSoftPart& a, const btCcdSoftPart& b
            (m_dispatcher == nullptr || m_dispatcher->needsResponse(a.m_object, b.m_object));
 }
 
-DeformableResult btCcdSoftStep::contacts(
+const DeformableResult& btCcdSoftStep::contacts(
     double separation,
     double tolerance,
+    bool isUpdate,
     const std::function<bool(const DeformableContact&)>& isExempt)
 {
     ++m_counters.m_queries;
@@ -386,15 +395,22 @@ DeformableResult btCcdSoftStep::contacts(
     }
     const auto isPairExempt = [this](std::int32_t a, std::int32_t b)
     { return !isTested(*m_parts[std::size_t(a)], *m_parts[std::size_t(b)]); };
-    return bullet_ccd::deformableContacts(bodies,
-                                          {.tolerance = tolerance,
-                                           .minimumSeparation = separation,
-                                           .maxIterations = kMostPairs,
-                                           .maxIterationsOfPair = kMostEvaluations,
-                                           .threads = m_threads,
-                                           .isPairExempt = isPairExempt,
-                                           .isExempt = isExempt},
-                                          m_work);
+    const bullet_ccd::DeformableOptions options{.tolerance = tolerance,
+                                                .minimumSeparation = separation,
+                                                .maxIterations = kMostPairs,
+                                                .maxIterationsOfPair = kMostEvaluations,
+                                                .threads = m_threads,
+                                                .isPairExempt = isPairExempt,
+                                                .isExempt = isExempt};
+    if (isUpdate)
+    {
+        bullet_ccd::updateContacts(bodies, options, m_work, m_found);
+    }
+    else
+    {
+        m_found = bullet_ccd::deformableContacts(bodies, options, m_work);
+    }
+    return m_found;
 }
 
 bool btCcdSoftStep::isAnchored(const DeformableContact& contact) const
@@ -474,20 +490,22 @@ bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
     return isContact(result.status) || result.status == ToiStatus::IterationLimit;
 }
 
-std::vector<DeformableContact> btCcdSoftStep::violations()
+std::vector<DeformableContact> btCcdSoftStep::violations(bool isFirst)
 {
-    gatherObstacles();
-    DeformableResult result = contacts(m_keep, 0.25 * m_keep);
-    if (result.status == ToiStatus::IterationLimit && result.contacts.empty())
+    const bool isUpdate = !gatherObstacles() && !isFirst;
+    const DeformableResult* result = &contacts(m_keep, 0.25 * m_keep, isUpdate);
+    if (result->status == ToiStatus::IterationLimit && result->contacts.empty())
     {
         ++m_counters.m_unchecked;
         holdAll();
-        result = contacts(m_keep, 0.25 * m_keep);
+        result = &contacts(m_keep, 0.25 * m_keep, false);
     }
-    std::erase_if(result.contacts,
-                  [this](const DeformableContact& contact) { return !isBlocking(contact); });
-    addPressed(result.contacts);
-    return std::move(result.contacts);
+    std::vector<DeformableContact> left;
+    std::ranges::copy_if(result->contacts,
+                         std::back_inserter(left),
+                         [this](const DeformableContact& contact) { return isBlocking(contact); });
+    addPressed(left);
+    return left;
 }
 
 void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
@@ -551,18 +569,15 @@ void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
 {
     for (int i = 0; i <= kBendings; ++i)
     {
-        response.solvePaths();
+        response.solvePaths(i == 0);
         std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
-        const std::vector<DeformableContact> left = violations();
+        const std::vector<DeformableContact> left = violations(i == 0);
         if (left.empty())
         {
             return;
         }
         ++m_counters.m_rounds;
-        for (const DeformableContact& contact : left)
-        {
-            answer(contact, i == kBendings, response);
-        }
+        answerOnce(left, i == kBendings, response);
     }
     shortenPaths(response);
 }
@@ -572,7 +587,7 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
     bool isToNothing = false;
     for (int i = 0; i < kHolds + kCarries; ++i)
     {
-        const std::vector<DeformableContact> left = violations();
+        const std::vector<DeformableContact> left = violations(false);
         m_hasComeAlong.clear();
         for (const Pressed& p : m_pressed)
         {
@@ -620,7 +635,7 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
         isToNothing = isToNothing || !hasMoved;
     }
     holdAll();
-    m_counters.m_squeezed += std::int64_t(violations().size());
+    m_counters.m_squeezed += std::int64_t(violations(false).size());
 }
 
 void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& hasMoved)

@@ -43,7 +43,8 @@ private:
     };
     btCcdSoftSurfaces m_surfaces;
     bullet_ccd::DeformableWorkspace m_work;
-    std::vector<btCcdSoftPart*> m_parts;  ///< soft bodies first
+    bullet_ccd::DeformableResult m_found;  ///< the last answer of contacts()
+    std::vector<btCcdSoftPart*> m_parts;   ///< soft bodies first
     std::size_t m_softParts = 0;
     btBroadphaseInterface* m_broadphase = nullptr;
     btDispatcher* m_dispatcher = nullptr;
@@ -79,21 +80,29 @@ private:
     std::vector<std::pair<btVector3, btVector3>> m_bentPaths;  ///< if drawn
 
     bool gather(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
-    /// Looks for colliders wherever paths lead now.
-    void gatherObstacles();
+    /// Looks for colliders wherever paths lead now. False if there was nothing to look for.
+    bool gatherObstacles();
     void answer(const bullet_ccd::DeformableContact& contact,
                 bool isForced,
                 btCcdSoftResponse& response);
+    /// Those between the same two points only once.
+    void answerOnce(const std::vector<bullet_ccd::DeformableContact>& contacts,
+                    bool isForced,
+                    btCcdSoftResponse& response);
     [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
     [[nodiscard]] bool isHeld(const btCcdSoftPart& part) const;
     /// Of colliders neither of which is soft: they have met before, where both went freely.
     [[nodiscard]] bool isTestedAgain(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
-    [[nodiscard]] bullet_ccd::DeformableResult contacts(
+    /// Features that come within the separation.
+    /// @param isUpdate  the same was asked before, and is in m_found
+    [[nodiscard]] const bullet_ccd::DeformableResult& contacts(
         double separation,
         double tolerance,
+        bool isUpdate,
         const std::function<bool(const bullet_ccd::DeformableContact&)>& isExempt = nullptr);
     /// What a path must not do: contacts() less those that nothing can answer.
-    [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations();
+    /// @param isFirst  since the step began
+    [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations(bool isFirst);
     [[nodiscard]] bool isBlocking(const bullet_ccd::DeformableContact& contact);
     /// What Bullet's contacts say of rigid bodies that the step put elsewhere; adds those of them
     /// that come deeper than they were when it began. (What rests on something may well have cut

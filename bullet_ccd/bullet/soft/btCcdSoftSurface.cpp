@@ -79,6 +79,7 @@ bool setStepOf(btSoftBody& body, btScalar timeStep, btCcdSoftPart& part)
     part.m_velocity.resize(count);
     part.m_inverseMass.resize(count);
     part.m_anchor.assign(count, nullptr);
+    part.m_bent.assign(count, 0);
     part.m_hasChanged = true;
     bool isFinite = true;
     for (std::size_t i = 0; i < count; ++i)

@@ -318,11 +318,12 @@ TEST(SoftDrops, TheMomentumOfAPairIsConserved)
         cloth->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
         cloth->setVelocity(btVector3(1, -15, btScalar(0.5)));
         const Vector3d before = scene.momentum();
-        for (int i = 0; i < 10; ++i)
+        // Later the cloth is crumpled so much that Bullet's own test of nodes and faces sets in.
+        for (int i = 0; i < 8; ++i)
         {
             scene.step(1.0 / 60.0);
         }
-        EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 0);
+        EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 100);
         EXPECT_EQ(scene.judge().through, 0);
         return (scene.momentum() - before).norm() / before.norm();
     };
@@ -508,17 +509,24 @@ TEST(SoftDrops, ALinkThatPressesAClothOnAFloorSqueezesNothingThrough)
     EXPECT_LT(double(press->getJointPos(0)), 0.05);  // the cloth has folds
 }
 
+/// A plate of 60 cm, 4 cm thick, that goes where it is put.
+btRigidBody* addLift(SoftScene& scene)
+{
+    const btVector3 half(btScalar(0.3), btScalar(0.02), btScalar(0.3));
+    btRigidBody* lift =
+        scene.obstacle(std::make_unique<btBoxShape>(half), makeBox(btCcdToEigen(half)));
+    lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    lift->setActivationState(DISABLE_DEACTIVATION);
+    return lift;
+}
+
 // Between the lift and a box that is free nothing has to be squeezed: the box gives way.
 TEST(SoftDrops, ALiftTakesAlongWhatLiesOnTheClothThatLiesOnIt)
 {
     for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
     {
         SoftScene scene(kind);
-        const btVector3 half(btScalar(0.3), btScalar(0.02), btScalar(0.3));
-        btRigidBody* lift =
-            scene.obstacle(std::make_unique<btBoxShape>(half), makeBox(btCcdToEigen(half)));
-        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-        lift->setActivationState(DISABLE_DEACTIVATION);
+        btRigidBody* lift = addLift(scene);
         btSoftBody* cloth = scene.cloth(at(0, 0.04, 0), 0.5, 8, 0.2);
         btRigidBody* box =
             scene.obstacle(std::make_unique<btBoxShape>(btVector3(1, 1, 1) * btScalar(0.1)),
@@ -547,11 +555,7 @@ TEST(SoftDrops, ABoxOnABoxOnAClothDoesNotSinkIn)
     for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
     {
         SoftScene scene(kind);
-        const btVector3 half(btScalar(0.3), btScalar(0.02), btScalar(0.3));
-        btRigidBody* lift =
-            scene.obstacle(std::make_unique<btBoxShape>(half), makeBox(btCcdToEigen(half)));
-        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-        lift->setActivationState(DISABLE_DEACTIVATION);
+        btRigidBody* lift = addLift(scene);
         scene.cloth(at(0, 0.04, 0), 0.5, 8, 0.2);
         std::vector<btRigidBody*> boxes;
         for (const double y : {0.15, 0.36})
