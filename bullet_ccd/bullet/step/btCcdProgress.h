@@ -33,7 +33,7 @@ public:
     /// This is the present time. Multibodies are there.
     void advance(btScalar time)
     {
-        move(nullptr, m_spins.pieces(time - m_now), time - m_now);
+        move(nullptr, time - m_now);
         m_now = time;
     }
     /// Moves the object to where it is at the present time, before its velocity changes or somebody
@@ -57,7 +57,7 @@ public:
         }
         const btScalar time = m_now - m_times[index];
         m_times[index] = m_now;
-        move(body, m_spins.pieces(*body, time), time);
+        move(body, time);
     }
     /// While a motion that is done is looked at: how an object gets there; empty: it stays.
     void setPlace(const std::function<void(const btCollisionObject&)>& place) { m_place = place; }
@@ -86,12 +86,9 @@ private:
     btScalar m_now = 0;
     std::vector<btScalar> m_times;  // by index in the world
 
-    void move(btRigidBody* body, int pieces, btScalar time) const
+    void move(btRigidBody* body, btScalar time) const
     {
-        for (int i = 0; i < pieces && time > btScalar(0); ++i)
-        {
-            (*m_integrate)(body, time / btScalar(pieces));
-        }
+        m_spins.move(body, time, [&](btScalar part) { (*m_integrate)(body, part); });
     }
 };
 

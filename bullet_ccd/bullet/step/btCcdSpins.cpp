@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdSpins.h"
 
+#include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
@@ -7,13 +8,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace
 {
-constexpr int kMostPieces = 100;
 /// Of the limit of Bullet's integrator, for a whole step and for a piece of it.
 constexpr btScalar kWhole = btScalar(0.999999);
-constexpr btScalar kPiece = btScalar(0.99);
+constexpr double kPiece = 0.99;
+constexpr double kWholeTurn = 2.0 * std::numbers::pi;
 
 btVector3 limitedSpin(const btVector3& spin, btScalar timeStep)
 {
@@ -28,6 +30,15 @@ btCcdSpins::btCcdSpins(btDiscreteDynamicsWorld& world)
 {
 }
 
+template <typename Visit>
+void btCcdSpins::forMultiBodies(const Visit& visit) const
+{
+    for (int i = 0; m_multiBodyWorld != nullptr && i < m_multiBodyWorld->getNumMultibodies(); ++i)
+    {
+        visit(btCcdBody{nullptr, m_multiBodyWorld->getMultiBody(i)});
+    }
+}
+
 bool btCcdSpins::limit(btScalar timeStep)
 {
     const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
@@ -35,10 +46,7 @@ bool btCcdSpins::limit(btScalar timeStep)
     {
         limit({bodies[i], nullptr}, timeStep);
     }
-    for (int i = 0; m_multiBodyWorld != nullptr && i < m_multiBodyWorld->getNumMultibodies(); ++i)
-    {
-        limit({nullptr, m_multiBodyWorld->getMultiBody(i)}, timeStep);
-    }
+    forMultiBodies([&](const btCcdBody& body) { limit(body, timeStep); });
     return !m_limited.empty();
 }
 
@@ -62,54 +70,78 @@ void btCcdSpins::limit(const btCcdBody& body, btScalar timeStep)
         });
 }
 
-void btCcdSpins::restore()
+void btCcdSpins::restore(Spins& spins)
 {
-    for (const Limited& spin : m_limited)
+    for (const Limited& spin : spins)
     {
         if (spin.m_body.spin(spin.m_link) == spin.m_limited)
         {
             spin.m_body.setSpin(spin.m_link, spin.m_wanted);
+            if (spin.m_body.m_rigidBody != nullptr)
+            {
+                spin.m_body.m_rigidBody->setInterpolationAngularVelocity(spin.m_wanted);
+            }
         }
     }
-    m_limited.clear();
+    spins.clear();
 }
 
 void btCcdSpins::free(btCcdStepper& stepper)
 {
     for (const Limited& spin : m_limited)
     {
-        m_free.insert(spin.m_body);
         stepper.changed(*spin.m_collider);
     }
-    restore();
+    restore(m_limited);
 }
 
-int btCcdSpins::pieces(const btCcdBody& body, btScalar time)
+int btCcdSpins::shorten(btRigidBody* body, double time)
 {
-    btScalar fastest = 0;
-    body.forSpins([&](int link) { fastest = std::max(fastest, body.spin(link).length()); });
-    return std::clamp(
-        int(std::ceil(fastest * time / (ANGULAR_MOTION_THRESHOLD * kPiece))), 1, kMostPieces);
-}
-
-int btCcdSpins::pieces(btRigidBody& body, btScalar time) const
-{
-    const btCcdBody freed{&body, nullptr};
-    return m_free.count(freed) != 0 ? pieces(freed, time) : 1;
-}
-
-int btCcdSpins::pieces(btScalar time) const
-{
-    int most = 1;
-    for (const btCcdBody& body : m_free)
+    if (!(time > 0.0))
     {
-        most = std::max(most, body.m_multiBody != nullptr ? pieces(body, time) : 1);
+        return 0;
     }
+    if (body != nullptr)
+    {
+        return shorten(btCcdBody{body, nullptr}, time);
+    }
+    int most = 1;
+    forMultiBodies([&](const btCcdBody& each) { most = std::max(most, shorten(each, time)); });
     return most;
+}
+
+int btCcdSpins::shorten(const btCcdBody& body, double time)
+{
+    const btCollisionObject* collider = body.collider();
+    if (collider == nullptr)
+    {
+        return 1;
+    }
+    constexpr auto kLimit = double(ANGULAR_MOTION_THRESHOLD);
+    int pieces = 1;
+    body.forSpins(
+        [&](int link)
+        {
+            const btVector3 spin = body.spin(link);
+            double angle = btCcdToEigen(spin).norm() * time;
+            if (!(angle > kLimit) || !std::isfinite(angle))
+            {
+                return;
+            }
+            const double turn = std::remainder(angle, kWholeTurn);
+            if (turn != angle)
+            {
+                const btVector3 shortened = spin * btScalar(turn / angle);
+                m_shortened.push_back({body, link, collider, spin, shortened});
+                body.setSpin(link, shortened);
+                angle = std::abs(turn);
+            }
+            pieces = std::max(pieces, int(std::ceil(angle / (kLimit * kPiece))));
+        });
+    return pieces;
 }
 
 void btCcdSpins::endStep()
 {
-    m_free.clear();
-    restore();
+    restore(m_limited);
 }

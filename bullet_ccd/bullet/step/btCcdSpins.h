@@ -4,7 +4,6 @@
 
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 
-#include <set>
 #include <vector>
 
 class btCcdStepper;
@@ -13,7 +12,8 @@ class btMultiBodyDynamicsWorld;
 
 /// Bullet turns a body by an eighth of a turn at most in one call of its integrator, so a step in
 /// two parts would turn it further than the whole. A step without impacts turns no further than
-/// stock Bullet; from the first impact on everything turns as fast as it says, in short pieces.
+/// stock Bullet; from the first impact on everything turns as fast as it says, in short pieces, of
+/// which a few are enough: whole turns lead nowhere.
 class btCcdSpins
 {
 public:
@@ -21,8 +21,6 @@ public:
 
     /// Shortens all spins that the whole step would be too long for. False if there is none.
     bool limit(btScalar timeStep);
-    /// Gives back those that nobody has changed.
-    void restore();
     /// An impact sees all of a spin. To be called when what has one is where it is by then.
     void free(btCcdStepper& stepper);
     template <typename Visit>
@@ -33,18 +31,18 @@ public:
             visit(*spin.m_collider);
         }
     }
-    /// The body may have got a spin that is to be taken as it is.
-    void add(const btCcdBody& body)
+    /// Integrates the body, or all multibodies (null), as far as they turn in this time:
+    /// `integrate` moves them all by a part of it.
+    template <typename Integrate>
+    void move(btRigidBody* body, btScalar time, const Integrate& integrate)
     {
-        if (!body.isNone())
+        const int pieces = shorten(body, double(time));
+        for (int i = 0; i < pieces; ++i)
         {
-            m_free.insert(body);
+            integrate(time / btScalar(pieces));
         }
+        restore(m_shortened);
     }
-    /// How many calls it takes to integrate the body this long,
-    [[nodiscard]] int pieces(btRigidBody& body, btScalar time) const;
-    /// and all multibodies.
-    [[nodiscard]] int pieces(btScalar time) const;
     void endStep();
 
 private:
@@ -56,14 +54,21 @@ private:
         btVector3 m_wanted;
         btVector3 m_limited;
     };
+    using Spins = std::vector<Limited>;
 
     btDiscreteDynamicsWorld& m_world;
     btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
-    std::vector<Limited> m_limited;
-    std::set<btCcdBody> m_free;  // since an impact of this step
+    Spins m_limited;
+    Spins m_shortened;  // by whole turns, while something is integrated
 
+    template <typename Visit>
+    void forMultiBodies(const Visit& visit) const;
     void limit(const btCcdBody& body, btScalar timeStep);
-    [[nodiscard]] static int pieces(const btCcdBody& body, btScalar time);
+    /// Returns how many calls it takes.
+    [[nodiscard]] int shorten(btRigidBody* body, double time);
+    [[nodiscard]] int shorten(const btCcdBody& body, double time);
+    /// Gives back those that nobody has changed.
+    static void restore(Spins& spins);
 };
 
 #endif  // BT_CCD_SPINS_H

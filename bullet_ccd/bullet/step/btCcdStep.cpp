@@ -884,7 +884,6 @@ void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answe
     for (btCollisionObject* object : m_solver.solve(impacts, answer))
     {
         keepStopped(btCcdBody::of(object));
-        m_spins.add(btCcdBody::of(object));
         m_stepper.changed(*object);
     }
 }

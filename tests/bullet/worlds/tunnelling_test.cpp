@@ -1,8 +1,18 @@
 #include "benchmarks/reference/bullet/tunnelling.h"
 
+#include "benchmarks/reference/scenes/shapes.h"
+
+#include <LinearMath/btTransformUtil.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -71,6 +81,91 @@ TEST_P(EveryRow, LetsNothingThroughAndStopsNothingInTheAir)
                      EXPECT_FALSE(outcome.through) << where;
                      EXPECT_FALSE(isGhostStop(outcome)) << where << ": " << outcome.closest;
                  });
+    }
+}
+
+// Friction at the first plate leaves a spin of 1e4 to 4e4 rad/s: hundreds of radians up to the
+// next.
+TEST(FastSpins, DoNotLeadThroughTheNextWall)
+{
+    double fastest = 0.0;
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (int run = 0; run < 60; ++run)
+    {
+        Scene scene(Kind::World, run % 2 == 0 ? WorldClass::Rigid : WorldClass::MultiBody);
+        TriangleMesh plates = floorAt(-0.5, 50.0);
+        appendMesh(plates, floorAt(0.5, 50.0));
+        btRigidBody* walls = scene.body(scene.mesh(plates), 0.0, poseAt(vec(0, 0, 0)));
+        walls->setRestitution(1);
+        btTransform pose = poseAt(vec(0, 0, std::uniform_real_distribution(-0.3, 0.3)(random)));
+        pose.setRotation(
+            btQuaternion(vec(normal(random), normal(random), normal(random)).normalized(),
+                         btScalar(std::uniform_real_distribution(0.0, std::numbers::pi)(random))));
+        btRigidBody* body = scene.body(scene.boxMesh(vec(0.006, 0.003, 0.005)), 1.0, pose);
+        body->setRestitution(btScalar(0.9));
+        body->setLinearVelocity(vec(40, 0, -200));
+        scene.step(1.0 / 60.0);
+        fastest = std::max(fastest, double(body->getAngularVelocity().length()));
+        EXPECT_LT(std::abs(double(body->getWorldTransform().getOrigin().z())), 0.5) << run;
+        EXPECT_EQ(scene.counters().m_overlaps, 0) << run;
+    }
+    EXPECT_GT(fastest, 1e4);
+}
+
+namespace
+{
+struct TimeOfImpact : btCcdImpactListener
+{
+    btCcdAfterImpact onImpact(const btCcdImpact& impact) override
+    {
+        m_times.push_back(double(impact.m_time));
+        return btCcdAfterImpact::Solve;
+    }
+    std::vector<double> m_times;
+};
+}  // namespace
+
+// Up to the first impact of a step as far as in stock Bullet, from then on as far as they say.
+TEST(FastSpins, TurnEverythingByTheAngleThatTheySay)
+{
+    const double step = double(btScalar(1.0 / 60.0));
+    for (const double spin : {100.0, 3'000.0, 30'003.0, 300'007.0})  // [rad/s]
+    {
+        Scene scene(Kind::World);
+        scene.body(scene.box(vec(1, 1, 0.1)), 0.0, poseAt(vec(0, 0, -0.1)));
+        scene.body(scene.box(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 1.1)))
+            ->setLinearVelocity(vec(0, 0, -90));
+        btRigidBody* rigid = scene.body(scene.box(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(10, 0, 0)));
+        auto floating = std::make_unique<btMultiBody>(0, btScalar(1), vec(1, 1, 1), false, false);
+        floating->finalizeMultiDof();
+        btMultiBody* links =
+            scene.addMultiBody(std::move(floating), scene.box(vec(0.1, 0.1, 0.1)), {});
+        links->setMaxCoordinateVelocity(btScalar(1e6));
+        links->setBaseWorldTransform(poseAt(vec(20, 0, 0)));
+        Scene::placeColliders(*links);
+        rigid->setAngularVelocity(vec(0, 0, spin));
+        links->setBaseOmega(vec(0, 0, spin));
+        TimeOfImpact impact;
+        scene.ccd().setCcdImpactListener(&impact);
+        scene.step(step);
+
+        ASSERT_EQ(impact.m_times.size(), 1);
+        const double first = impact.m_times.front();
+        const double before =
+            std::min(spin * step, double(ANGULAR_MOTION_THRESHOLD)) * first / step;
+        const double angle = before + spin * (step - first);
+        const auto offBy = [angle](const btTransform& pose)
+        {
+            const double turned = double(btAtan2(pose.getBasis()[1][0], pose.getBasis()[0][0]));
+            return std::abs(std::remainder(turned - angle, 2.0 * std::numbers::pi));
+        };
+        const double within = 1e-4 + spin * 4e-9;  // rounding of times in single precision
+        EXPECT_LT(offBy(rigid->getWorldTransform()), within) << spin;
+        EXPECT_LT(offBy(links->getBaseWorldTransform()), within) << spin;
+        EXPECT_EQ(double(rigid->getAngularVelocity().z()), double(btScalar(spin)));
+        EXPECT_EQ(double(rigid->getInterpolationAngularVelocity().z()), double(btScalar(spin)));
+        EXPECT_EQ(double(links->getBaseOmega().z()), double(btScalar(spin)));
     }
 }
 
