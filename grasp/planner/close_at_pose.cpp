@@ -120,7 +120,7 @@ Grasp closeAfter(const Move& move,
             if (grasp.reject == RejectReason::None)
             {
                 grasp.quality.largestMass = largestMassHeld(
-                    hand, object, grasp, options.friction, options.coneEdges, options.efforts);
+                    hand, object, grasp, options.friction, pyramidEdges(options), options.efforts);
             }
         }
     }

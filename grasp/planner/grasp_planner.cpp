@@ -104,7 +104,8 @@ void checkOptions(const PlannerOptions& options)
     checkApproachOptions(options.approach);
     require(options.friction > 0.0, "planGrasps: friction must be positive");
     require(!options.mass || *options.mass > 0.0, "planGrasps: the mass must be positive");
-    require(options.coneEdges >= 3, "planGrasps: a friction cone needs three edges or more");
+    require(options.coneEdges == 0 || options.coneEdges >= 3,
+            "planGrasps: a friction pyramid needs three edges or more; 0 takes exact cones");
     require(options.closing.tolerance > 0.0, "planGrasps: the tolerance must be positive");
     require(options.closing.contactThreshold >= options.closing.tolerance,
             "planGrasps: the contact threshold must not be below the tolerance");
@@ -167,7 +168,7 @@ void addLargestMasses(std::span<Grasp> grasps,
             if (grasp.reject == RejectReason::None)
             {
                 grasp.quality.largestMass = largestMassHeld(
-                    hand, object, grasp, options.friction, options.coneEdges, options.efforts);
+                    hand, object, grasp, options.friction, pyramidEdges(options), options.efforts);
             }
         });
 }

@@ -26,7 +26,9 @@ struct PlannerOptions
     ClosingEngine engine = ClosingEngine::Kinematic;
     int volumes = 3;  ///< number of best grasps that get the volume of their wrench space
     double friction = ContactLaw{}.friction;
-    int coneEdges = 8;
+    /// Edges of friction pyramids that epsilon takes for cones; 0: exact cones. Volumes and the
+    /// largest mass need pyramids in any case: pyramidEdges().
+    int coneEdges = 0;
     /// Of the object, for the question whether a grasp holds its weight [kg]. It changes no grasp.
     /// None: massOf() its volume.
     std::optional<double> mass{};
@@ -36,6 +38,13 @@ struct PlannerOptions
     double forceClosureThreshold = 0.005;
     double minContactSpacing = 1e-3;  ///< closer contacts of one link become one [m]
 };
+
+/// Edges of the pyramids of what is not computed with exact cones: options.coneEdges, or 8.
+[[nodiscard]] constexpr int pyramidEdges(const PlannerOptions& options)
+{
+    constexpr int kUsual = 8;
+    return options.coneEdges > 0 ? options.coneEdges : kUsual;
+}
 
 /// Is called after each candidate, from any thread.
 using PlanProgress = std::function<void(const Grasp&)>;

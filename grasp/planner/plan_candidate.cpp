@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/contact/contacts.h"
 #include "grasp/approach/approach.h"
+#include "grasp/quality/exact_epsilon.h"
 
 #include <algorithm>
 #include <array>
@@ -79,9 +80,11 @@ bool better(const Grasp& a, const Grasp& b)
     return a.contacts.size() > b.contacts.size();
 }
 
-/// Travels along the approach at which closing is tried, the first contact first.
+/// Travels along the approach at which closing is tried, the first contact first, but not where
+/// that is with an obstacle.
 std::vector<double> closingTravels(const ApproachCandidate& candidate,
                                    double travel,
+                                   bool meetsObstacle,
                                    bool areCoupled)
 {
     std::vector<double> travels;
@@ -110,6 +113,10 @@ std::vector<double> closingTravels(const ApproachCandidate& candidate,
         {
             add(travel - retreat);
         }
+    }
+    if (meetsObstacle)
+    {
+        travels.erase(travels.begin());
     }
     return travels;
 }
@@ -197,9 +204,21 @@ std::vector<Wrench> wrenchesOf(const Grasp& grasp,
     return contactWrenches(grasp.contacts,
                            object.centerOfMass,
                            {.friction = options.friction,
-                            .coneEdges = options.coneEdges,
+                            .coneEdges = pyramidEdges(options),
                             .torqueScale = object.radius,
                             .forceClosureThreshold = options.forceClosureThreshold});
+}
+
+double epsilonOf(const Grasp& grasp, const GraspObject& object, const PlannerOptions& options)
+{
+    return options.coneEdges > 0 ? wrenchSpaceEpsilon(wrenchesOf(grasp, object, options))
+                                 : exactEpsilon(grasp.contacts,
+                                                object.centerOfMass,
+                                                {.law = {.friction = options.friction},
+                                                 .torqueScale = object.radius,
+                                                 .resolution = kEpsilonResolution,
+                                                 .share = kEpsilonShare})
+                                       .lower;
 }
 
 void addVolume(Grasp& grasp, const GraspObject& object, const PlannerOptions& options)
@@ -259,7 +278,7 @@ void closeAndScore(Grasp& grasp,
         grasp.reject = RejectReason::TooFewContacts;
         return;
     }
-    grasp.quality.epsilon = wrenchSpaceEpsilon(wrenchesOf(grasp, context.object, options));
+    grasp.quality.epsilon = epsilonOf(grasp, context.object, options);
     grasp.quality.forceClosure =
         grasp.quality.epsilon > 0.0 && grasp.quality.epsilon >= options.forceClosureThreshold;
     grasp.reject = grasp.quality.forceClosure ? RejectReason::None : RejectReason::NoForceClosure;
@@ -329,13 +348,11 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
         !approach.contacts.empty() && approach.contacts.front().obstacle != kObject;
 
     std::optional<Grasp> best;
-    for (const double travel :
-         closingTravels(candidate, approached.approachDistance, fingersAreCoupled(context.hand)))
+    for (const double travel : closingTravels(candidate,
+                                              approached.approachDistance,
+                                              meetsObstacle,
+                                              fingersAreCoupled(context.hand)))
     {
-        if (meetsObstacle && travel == approached.approachDistance)
-        {
-            continue;
-        }
         const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
         Grasp grasp = closeAt(approached, X_WH, preshape.positions, context);
         if (!best || better(grasp, *best))

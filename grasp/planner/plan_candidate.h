@@ -30,6 +30,16 @@ struct CandidateContext
                                                         std::span<const double> positions,
                                                         const PlannerOptions& options);
 
+/// How near to the truth epsilon of exact cones is, from below: absolutely, or as a part of it.
+inline constexpr double kEpsilonResolution = 1e-4;
+inline constexpr double kEpsilonShare = 0.01;
+
+/// Of the contacts, about the object's centre of mass, with exact friction cones
+/// (kEpsilonResolution) or with the pyramids that the options ask for.
+[[nodiscard]] double epsilonOf(const Grasp& grasp,
+                               const GraspObject& object,
+                               const PlannerOptions& options);
+
 /// Edges of the friction pyramids of all contacts, about the object's centre of mass.
 [[nodiscard]] std::vector<Wrench> wrenchesOf(const Grasp& grasp,
                                              const GraspObject& object,

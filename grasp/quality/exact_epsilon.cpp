@@ -44,7 +44,8 @@ EpsilonBounds largestBallAboutOrigin(
     const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& support,
     const Eigen::MatrixXd& start,
     double resolution,
-    int maxPoints)
+    int maxPoints,
+    double share)
 {
     InnerHull hull(start);
     if (hull.flat())
@@ -59,7 +60,8 @@ EpsilonBounds largestBallAboutOrigin(
         bounds.lower = hull.facet(nearest).offset;
         const InnerHull::Vector point = support(normal);
         bounds.upper = std::min(bounds.upper, normal.dot(point));
-        if (bounds.upper <= 0.0 || bounds.upper - bounds.lower <= resolution)
+        if (bounds.upper <= 0.0 ||
+            bounds.upper - bounds.lower <= std::max(resolution, share * bounds.upper))
         {
             break;
         }
@@ -94,6 +96,7 @@ EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
                                   { return wrenchSupport(bases, law, options.norm, u); },
                                   start,
                                   options.resolution,
-                                  options.maxPoints);
+                                  options.maxPoints,
+                                  options.share);
 }
 }  // namespace bullet_ccd::grasp

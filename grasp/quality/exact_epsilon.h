@@ -25,7 +25,8 @@ struct ExactEpsilonOptions
     ContactLaw law{};
     WrenchNorm norm = WrenchNorm::L1;
     double torqueScale = 1.0;  ///< lambda [m]: moments are divided by it
-    double resolution = 1e-6;  ///< how far apart the bounds may be in the end
+    double resolution = 1e-6;  ///< how far apart the bounds may be in the end,
+    double share = 0.0;        ///< or this part of the upper one, if that is more
     int maxPoints = 4000;      ///< of the polytope inside the wrench space
 };
 
@@ -38,8 +39,8 @@ struct EpsilonBounds
     [[nodiscard]] bool forceClosure() const { return lower > 0.0; }
 };
 
-/// Guarantee: lower <= epsilon <= upper, up to rounding (1e-12); they differ by at most the
-/// resolution unless maxPoints came first. Flat wrench spaces, such as that of two hard contacts,
+/// Guarantee: lower <= epsilon <= upper, up to rounding (1e-12); they differ by at most what the
+/// options say unless maxPoints came first. Flat wrench spaces, such as that of two hard contacts,
 /// have 0. Throws std::invalid_argument for contacts, laws or a torque scale that make no sense.
 [[nodiscard]] BULLET_CCD_API EpsilonBounds exactEpsilon(std::span<const GraspContact> contacts,
                                                         const Eigen::Vector3d& reference,
@@ -52,7 +53,8 @@ struct EpsilonBounds
 largestBallAboutOrigin(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& support,
                        const Eigen::MatrixXd& start,
                        double resolution,
-                       int maxPoints);
+                       int maxPoints,
+                       double share = 0.0);
 
 /// The wrench farthest along `direction` in the space that the bases span, one basis a contact.
 [[nodiscard]] BULLET_CCD_API Wrench wrenchSupport(std::span<const ContactBasis> bases,

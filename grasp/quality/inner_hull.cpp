@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -19,6 +20,15 @@ constexpr double kBeyond = 1e-12;
 
 /// Entry of a vertex list beyond the dimension; sorts last.
 constexpr std::int32_t kUnused = std::numeric_limits<std::int32_t>::max();
+
+/// Of a vertex (splitmix64). Sums of them tell sets of vertices apart.
+std::uint64_t keyOf(std::int32_t vertex)
+{
+    std::uint64_t z = (static_cast<std::uint64_t>(vertex) + 1) * 0x9e3779b97f4a7c15U;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+    return z ^ (z >> 31);
+}
 
 /// Columns of d + 1 points that span all dimensions; fewer if there are none.
 std::vector<Eigen::Index> spanningPoints(const Eigen::MatrixXd& points)
@@ -167,18 +177,30 @@ std::vector<std::int32_t> InnerHull::visibleFrom(const Vector& point, std::int32
     return visible;
 }
 
-/// Facets are neighbours where they have a ridge in common.
-void InnerHull::join(std::vector<Side>& sides)
+/// Facets are neighbours where they have a ridge in common: two sides of one key. A table of keys
+/// finds them in one pass, where sorting took half of the time of a search.
+void InnerHull::join(const std::vector<Side>& sides)
 {
-    std::sort(
-        sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.ridge < b.ridge; });
-    for (std::size_t k = 0; k + 1 < sides.size(); k += 2)
+    const std::size_t mask = std::bit_ceil(2 * sides.size()) - 1;
+    m_table.assign(mask + 1, {.key = 0, .facet = kUnused, .place = 0});
+    for (const Side& side : sides)
     {
-        const Side& one = sides[k];
-        const Side& other = sides[k + 1];
-        BULLET_CCD_ASSERT(one.ridge == other.ridge);
-        m_facets[static_cast<std::size_t>(one.facet)].neighbours[one.place] = other.facet;
-        m_facets[static_cast<std::size_t>(other.facet)].neighbours[other.place] = one.facet;
+        std::size_t slot = side.key & mask;
+        while (m_table[slot].facet != kUnused && m_table[slot].key != side.key)
+        {
+            slot = (slot + 1) & mask;
+        }
+        Side& other = m_table[slot];
+        if (other.facet == kUnused || other.facet == kNone)
+        {
+            other = side;
+            continue;
+        }
+        m_facets[static_cast<std::size_t>(side.facet)]
+            .neighbours[static_cast<std::size_t>(side.place)] = other.facet;
+        m_facets[static_cast<std::size_t>(other.facet)]
+            .neighbours[static_cast<std::size_t>(other.place)] = side.facet;
+        other.facet = kNone;  // has its neighbour; the slot stays taken
     }
 }
 
@@ -211,12 +233,16 @@ void InnerHull::add(const Vector& point, std::int32_t beyond)
             m_facets[static_cast<std::size_t>(added)].neighbours[last] = outer;
             auto& outerNeighbours = m_facets[static_cast<std::size_t>(outer)].neighbours;
             *std::find(outerNeighbours.begin(), outerNeighbours.end(), index) = added;
+            std::uint64_t whole = 0;
             for (std::size_t j = 0; j < last; ++j)
             {
-                Ridge ridge = vertices;
-                ridge[j] = kNone;
-                std::sort(ridge.begin(), ridge.end());
-                sides.push_back({ridge, added, j});
+                whole += keyOf(vertices[j]);
+            }
+            for (std::size_t j = 0; j < last; ++j)
+            {
+                const std::uint64_t key = whole - keyOf(vertices[j]);
+                sides.push_back(
+                    {.key = key, .facet = added, .place = static_cast<std::int32_t>(j)});
             }
         }
     }

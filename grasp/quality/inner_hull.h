@@ -55,12 +55,13 @@ public:
 private:
     using Ridge = std::array<std::int32_t, kMaxDimension>;
 
-    /// A facet's vertices but for one; the facet; and the place in it of that one.
+    /// A side of a facet through the newest point: what the other vertices of the side add up to,
+    /// the facet, and the place in it of the vertex opposite.
     struct Side
     {
-        Ridge ridge;
+        std::uint64_t key;
         std::int32_t facet;
-        std::size_t place;
+        std::int32_t place;
     };
 
     [[nodiscard]] Vector dualThrough(const Ridge& vertices) const;
@@ -71,12 +72,13 @@ private:
     std::int32_t addFacet(const Ridge& vertices, const Vector& dual);
     [[nodiscard]] bool sees(const Vector& point, std::int32_t facet) const;
     [[nodiscard]] std::vector<std::int32_t> visibleFrom(const Vector& point, std::int32_t first);
-    void join(std::vector<Side>& sides);
+    void join(const std::vector<Side>& sides);
 
     int m_dimension;
     std::vector<Vector> m_points;
     Vector m_inside;
     std::vector<Facet> m_facets;
+    std::vector<Side> m_table;
     std::vector<std::int32_t> m_lastLook;  ///< number of points when each facet was looked at
     std::priority_queue<std::pair<double, std::int32_t>,
                         std::vector<std::pair<double, std::int32_t>>,

@@ -70,8 +70,10 @@ std::vector<std::pair<std::string, std::string>> reportFacts(const GraspRun& run
     const PlannerOptions& options = run.options;
     fact("Seed", std::to_string(options.seed));
     fact("Friction",
-         number(options.friction, 4) + ", pyramids with " + std::to_string(options.coneEdges) +
-             " edges");
+         number(options.friction, 4) +
+             (options.coneEdges > 0
+                  ? ", pyramids with " + std::to_string(options.coneEdges) + " edges"
+                  : ", exact cones"));
     fact("Force closure", "epsilon of at least " + number(options.forceClosureThreshold, 4));
     fact("Classes", "epsilon below 0.05 is marginal, below 0.2 fair, from there on firm");
     fact("Weight",

@@ -41,7 +41,7 @@ double massHeldBySqueeze(const HandModel& hand,
         const double limit = squeeze.efforts[j].limit;
         efforts.push_back(std::min(limit, std::abs(squeeze.torques[j]) + kReserve * limit));
     }
-    return largestMassHeld(hand, object, grasp, asked.friction, asked.coneEdges, efforts);
+    return largestMassHeld(hand, object, grasp, asked.friction, pyramidEdges(asked), efforts);
 }
 
 bool isClear(const HandModel& hand,

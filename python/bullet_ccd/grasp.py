@@ -186,7 +186,7 @@ def _grasps(lines: Iterable[str]) -> List[Grasp]:
 
 
 def plan(hand: Hand, object: GraspObject, *, candidates: int = 20, seed: int = 1, jobs: int = 0,
-         time_limit: float = 0.0, friction: float = 0.5, cone_edges: int = 8,
+         time_limit: float = 0.0, friction: float = 0.5, cone_edges: int = 0,
          tolerance: float = _core.DEFAULT_TOLERANCE, force_closure_threshold: float = 0.005,
          volumes: int = 3, mass: Optional[float] = None,
          progress: Optional[Callable[[int], None]] = None) -> List[Grasp]:
@@ -210,7 +210,7 @@ def plan(hand: Hand, object: GraspObject, *, candidates: int = 20, seed: int = 1
 
 def close(hand: Hand, object: GraspObject, pose: Array,
           shift: Union[Sequence[float], Array] = (0.0, 0.0, 0.0), *,
-          preshape: Optional[str] = None, friction: float = 0.5, cone_edges: int = 8,
+          preshape: Optional[str] = None, friction: float = 0.5, cone_edges: int = 0,
           tolerance: float = _core.DEFAULT_TOLERANCE,
           force_closure_threshold: float = 0.005, mass: Optional[float] = None) -> Grasp:
     """Moves the open hand from a pose of its root link along a shift until its first contact, closes

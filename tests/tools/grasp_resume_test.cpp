@@ -153,7 +153,7 @@ TEST_F(GraspResume, RecordsOfAnotherPlanAreRefusedAndNamed)
     for (const Case& c : {Case{"-n 4 --seed 2", "seed 1, now 2"},
                           Case{"-n 7", "candidates 4, now 7"},
                           Case{"-n 4 --friction 0.25", "friction 0.5, now 0.25"},
-                          Case{"-n 4 --cone-edges 4", "cone edges 8, now 4"},
+                          Case{"-n 4 --cone-edges 4", "cone edges 0, now 4"},
                           Case{"-n 4 --min-epsilon 0.1", "least epsilon 0.005, now 0.1"},
                           Case{"-n 4 --reach 2", "reach 0, now from mixed"},
                           Case{"-n 4 --fingers finger_2", "fingers together, now finger_2"},

@@ -6,6 +6,7 @@
 #include "grasp/check/penetration_check.h"
 #include "grasp/closing/closing.h"
 #include "grasp/planner/plan_candidate.h"
+#include "tests/grasp/contact_sets.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +15,7 @@
 #include <atomic>
 #include <mutex>
 #include <numbers>
+#include <random>
 #include <set>
 
 namespace bullet_ccd::grasp
@@ -371,6 +373,50 @@ TEST(GraspPlanner, PassesOnWhatAClosingEngineThrows)
     const MakeCloseHand broken = []() -> CloseHand { throw std::runtime_error("no engine"); };
     EXPECT_THROW(static_cast<void>(planGrasps(hand, object, {.candidates = 3}, broken)),
                  std::runtime_error);
+}
+
+TEST(GraspPlanner, EpsilonDoesNotDependOnTheFrameOfTheObject)
+{
+    std::mt19937 random(11);
+    GraspObject object = makeObject(makeSphere(1.0, 1));
+    object.radius = 1.0;
+    const PlannerOptions pyramids{.coneEdges = 8};
+    const auto isSame = [](double a, double b)
+    { return std::abs(a - b) <= std::max(kEpsilonResolution, kEpsilonShare * std::max(a, b)); };
+    int closures = 0;
+    int changes = 0;
+    for (int trial = 0; trial < 20; ++trial)
+    {
+        Grasp grasp;
+        grasp.contacts = tests::randomGrasp(random, 5 + trial % 6);
+        object.centerOfMass = Eigen::Vector3d::Zero();
+        const double before = epsilonOf(grasp, object, {});
+        const double roughly = epsilonOf(grasp, object, pyramids);
+        // A pyramid holds the cone of friction mu cos(pi / 8), and is in that of mu.
+        const double least =
+            epsilonOf(grasp, object, {.friction = 0.5 * std::cos(std::numbers::pi / 8.0)});
+        closures += before > 0.0 ? 1 : 0;
+        for (int turn = 0; turn < 3; ++turn)
+        {
+            Eigen::Isometry3d X(Eigen::AngleAxisd(tests::randomVector(random).x() + 1.0,
+                                                  tests::randomVector(random).normalized()));
+            X.translation() = tests::randomVector(random);
+            Grasp turned = grasp;
+            for (GraspContact& contact : turned.contacts)
+            {
+                contact.point = X * contact.point;
+                contact.normal = X.linear() * contact.normal;
+            }
+            object.centerOfMass = X.translation();
+            EXPECT_TRUE(isSame(epsilonOf(turned, object, {}), before));
+            const double otherwise = epsilonOf(turned, object, pyramids);
+            changes += isSame(otherwise, roughly) ? 0 : 1;
+            EXPECT_GE(otherwise, least - 1e-9);
+            EXPECT_LE(otherwise, (before + kEpsilonResolution) / (1.0 - kEpsilonShare));
+        }
+    }
+    EXPECT_GT(closures, 10);
+    EXPECT_GT(changes, 10);  // pyramids do depend on it
 }
 
 TEST(GraspPlanner, RefusesOptionsThatMakeNoSense)

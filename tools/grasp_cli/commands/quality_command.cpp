@@ -69,7 +69,7 @@ QualityRow qualityOf(const QualityArguments& arguments,
         grasp::contactWrenches(grasp.contacts,
                                object.centerOfMass,
                                {.friction = law.friction,
-                                .coneEdges = arguments.coneEdges.value_or(plan.coneEdges),
+                                .coneEdges = arguments.coneEdges.value_or(pyramidEdges(plan)),
                                 .torqueScale = torqueScale,
                                 .model = law.model,
                                 .torsion = law.torsion});
@@ -171,9 +171,11 @@ void addQualityCommand(CLI::App& app, int& exitCode)
     addChoiceOptions(*command, arguments->choice);
     addContactOptions(*command, arguments->contacts);
     command
-        ->add_option("--cone-edges",
-                     arguments->coneEdges,
-                     "The number of edges of the friction pyramids. Default: that of the plan.")
+        ->add_option(
+            "--cone-edges",
+            arguments->coneEdges,
+            "The number of edges of the friction pyramids. Default: that of the plan, or 8 if it "
+            "took exact cones.")
         ->type_name("N")
         ->check(within(3, 64))
         ->group("Method");

@@ -233,8 +233,9 @@ void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options)
              "--cone-edges",
              options.coneEdges,
              "N",
-             "The number of edges of the friction pyramids.")
-        ->check(within(3, 64))
+             "How epsilon takes friction: 0 by exact cones, else by pyramids with so many edges, "
+             "which depend on the frame of the object.")
+        ->check(within(0, 0) | within(3, 64))
         ->group("Quality");
     addValue(command,
              "--min-epsilon",
