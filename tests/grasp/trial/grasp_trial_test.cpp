@@ -102,16 +102,19 @@ TEST(Squeeze, SaysWhyThereIsNone)
     EXPECT_EQ(squeezeOf(weak.hand, weak.grasp, {.mass = 0.5}).reason.rfind("limits", 0), 0U);
     PinchedCube oneSided(false, 50.0);
     oneSided.grasp.contacts.resize(4);
-    EXPECT_EQ(squeezeOf(oneSided.hand, oneSided.grasp, {}).reason.rfind("geometry", 0), 0U);
+    EXPECT_EQ(squeezeOf(oneSided.hand, oneSided.grasp, {.mass = 0.5}).reason.rfind("geometry", 0),
+              0U);
     oneSided.grasp.contacts.resize(1);
-    EXPECT_FALSE(squeezeOf(oneSided.hand, oneSided.grasp, {}).exists());
+    EXPECT_FALSE(squeezeOf(oneSided.hand, oneSided.grasp, {.mass = 0.5}).exists());
     for (const double effort : {0.0, 1000.0, std::numeric_limits<double>::infinity()})
     {
         const PinchedCube strange(false, effort);
         EXPECT_TRUE(jointEfforts(strange.hand)[0].isAssumed);
     }
     EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {.mass = 0.0}), std::invalid_argument);
-    EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {.friction = -1.0}), std::invalid_argument);
+    EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {.mass = 0.5, .friction = -1.0}),
+                 std::invalid_argument);
+    EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {}), std::invalid_argument);
 }
 
 /// Files state 0, 10, 100 and 1,000 N m for fingers.
