@@ -16,13 +16,8 @@ namespace
 constexpr btScalar kWhole = btScalar(0.999999);
 constexpr double kPiece = 0.99;
 constexpr double kWholeTurn = 2.0 * std::numbers::pi;
-
-btVector3 limitedSpin(const btVector3& spin, btScalar timeStep)
-{
-    const btScalar limit = ANGULAR_MOTION_THRESHOLD;
-    const btScalar angle = spin.length() * timeStep;
-    return angle > limit ? btVector3(spin * (limit * kWhole / angle)) : spin;
-}
+/// After an impact nothing turns by more [rad].
+constexpr btScalar kMostAfterImpact = btScalar(12.5 * kWholeTurn);
 }  // namespace
 
 btCcdSpins::btCcdSpins(btDiscreteDynamicsWorld& world)
@@ -41,16 +36,26 @@ void btCcdSpins::forMultiBodies(const Visit& visit) const
 
 bool btCcdSpins::limit(btScalar timeStep)
 {
+    const btScalar threshold = ANGULAR_MOTION_THRESHOLD;
     const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
     for (int i = 0; i < bodies.size(); ++i)
     {
-        limit({bodies[i], nullptr}, timeStep);
+        limit({bodies[i], nullptr}, timeStep, threshold, threshold * kWhole);
     }
-    forMultiBodies([&](const btCcdBody& body) { limit(body, timeStep); });
+    forMultiBodies([&](const btCcdBody& body)
+                   { limit(body, timeStep, threshold, threshold * kWhole); });
     return !m_limited.empty();
 }
 
-void btCcdSpins::limit(const btCcdBody& body, btScalar timeStep)
+void btCcdSpins::limitAgain(btScalar remaining)
+{
+    for (const btCcdBody& body : m_fast)
+    {
+        limit(body, remaining, kMostAfterImpact, kMostAfterImpact);
+    }
+}
+
+void btCcdSpins::limit(const btCcdBody& body, btScalar time, btScalar most, btScalar left)
 {
     const btCollisionObject* collider = body.collider();
     if (collider == nullptr)
@@ -61,9 +66,10 @@ void btCcdSpins::limit(const btCcdBody& body, btScalar timeStep)
         [&](int link)
         {
             const btVector3 spin = body.spin(link);
-            const btVector3 limited = limitedSpin(spin, timeStep);
-            if (limited != spin)
+            const btScalar angle = spin.length() * time;
+            if (angle > most)
             {
+                const btVector3 limited = spin * (left / angle);
                 m_limited.push_back({body, link, collider, spin, limited});
                 body.setSpin(link, limited);
             }
@@ -90,6 +96,7 @@ void btCcdSpins::free(btCcdStepper& stepper)
 {
     for (const Limited& spin : m_limited)
     {
+        add(spin.m_body);
         stepper.changed(*spin.m_collider);
     }
     restore(m_limited);
@@ -143,5 +150,6 @@ int btCcdSpins::shorten(const btCcdBody& body, double time)
 
 void btCcdSpins::endStep()
 {
+    m_fast.clear();
     restore(m_limited);
 }

@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/step/btCcdBody.h"
 
+#include <set>
 #include <vector>
 
 class btCcdStepper;
@@ -13,7 +14,9 @@ class btMultiBodyDynamicsWorld;
 /// Bullet turns a body by an eighth of a turn at most in one call of its integrator, so a step in
 /// two parts would turn it further than the whole. A step without impacts turns no further than
 /// stock Bullet; from the first impact on everything turns as fast as it says, in short pieces, of
-/// which a few are enough: whole turns lead nowhere.
+/// which a few are enough: whole turns lead nowhere. But nothing turns by more than a dozen turns
+/// up to the next impact or the end, for what spins faster costs ever more to ask for. The spins
+/// themselves stay what they are.
 class btCcdSpins
 {
 public:
@@ -23,6 +26,16 @@ public:
     bool limit(btScalar timeStep);
     /// An impact sees all of a spin. To be called when what has one is where it is by then.
     void free(btCcdStepper& stepper);
+    /// The body may have got a spin that is new.
+    void add(const btCcdBody& body)
+    {
+        if (!body.isNone())
+        {
+            m_fast.insert(body);
+        }
+    }
+    /// Shortens what is too much for the rest of the step, after an impact.
+    void limitAgain(btScalar remaining);
     template <typename Visit>
     void forLimited(const Visit& visit) const
     {
@@ -59,11 +72,13 @@ private:
     btDiscreteDynamicsWorld& m_world;
     btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
     Spins m_limited;
-    Spins m_shortened;  // by whole turns, while something is integrated
+    std::set<btCcdBody> m_fast;  // since an impact of this step, perhaps
+    Spins m_shortened;           // by whole turns, while something is integrated
 
     template <typename Visit>
     void forMultiBodies(const Visit& visit) const;
-    void limit(const btCcdBody& body, btScalar timeStep);
+    /// @param most angle that it may turn by, and what is left of a greater one
+    void limit(const btCcdBody& body, btScalar time, btScalar most, btScalar left);
     /// Returns how many calls it takes.
     [[nodiscard]] int shorten(btRigidBody* body, double time);
     [[nodiscard]] int shorten(const btCcdBody& body, double time);

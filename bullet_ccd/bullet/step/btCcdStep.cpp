@@ -592,8 +592,11 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
     for (const btCcdImpact& impact : event.m_impacts)
     {
         note(impact);
-        m_stepper.changed(*impact.m_objectA);
-        m_stepper.changed(*impact.m_objectB);
+        for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
+        {
+            m_stepper.changed(*object);
+            m_spins.add(btCcdBody::of(object));
+        }
         if (event.m_gaveUp)
         {
             ++m_counters.m_iterationLimits;
@@ -613,6 +616,7 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
         calmDown(impact.m_objectB);
     }
     solve(again, btCcdAnswer::Calm);
+    m_spins.limitAgain(remaining);
 }
 
 /// A body that chatters (a third of its impacts of the step are used up) loses its spin: to take
@@ -884,6 +888,7 @@ void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answe
     for (btCollisionObject* object : m_solver.solve(impacts, answer))
     {
         keepStopped(btCcdBody::of(object));
+        m_spins.add(btCcdBody::of(object));
         m_stepper.changed(*object);
     }
 }

@@ -237,8 +237,7 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         {
             continue;
         }
-        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b) ||
-            (pair.m_mayLose >= 0.0 && !canCross(a, b, pair.m_mayLose)))
+        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b))
         {
             continue;
         }

@@ -305,7 +305,10 @@ bool btCcdTracker::look(double timeStep, bool kinematicStands)
     {
         findPressed(m_world.getDispatcher()->getInternalManifoldPointer(), count);
     }
-    pressDeep();
+    if (!m_deepPairs.empty())
+    {
+        pressDeep();
+    }
     return m_beyondTwo > 0.0 || m_touched;
 }
 
@@ -337,7 +340,8 @@ bool btCcdTracker::readMotions(bool check)
     {
         return false;
     }
-    m_isClamped = m_hasTriggers = false;
+    m_isClamped = false;
+    int flags = 0;  // of any object
     bool listed = m_context.m_tolerance == m_listedTolerance;
     double most = -kUnbounded;
     double second = -kUnbounded;
@@ -349,7 +353,7 @@ bool btCcdTracker::readMotions(bool check)
         {
             return false;
         }
-        m_hasTriggers = m_hasTriggers || !object.hasContactResponse();
+        flags |= object.getCollisionFlags();
         if (!tracked->m_usable)
         {
             continue;
@@ -360,6 +364,7 @@ bool btCcdTracker::readMotions(bool check)
         second = std::max(second, std::min(most, tracked->m_beyond));
         most = std::max(most, tracked->m_beyond);
     }
+    m_hasTriggers = (flags & btCollisionObject::CF_NO_CONTACT_RESPONSE) != 0;
     m_isListed = listed;
     m_beyondTwo = most + second;
     m_apart = kUnbounded;
@@ -878,6 +883,7 @@ void btCcdTracker::listWithRest()
 void btCcdTracker::splitPairs()
 {
     m_movers.clear();
+    m_movers.reserve(m_others.size());
     std::erase_if(m_others,
                   [this](const btCcdNeighbourPair& pair)
                   {
