@@ -43,7 +43,8 @@ struct btCcdSoftCounters
 /// (m_squeezed). A multibody between which and something else a soft body is squeezed is held
 /// back with all its joints; a kinematic object does not move it through a soft body, as it does
 /// rigid bodies. Of a soft body that intersects itself or something else already, the
-/// features that intersect are left alone.
+/// features that intersect are left alone. Faces and links of an anchored node are not tested
+/// against the object that it hangs on, which they touch where it is anchored.
 ///
 /// Contacts are inelastic or bounce as btCollisionObject::getRestitution() of both says, and rub
 /// with the product of the coefficients of friction (of a soft body m_cfg.kDF). Impulses between
