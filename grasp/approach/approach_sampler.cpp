@@ -51,33 +51,36 @@ std::optional<Eigen::Vector3d> fingertip(const HandModel& hand,
     return std::nullopt;
 }
 
-OpenHand openHand(const HandModel& hand, const Preshape& preshape)
+/// Between the pads of jaws, along the line on which they close: nothing if fingers are on one side
+/// of the grasp frame only, or beside that line.
+std::optional<double> freeDistance(const HandModel& hand,
+                                   const std::vector<Eigen::Isometry3d>& X_GL)
 {
-    const std::vector<Eigen::Isometry3d> X_GL =
-        linkPoses(hand.robot.tree, graspFrame(hand, preshape).inverse(), preshape.positions);
-    OpenHand open;
-    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    double below = -std::numeric_limits<double>::infinity();
+    double above = std::numeric_limits<double>::infinity();
+    for (const Finger& finger : hand.fingers)
     {
-        if (hand.linkTrees[link] != nullptr)
+        for (const std::int32_t link : finger.links)
         {
-            for (const Eigen::Vector3d& vertex : hand.linkTrees[link]->mesh().vertices)
+            const auto index = static_cast<std::size_t>(link);
+            if (hand.linkTrees[index] == nullptr)
             {
-                open.radius = std::max(open.radius, (X_GL[link] * vertex).norm());
+                continue;
+            }
+            const LocalWidth met =
+                localWidth(*hand.linkTrees[index], X_GL[index].inverse(), kRayGrid);
+            if (met.hits > 0 && met.lower + met.upper < 0.0)
+            {
+                below = std::max(below, met.upper);
+            }
+            else if (met.hits > 0)
+            {
+                above = std::min(above, met.lower);
             }
         }
     }
-    double lower = std::numeric_limits<double>::infinity();
-    double upper = -lower;
-    for (const Finger& finger : hand.fingers)
-    {
-        if (const auto tip = fingertip(hand, finger, X_GL))
-        {
-            lower = std::min(lower, tip->x());
-            upper = std::max(upper, tip->x());
-        }
-    }
-    open.opening = std::max(kSmallestOpening, upper - lower);
-    return open;
+    return std::isfinite(above - below) ? std::optional(std::max(0.0, above - below))
+                                        : std::nullopt;
 }
 
 /// Point `number` of `count` on a cap about z of the unit sphere that has this share of its area:
@@ -178,7 +181,7 @@ void faceTheSurfaces(Eigen::Isometry3d& X_WG, const GraspObject& object)
 {
     for (int round = 0; round < kFacingRounds; ++round)
     {
-        const LocalWidth local = localWidth(object, X_WG, kRayGrid);
+        const LocalWidth local = localWidth(object.tree, X_WG, kRayGrid);
         if (local.hits == 0)
         {
             return;
@@ -250,7 +253,7 @@ Eigen::Isometry3d cheapest(const Propose& propose,
         const Eigen::Isometry3d X_WG = propose(attempt);
         const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
         const double itsCost =
-            cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;
+            cost(localWidth(object.tree, X_WG, kRayGrid), open) + kKeepDirection * turned;
         if (itsCost < bestCost)
         {
             best = X_WG;
@@ -310,7 +313,7 @@ Eigen::Isometry3d atTheSurface(const Place& place,
         Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
         X_WG.linear() = frameFrom(z, drawOpposition(shape, draws));
         X_WG.translation() = middleOnLine(object, aim.point, z);
-        if (const LocalWidth local = localWidth(object, X_WG, kRayGrid);
+        if (const LocalWidth local = localWidth(object.tree, X_WG, kRayGrid);
             attempt % 2 == 1 && local.hits > 0)
         {
             X_WG.linear() = frameFrom(z, X_WG.linear() * local.opposition);
@@ -385,6 +388,39 @@ ApproachCandidate candidateAt(const Place& place,
 }
 }  // namespace
 
+OpenHand openHand(const HandModel& hand, const Preshape& preshape)
+{
+    const std::vector<Eigen::Isometry3d> X_GL =
+        linkPoses(hand.robot.tree, graspFrame(hand, preshape).inverse(), preshape.positions);
+    OpenHand open;
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        if (hand.linkTrees[link] != nullptr)
+        {
+            for (const Eigen::Vector3d& vertex : hand.linkTrees[link]->mesh().vertices)
+            {
+                open.radius = std::max(open.radius, (X_GL[link] * vertex).norm());
+            }
+        }
+    }
+    double lower = std::numeric_limits<double>::infinity();
+    double upper = -lower;
+    for (const Finger& finger : hand.fingers)
+    {
+        if (const auto tip = fingertip(hand, finger, X_GL))
+        {
+            lower = std::min(lower, tip->x());
+            upper = std::max(upper, tip->x());
+        }
+    }
+    open.opening = std::max(kSmallestOpening, upper - lower);
+    if (fingersAreCoupled(hand))
+    {
+        open.opening = freeDistance(hand, X_GL).value_or(open.opening);
+    }
+    return open;
+}
+
 std::vector<std::size_t> fittingPreshapes(const ApproachShapes& shapes)
 {
     std::vector<std::size_t> fitting;
@@ -399,6 +435,11 @@ std::vector<std::size_t> fittingPreshapes(const ApproachShapes& shapes)
     {
         fitting.resize(shapes.hands.size());
         std::iota(fitting.begin(), fitting.end(), std::size_t{0});
+    }
+    if (shapes.widestOnly && !fitting.empty())
+    {
+        fitting = {*std::ranges::max_element(
+            fitting, {}, [&](std::size_t k) { return shapes.hands[k].opening; })};
     }
     return fitting;
 }

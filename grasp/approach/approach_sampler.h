@@ -56,23 +56,32 @@ struct ApproachCandidate
 /// A preshape as its grasp frame sees it.
 struct OpenHand
 {
-    double radius = 0.0;   ///< of the ball about the grasp frame's origin that holds all links [m]
-    double opening = 0.0;  ///< extent along x of the fingertips' middles [m]
+    double radius = 0.0;  ///< of the ball about the grasp frame's origin that holds all links [m]
+    /// Of jaws on one motor the free distance between the pads along x, else the extent along x of
+    /// the fingertips' middles [m].
+    double opening = 0.0;
 };
+
+[[nodiscard]] BULLET_CCD_API OpenHand openHand(const HandModel& hand, const Preshape& preshape);
 
 /// What the sampler looks at, for many candidates of one hand and object.
 struct ApproachShapes
 {
     ObjectShape object;
     std::vector<OpenHand> hands;  ///< one a preshape
+    /// Only the preshape that opens widest takes part, of those that the object fits into.
+    /// planGrasps() wants that of jaws on one motor where nothing is in the way: narrow openings
+    /// hold less, but need less room among obstacles.
+    bool widestOnly = false;
 };
 
 [[nodiscard]] BULLET_CCD_API ApproachShapes approachShapes(const HandModel& hand,
                                                            const GraspObject& object);
 
 /// The preshapes that the object fits into across its thinnest direction, in the order of the hand;
-/// all of them if it fits into none. Closing from a preshape that it does not fit into stops at the
-/// fingers themselves, before they are round the object.
+/// all of them if it fits into none; the widest of these if only that takes part. Closing from a
+/// preshape that it does not fit into stops at the fingers themselves, before they are round the
+/// object.
 [[nodiscard]] BULLET_CCD_API std::vector<std::size_t> fittingPreshapes(
     const ApproachShapes& shapes);
 

@@ -31,6 +31,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace
@@ -56,12 +57,13 @@ struct Scene
     std::string name;
     std::string hand;
     std::string preshape;
-    Vector3d approach;  ///< of the hand
-    Vector3d across;    ///< the fingers oppose each other along it
-    Vector3d place;     ///< of the grasp frame; the table's top is z = 0
-    double effort;      ///< of a joint [N m or N]
-    double speed;       ///< of a joint [rad/s or m/s]
-    Vector3d table;     ///< half extents [m]
+    std::vector<std::pair<std::string, double>> joints{};  ///< in place of the preshape's [rad]
+    Vector3d approach;                                     ///< of the hand
+    Vector3d across;  ///< the fingers oppose each other along it
+    Vector3d place;   ///< of the grasp frame; the table's top is z = 0
+    double effort;    ///< of a joint [N m or N]
+    double speed;     ///< of a joint [rad/s or m/s]
+    Vector3d table;   ///< half extents [m]
     Color color;
 };
 
@@ -256,7 +258,12 @@ private:
     void addHand()
     {
         const Preshape* preshape = findPreshape(m_hand, m_scene.preshape);
-        const Preshape& start = preshape != nullptr ? *preshape : m_hand.preshapes.front();
+        Preshape start = preshape != nullptr ? *preshape : m_hand.preshapes.front();
+        for (const auto& [joint, position] : m_scene.joints)
+        {
+            start.positions[static_cast<std::size_t>(m_hand.robot.tree.findJoint(joint))] =
+                position;
+        }
         Isometry3d X_WG = Isometry3d::Identity();
         X_WG.linear().col(0) = m_scene.across;
         X_WG.linear().col(1) = m_scene.approach.cross(m_scene.across);
@@ -439,11 +446,17 @@ private:
     }
 };
 
+/// Fingers bent a little, so that they reach under what is soft.
+const std::vector<std::pair<std::string, double>> kBent{{"fore_proximal_flexion", 0.1},
+                                                        {"middle_proximal_flexion", 0.1},
+                                                        {"ring_proximal_flexion", 0.1}};
+
 const std::array<Scene, 3>& scenes()
 {
     static const std::array<Scene, 3> kScenes{Scene{.name = "sponge",
                                                     .hand = "anthropomorphic_hand",
-                                                    .preshape = "power",
+                                                    .preshape = "open",
+                                                    .joints = kBent,
                                                     .approach = -Vector3d::UnitZ(),
                                                     .across = Vector3d::UnitX(),
                                                     .place = Vector3d(0, 0, 0.03),
@@ -463,7 +476,8 @@ const std::array<Scene, 3>& scenes()
                                                     .color = Color(0.80F, 0.30F, 0.32F)},
                                               Scene{.name = "plush",
                                                     .hand = "anthropomorphic_hand",
-                                                    .preshape = "power",
+                                                    .preshape = "open",
+                                                    .joints = kBent,
                                                     .approach = -Vector3d::UnitZ(),
                                                     .across = Vector3d::UnitX(),
                                                     .place = Vector3d(0, 0, 0.035),

@@ -343,6 +343,37 @@ Preshape inferPreshape(const HandModel& hand)
     return preshape;
 }
 
+std::vector<Preshape> inferOpenings(const HandModel& hand, const Preshape& open)
+{
+    const std::vector<Link>& links = hand.robot.tree.links;
+    const auto hasNoLimit = [&](std::size_t link)
+    {
+        const double limit =
+            hand.closingDirections[link] > 0 ? links[link].joint.upper : links[link].joint.lower;
+        return hand.closingDirections[link] != 0 && !std::isfinite(limit);
+    };
+    std::vector<Preshape> openings;
+    for (std::size_t link = 0; link < links.size(); ++link)
+    {
+        if (!fingersAreCoupled(hand) || hasNoLimit(link))
+        {
+            return {};
+        }
+    }
+    const std::vector<double> closed = closedPositions(hand, open.positions);
+    for (const auto& [name, share] : {std::pair("half", 0.5), std::pair("near", 0.25)})
+    {
+        Preshape opening{name, closed};
+        for (std::size_t link = 0; link < closed.size(); ++link)
+        {
+            opening.positions[link] += share * (open.positions[link] - closed[link]);
+        }
+        applyMimics(hand.robot.tree, opening.positions);
+        openings.push_back(std::move(opening));
+    }
+    return openings;
+}
+
 Eigen::Isometry3d inferGraspFrame(const HandModel& hand, const std::vector<double>& open)
 {
     const std::vector<double> closed = closedPositions(hand, open);

@@ -36,6 +36,10 @@ namespace bullet_ccd::grasp
 /// clamped.
 [[nodiscard]] Preshape inferPreshape(const HandModel& hand);
 
+/// Openings of jaws on one motor besides `open`, widest first: `half` and `near`, a half and a
+/// quarter of the way from closed. None for other hands, or if the jaws have no limit.
+[[nodiscard]] std::vector<Preshape> inferOpenings(const HandModel& hand, const Preshape& open);
+
 /// Between the fingertips of a hand that is half closed from `open`, x from the finger that opposes
 /// the others to them, z away from the palm.
 [[nodiscard]] Eigen::Isometry3d inferGraspFrame(const HandModel& hand,

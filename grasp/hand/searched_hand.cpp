@@ -3,6 +3,7 @@
 #include "bullet_ccd/math/replace_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/hand/hash.h"
+#include "grasp/hand/search_version.h"
 
 #include <array>
 #include <charconv>
@@ -19,8 +20,6 @@ namespace
 {
 namespace fs = std::filesystem;
 
-/// To be raised with every change of what is found or of how it is written.
-constexpr std::int32_t kVersion = 1;
 constexpr const char* kHeader = "bullet_ccd_searched_hand";
 
 /// Empty if there is no such file.
@@ -108,7 +107,7 @@ std::string searchedHandFileName(const RobotModel& robot, const fs::path& srdf)
 {
     Hash hash;
     hash.add(std::string(BULLET_CCD_VERSION));
-    hash.add(kVersion);
+    hash.add(std::string(kSearchVersion));
     hash.add(contentOf(srdf));
     for (std::size_t link = 0; link < robot.tree.size(); ++link)
     {

@@ -20,8 +20,8 @@ struct SearchedHand
 };
 
 /// Name of the file for such a hand: it depends on the links, joints and meshes of the robot, on
-/// the bytes of the SRDF (or of whatever file is read in its place), and on the version of the
-/// search.
+/// the bytes of the SRDF (or of whatever file is read in its place), and on the sources of this
+/// room: whatever changes there is searched anew.
 [[nodiscard]] std::string searchedHandFileName(const RobotModel& robot,
                                                const std::filesystem::path& srdf);
 

@@ -259,9 +259,11 @@ private:
             m_hand.notes.push_back("preshapes inferred by trial grasps: " + names);
             return;
         }
-        m_hand.preshapes.push_back(open);
+        m_hand.preshapes = inferOpenings(m_hand, open);
         m_hand.notes.push_back(
-            "preshape inferred: closing joints opened, all others at 0 or the limit next to it");
+            std::string(m_hand.preshapes.empty() ? "preshape" : "preshapes open, half and near") +
+            " inferred: closing joints opened, all others at 0 or the limit next to it");
+        m_hand.preshapes.insert(m_hand.preshapes.begin(), open);
     }
 
     Preshape& preshapeNamed(const std::string& name)

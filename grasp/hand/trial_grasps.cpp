@@ -306,6 +306,26 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
     std::vector<double> moved(tree.size(), 0.0);
     std::vector<Eigen::Isometry3d> X_BL = linkPoses(tree, X_BR, positions);
     const std::vector<Eigen::Isometry3d> X_BLStart = X_BL;
+    std::vector<std::optional<bool>> overlapsAtStart(m_pairs.size());  // of those that were asked
+    const auto place = [&]
+    {
+        applyMimics(tree, positions);
+        X_BL = linkPoses(tree, X_BR, positions);
+    };
+    // Joints stop, at this part of their last step.
+    const auto stop = [&](const std::vector<std::size_t>& drivers, double part)
+    {
+        for (const std::size_t driver : drivers)
+        {
+            positions[driver] -= (1.0 - part) * moved[driver];
+            moved[driver] = 0.0;
+            runs[driver] = false;
+        }
+    };
+    const auto anyMoves = [&](const std::vector<std::size_t>& drivers) {
+        return std::ranges::any_of(drivers,
+                                   [&](std::size_t driver) { return moved[driver] != 0.0; });
+    };
     for (int step = 0; step < kMaxSteps; ++step)
     {
         double fastest = 0.0;
@@ -331,16 +351,11 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
                 runs[i] = std::abs(left) > most;
             }
         }
-        applyMimics(tree, positions);
-        X_BL = linkPoses(tree, X_BR, positions);
+        place();
         bool hasStopped = false;
         for (std::size_t i = 0; i < tree.size(); ++i)
         {
-            const bool moves =
-                std::any_of(m_links[i].drivers.begin(),
-                            m_links[i].drivers.end(),
-                            [&](std::size_t driver) { return moved[driver] != 0.0; });
-            if (m_links[i].empty() || !moves)
+            if (m_links[i].empty() || !anyMoves(m_links[i].drivers))
             {
                 continue;
             }
@@ -352,44 +367,36 @@ std::vector<Eigen::Isometry3d> TrialGrasps::close(std::vector<double> positions,
             }
             // Back to where it touched, if it came from outside in this step.
             const double part = std::isfinite(before[i]) ? before[i] / (before[i] - distance) : 0.0;
-            for (const std::size_t driver : m_links[i].drivers)
-            {
-                positions[driver] -= (1.0 - part) * moved[driver];
-                moved[driver] = 0.0;
-                runs[driver] = false;
-                hasStopped = true;
-            }
+            stop(m_links[i].drivers, part);
+            hasStopped = true;
         }
         if (hasStopped)
         {
-            applyMimics(tree, positions);
-            X_BL = linkPoses(tree, X_BR, positions);
+            place();
         }
         if (step % kSelfSteps != 0)
         {
             continue;
         }
         hasStopped = false;
-        for (const LinkPair& pair : m_pairs)
+        for (std::size_t k = 0; k < m_pairs.size(); ++k)
         {
-            const bool moves = std::ranges::any_of(
-                pair.drivers, [&](std::size_t driver) { return moved[driver] != 0.0; });
-            // What overlaps from the start is left alone, as it is by the planner.
-            if (moves && overlap(pair, X_BL) && !overlap(pair, X_BLStart))
+            if (!anyMoves(m_pairs[k].drivers) || !overlap(m_pairs[k], X_BL))
             {
-                for (const std::size_t driver : pair.drivers)
-                {
-                    positions[driver] -= moved[driver];
-                    moved[driver] = 0.0;
-                    runs[driver] = false;
-                    hasStopped = true;
-                }
+                continue;
+            }
+            // What overlaps from the start is left alone, as it is by the planner.
+            std::optional<bool>& atStart = overlapsAtStart[k];
+            atStart = atStart ? *atStart : overlap(m_pairs[k], X_BLStart);
+            if (!*atStart)
+            {
+                stop(m_pairs[k].drivers, 0.0);
+                hasStopped = true;
             }
         }
         if (hasStopped)
         {
-            applyMimics(tree, positions);
-            X_BL = linkPoses(tree, X_BR, positions);
+            place();
         }
     }
     return X_BL;

@@ -209,7 +209,8 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
     arena.execute(
         [&]
         {
-            const ApproachShapes shapes = approachShapes(hand, object);
+            ApproachShapes shapes = approachShapes(hand, object);
+            shapes.widestOnly = fingersAreCoupled(hand) && extras.obstacles.empty();
             const Surroundings surroundings = surroundingsOf(hand, extras.obstacles);
             const bool isMixed = options.approach.source == ApproachSource::Mixed;
             SourceSchedule schedule(fittingPreshapes(shapes), options.candidates);

@@ -25,7 +25,7 @@ refuse() {
 }
 
 said=$(plan --object mug --object-scale 10)
-expect "look at: the object is [0-9]* mm thick .* the hand opens to [0-9]* mm"
+expect "look at: the object is [0-9]* mm thick .* the hand opens to 100 mm"  # between the pads
 refuse "marginal"
 said=$(plan --object mug --reach 0.001)
 expect "look at: the hand stops before the object: increase --reach"

@@ -1,6 +1,7 @@
 #include "grasp/hand/preshape_search.h"
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
 #include "grasp/formats/content_hash.h"
 #include "grasp/hand/hand_model.h"
@@ -99,6 +100,24 @@ TEST(TrialGrasps, LinksStopWhereTheyTouchEachOther)
     };
     EXPECT_GT(score(false), 0.5);  // a force closure
     EXPECT_EQ(score(true), 0.0);   // no contact
+}
+
+TEST(PreshapeSearch, JawsOnOneMotorGetOpenings)
+{
+    const TempFolder folder;
+    EXPECT_EQ(loadHand(folder.write("jaws.urdf", jaws(false))).preshapes.size(), 1U);
+    std::string text = jaws(false);
+    text.insert(text.rfind("</joint>"), "<mimic joint=\"to_right\"/>");
+    const HandModel hand = loadHand(folder.write("coupled.urdf", text));
+    ASSERT_EQ(hand.preshapes.size(), 3U);
+    const double shares[] = {1.0, 0.5, 0.25};
+    const char* names[] = {"open", "half", "near"};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        EXPECT_EQ(hand.preshapes[k].name, names[k]);
+        EXPECT_NEAR(openHand(hand, hand.preshapes[k]).opening, 0.1 * shares[k], 1e-9);
+        EXPECT_NEAR(graspFrame(hand, hand.preshapes[k]).translation().x(), 0.0, 1e-9);
+    }
 }
 
 /// A palm in the plane x-z that looks along +x; two fingers on its upper end that bend towards +x,

@@ -503,6 +503,52 @@ TEST(GraspPlanner, ATableUnderTheObjectRejectsWhatTouchesIt)
     EXPECT_EQ(countOf(planAmong(hand, object, {}), RejectReason::Obstacle), 0U);
 }
 
+/// A thin box in a well: open jaws do not go in, nearly closed ones do.
+TEST(GraspPlanner, JawsTakeNarrowOpeningsAmongObstaclesOnly)
+{
+    const HandModel wide = makeGripper(true);
+    HandModel hand = makeGripper(true);
+    Preshape narrow = hand.preshapes.front();
+    narrow.name = "near";
+    narrow.positions[1] += 0.03;  // 20 mm apart
+    narrow.positions[2] += 0.03;
+    hand.preshapes.push_back(narrow);
+    EXPECT_NEAR(openHand(hand, hand.preshapes[0]).opening, 0.08, 1e-9);
+    EXPECT_NEAR(openHand(hand, narrow).opening, 0.02, 1e-9);
+    const GraspObject object = makeObject(makeBox({0.004, 0.007, 0.03}));
+    TriangleMesh well;
+    for (const double side : {-0.03, 0.03})
+    {
+        for (const bool isAcross : {false, true})
+        {
+            TriangleMesh wall = makeBox(isAcross ? Eigen::Vector3d(0.035, 0.005, 0.03)
+                                                 : Eigen::Vector3d(0.005, 0.035, 0.03));
+            const Eigen::Vector3d at =
+                object.centerOfMass +
+                side * (isAcross ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX());
+            transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(at)));
+            appendMesh(well, wall);
+        }
+    }
+    const SsvTree tree = buildSsvTree(well);
+    const std::vector<RigidBody> obstacles{{.tree = &tree, .motion = {}}};
+    const auto planned = [&](const HandModel& jaws, std::span<const RigidBody> around)
+    {
+        return planGrasps(
+            jaws,
+            object,
+            {.candidates = 40, .jobs = 2, .approach = {.source = ApproachSource::Boxes}},
+            [around] { return kinematicClosing(around); },
+            {.obstacles = around});
+    };
+    EXPECT_EQ(countOf(planned(wide, obstacles), RejectReason::None), 0U);
+    EXPECT_GT(countOf(planned(hand, obstacles), RejectReason::None), 3U);
+    for (const Grasp& grasp : planned(hand, {}))
+    {
+        EXPECT_EQ(grasp.preshape, "open");
+    }
+}
+
 class PlanCandidate : public ::testing::Test
 {
 protected:

@@ -1,4 +1,5 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_writer.h"
@@ -162,6 +163,18 @@ void printGraspFrame(const HandModel& hand, const grasp::Preshape& preshape, boo
                text(X_RG.linear().col(0), 3));
 }
 
+/// How far the fingers are apart in each preshape.
+std::string openingsText(const HandModel& hand)
+{
+    std::vector<std::string> texts;
+    for (const grasp::Preshape& preshape : hand.preshapes)
+    {
+        texts.push_back(
+            fmt::format("{} {:.0f} mm", preshape.name, 1e3 * openHand(hand, preshape).opening));
+    }
+    return joined(texts, ", ");
+}
+
 /// One picture a preshape, named after it.
 void drawPreshapes(const HandModel& hand, const fs::path& folder)
 {
@@ -254,6 +267,7 @@ int show(const HandArguments& arguments)
             break;
         }
     }
+    fmt::print("openings: {}\n", openingsText(hand));
     const std::vector<std::string> disabled = disabledPairs(hand);
     fmt::print("{} pairs of links tested against each other, {} not:\n",
                hand.selfPairs.size(),
