@@ -117,9 +117,10 @@ bool isBefore(const DeformableContact& a, const DeformableContact& b)
 }
 
 /// What all threads have found until `latest`, in order.
-std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableContact>>& found,
-                                       double latest,
-                                       int threads)
+void putInOrder(const std::vector<std::vector<DeformableContact>>& found,
+                double latest,
+                int threads,
+                std::vector<DeformableContact>& sorted)
 {
     struct Place
     {
@@ -149,13 +150,12 @@ std::vector<DeformableContact> inOrder(const std::vector<std::vector<DeformableC
         tbb::task_arena arena(threads);
         arena.execute([&] { tbb::parallel_sort(order.begin(), order.end(), isLess); });
     }
-    std::vector<DeformableContact> sorted;
+    sorted.clear();
     sorted.reserve(order.size());
     for (const Place& place : order)
     {
         sorted.push_back(*place.contact);
     }
-    return sorted;
 }
 
 /// Removes the contacts of features of which a vertex goes another way than in the step before.
@@ -216,19 +216,27 @@ public:
         m_state.firstOnly = wanted == Wanted::First;
     }
 
-    DeformableResult run()
+    [[nodiscard]] DeformableResult run()
     {
         DeformableResult result;
+        run(result);
+        return result;
+    }
+
+    /// The same in the memory of an earlier result.
+    void run(DeformableResult& result)
+    {
+        result.contacts.clear();
+        result.counters = {};
         if (!findTasks() || !examineTasks(result))
         {
             result.status = m_isStopped ? ToiStatus::Stopped : ToiStatus::IterationLimit;
             result.time = 0.0;
-            return result;
+            return;
         }
         const double latest = m_state.firstOnly ? m_state.earliest.load() : 1.0;
-        result.contacts = inOrder(m_scratch.found, latest, m_options.threads);
+        putInOrder(m_scratch.found, latest, m_options.threads, result.contacts);
         summarise(result);
-        return result;
     }
 
     static void summarise(DeformableResult& result)
@@ -357,9 +365,14 @@ void updateContacts(std::span<const DeformableBody> bodies,
 {
     const auto isUnknown = [](const DeformableResult& answer)
     { return gaveUp(answer.status) && answer.contacts.empty(); };
-    const Wanted wanted = isUnknown(result) ? Wanted::All : Wanted::OfChanged;
-    DeformableResult update = DeformableQuery(bodies, options, wanted, work.scratch()).run();
-    if (wanted == Wanted::All || isUnknown(update))
+    if (isUnknown(result))
+    {
+        DeformableQuery(bodies, options, Wanted::All, work.scratch()).run(result);
+        return;
+    }
+    DeformableResult update =
+        DeformableQuery(bodies, options, Wanted::OfChanged, work.scratch()).run();
+    if (isUnknown(update))
     {
         result = std::move(update);
         return;

@@ -280,6 +280,8 @@ deformableContacts(std::span<const DeformableBody> bodies,
 /// Guarantee: the result is then that of deformableContacts(), bit for bit, but for the counters.
 /// @pre  Since `result` was the answer for the same bodies and options, every surface was given its
 ///       step once, by setStep() or keepStep().
+/// @param result  that answer; one that gave up (IterationLimit or Stopped, without contacts) is
+///       found anew, in the memory that it has
 /// Throws what deformableContacts() does; the result is then as before.
 BULLET_CCD_API void updateContacts(std::span<const DeformableBody> bodies,
                                    const DeformableOptions& options,

@@ -165,12 +165,19 @@ private:
     }
 };
 
-btCcdSoftResponse::btCcdSoftResponse(double rest, double timeStep)
-    : m_rest(rest), m_timeStep(timeStep)
-{
-}
-
+btCcdSoftResponse::btCcdSoftResponse() = default;
 btCcdSoftResponse::~btCcdSoftResponse() = default;
+
+void btCcdSoftResponse::begin(double rest, double timeStep)
+{
+    m_rest = rest;
+    m_timeStep = timeStep;
+    m_touches.clear();
+    m_paths.clear();
+    m_rows.clear();
+    m_movers.clear();
+    m_clock = 0;
+}
 
 void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
                             btCcdSoftPart& partA,

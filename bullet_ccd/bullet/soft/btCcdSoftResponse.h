@@ -27,9 +27,11 @@ public:
     /// Part of what two surfaces are too near, or too deep in each other, that a step gives back.
     static constexpr double kRecovery = 0.2;
 
-    /// @param rest  distance that surfaces are to keep at the end of the step [m]
-    btCcdSoftResponse(double rest, double timeStep);
+    btCcdSoftResponse();
     ~btCcdSoftResponse();
+    /// Forgets all contacts, but keeps the memory for them: as much is needed in the next step.
+    /// @param rest  distance that surfaces are to keep at the end of the step [m]
+    void begin(double rest, double timeStep);
 
     /// Contacts between what cannot move are left out.
     /// @param partA,partB  the bodies of the contact; they live as long as this
@@ -97,8 +99,8 @@ private:
         double m_goalSpeed = 0.0;
     };
 
-    double m_rest;
-    double m_timeStep;
+    double m_rest = 0.0;
+    double m_timeStep = 0.0;
     std::vector<Touch> m_touches;
     std::vector<Path> m_paths;  // of the touches
     std::vector<std::array<Row, 3>> m_rows;

@@ -219,7 +219,8 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         return;
     }
     const double rest = 2.0 * m_keep;
-    btCcdSoftResponse response(rest, double(timeStep));
+    btCcdSoftResponse& response = m_response;
+    response.begin(rest, double(timeStep));
     // As a rule what is left out here has a neighbour with a plain normal. Where it has none (a
     // node against a rim, or all in one plane), the paths have to be checked nevertheless.
     std::atomic<bool> isAnyLeftOut = false;
@@ -402,14 +403,12 @@ const DeformableResult& btCcdSoftStep::contacts(
                                                 .threads = m_threads,
                                                 .isPairExempt = isPairExempt,
                                                 .isExempt = isExempt};
-    if (isUpdate)
+    if (!isUpdate)
     {
-        bullet_ccd::updateContacts(bodies, options, m_work, m_found);
+        m_found.status = ToiStatus::IterationLimit;  // is found anew, in the same memory
+        m_found.contacts.clear();
     }
-    else
-    {
-        m_found = bullet_ccd::deformableContacts(bodies, options, m_work);
-    }
+    bullet_ccd::updateContacts(bodies, options, m_work, m_found);
     return m_found;
 }
 

@@ -44,6 +44,7 @@ private:
     btCcdSoftSurfaces m_surfaces;
     bullet_ccd::DeformableWorkspace m_work;
     bullet_ccd::DeformableResult m_found;  ///< the last answer of contacts()
+    btCcdSoftResponse m_response;          ///< of one step
     std::vector<btCcdSoftPart*> m_parts;   ///< soft bodies first
     std::size_t m_softParts = 0;
     btBroadphaseInterface* m_broadphase = nullptr;
