@@ -62,7 +62,7 @@ void btCcdWay::go(const btRigidBody& body, const Step& step)
     {
         beginFrame(body, step);
     }
-    takePart(step.m_duration);
+    takePart(step);
     m_step = step.m_number;
 }
 
@@ -71,6 +71,7 @@ void btCcdWay::rest(const btRigidBody& body, int step)
     m_from = m_to = m_start = m_end = body.getWorldTransform();
     m_velocity = m_spin = m_bullets = btVector3(0, 0, 0);
     m_jumped = false;
+    m_ahead = 0.0;
     m_length = 0.0;
     m_part = 0;
     m_parts = 1;
@@ -118,12 +119,14 @@ void btCcdWay::beginFrame(const btRigidBody& body, const Step& step)
     }
 }
 
-void btCcdWay::takePart(double duration)
+void btCcdWay::takePart(const Step& step)
 {
     const auto frame = bullet_ccd::motionBetween(btCcdToEigen(m_from), btCcdToEigen(m_to));
+    const double begin = double(m_part) / m_parts;
     const double end = double(m_part + 1) / m_parts;
     m_start = m_part == 0 ? m_from : m_end;
     m_end = end < 1.0 ? btCcdToBullet(frame.at(end).X_W) : m_to;
-    m_velocity = btCcdToBullet(Eigen::Vector3d(frame.v_W / (m_parts * duration)));
-    m_spin = btCcdToBullet(Eigen::Vector3d(frame.w_W / (m_parts * duration)));
+    m_velocity = btCcdToBullet(Eigen::Vector3d(frame.v_W / (m_parts * step.m_duration)));
+    m_spin = btCcdToBullet(Eigen::Vector3d(frame.w_W / (m_parts * step.m_duration)));
+    m_ahead = (1.0 - begin) * (frame.v_W.norm() + frame.w_W.norm() * step.m_reach);
 }

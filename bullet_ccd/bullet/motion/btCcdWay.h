@@ -20,6 +20,7 @@ struct btCcdWay
     btVector3 m_velocity = btVector3(0, 0, 0);  // likewise
     btVector3 m_spin = btVector3(0, 0, 0);
     bool m_jumped = false;  // it has not come, but been put there
+    double m_ahead = 0.0;   // how far Bullet has a point of it from m_start already, at most [m]
     int m_step = kNever;    // the last one in which it was seen
 
     /// What a step asks of it.
@@ -41,7 +42,7 @@ private:
     static constexpr int kNever = -2;
 
     void beginFrame(const btRigidBody& body, const Step& step);
-    void takePart(double duration);
+    void takePart(const Step& step);
 
     btTransform m_from = btTransform::getIdentity();  // in the frame,
     btTransform m_to = btTransform::getIdentity();    // which is where it is

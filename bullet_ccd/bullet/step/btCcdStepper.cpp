@@ -210,14 +210,17 @@ inline double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& 
     return norm(past) + turned + toCome;
 }
 
-/// False if the two move too little to cross each other, as begin() counts it.
+/// False if the two move too little to cross each other, as begin() counts it, and Bullet's
+/// contacts have them where they are.
 inline bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose)
 {
     if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
     {
         return true;
     }
-    return mayLose < kNever && wayApart(a, b) > mayLose;
+    const auto isAhead = [mayLose](const btCcdTracked& tracked)
+    { return tracked.m_way != nullptr && tracked.m_way->m_ahead > mayLose; };
+    return mayLose < kNever && (wayApart(a, b) > mayLose || isAhead(a) || isAhead(b));
 }
 
 /// In the order of what it costs to see that a pair cannot meet.
@@ -364,7 +367,7 @@ void btCcdStepper::findFast()
                 tracked.m_way != nullptr ? tracked.m_way->m_spin : body->getAngularVelocity();
             tracked.m_course.m_spin = tracked.m_motion > 0.0 ? spin : btVector3(0, 0, 0);
         }
-        tracked.m_fast = tracked.m_tracked && (tracked.m_motion > tracked.m_slow ||
+        tracked.m_fast = tracked.m_tracked && (tracked.farthest() > tracked.m_slow ||
                                                (tracked.m_pressed && tracked.m_motion > 0.0));
         if (tracked.m_fast)
         {

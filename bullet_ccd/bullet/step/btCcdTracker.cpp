@@ -360,7 +360,7 @@ bool btCcdTracker::readMotions(bool check)
         }
         const bool inside = btCcdIsMoved(object) ? read(*tracked) : readAtRest(*tracked);
         listed = listed && inside;
-        tracked->m_beyond = tracked->m_motion - tracked->m_unseen;
+        tracked->m_beyond = tracked->farthest() - tracked->m_unseen;
         second = std::max(second, std::min(most, tracked->m_beyond));
         most = std::max(most, tracked->m_beyond);
     }
@@ -375,7 +375,8 @@ bool btCcdTracker::readMotions(bool check)
     return true;
 }
 
-/// How far any two rigid bodies get from each other in the step, at most.
+/// How far any two rigid bodies get from each other in the step, at most. Of what moves along with
+/// a kinematic object Bullet's contacts say little: it is ahead of the others there.
 void btCcdTracker::compareMotions()
 {
     const btCcdTracked* reference = nullptr;
@@ -386,6 +387,10 @@ void btCcdTracker::compareMotions()
         if (!tracked.m_moves && !tracked.m_isMover)
         {
             continue;
+        }
+        if (tracked.m_way != nullptr && tracked.farthest() > m_moversMayLose)
+        {
+            return;
         }
         reference = reference == nullptr ? &tracked : reference;
         const btCcdCourse& course = tracked.m_course;

@@ -9,6 +9,7 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -82,6 +83,12 @@ struct btCcdTracked
     btCcdBox m_sweep;  // what it passes through from its last impact on, if it is fast
 
     [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
+    /// How far from its place in the step Bullet's contacts may have it: what it moves itself, or
+    /// what Bullet has it ahead.
+    [[nodiscard]] double farthest() const
+    {
+        return m_way != nullptr ? std::max(m_motion, m_way->m_ahead) : m_motion;
+    }
     /// Reads the velocity anew, at this time of the step.
     void take(const btCcdCourse& course, double time, double remaining);
 };

@@ -3,8 +3,12 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -75,6 +79,73 @@ TEST_P(Kinematic, ObjectThatWakesIsSweptAllTheWayThroughAFrameOfManySteps)
     EXPECT_GT(xOf(*near), xOf(*plate));
     // 0.1 m in a step: never near the other ball.
     EXPECT_NEAR(xOf(*far), 0.5, 1e-6);
+}
+
+TEST_P(Kinematic, LiftIsNotCrossedByWhatMovesAlongWithIt)
+{
+    // Bullet's contacts see the lift 10 cm ahead of what stands on it, which is below it there, so
+    // they push it down. It approaches the lift by 0.4 mm to 1.6 cm in a step.
+    for (const double approach : {0.025, 0.1, 0.5, 1.0})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        btRigidBody* lift = scene.body(scene.box(vec(1, 1, 0.015)), 0.0, poseAt(vec(0, 0, 0)));
+        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift->setActivationState(DISABLE_DEACTIVATION);
+        btRigidBody* cube =
+            scene.body(scene.box(vec(0.05, 0.05, 0.05)), 1.0, poseAt(vec(0, 0, 0.07)));
+        // More than four have neighbours of their own.
+        for (const double x : {-0.6, -0.3, 0.3, 0.6})
+        {
+            scene.body(scene.box(vec(0.05, 0.05, 0.05)), 1.0, poseAt(vec(x, 0, 0.07)))
+                ->setLinearVelocity(vec(0, 0, 6));
+        }
+        cube->setLinearVelocity(vec(0, 0, 6.0 - approach));
+        for (int i = 1; i <= 90; ++i)
+        {
+            lift->setWorldTransform(poseAt(vec(0, 0, 0.1 * i)));
+            scene.step(kFrame);
+            const btScalar above = cube->getWorldTransform().getOrigin().z() -
+                                   lift->getWorldTransform().getOrigin().z();
+            ASSERT_GT(double(above), 0.015) << approach << " m/s, step " << i;
+        }
+        EXPECT_EQ(scene.counters().m_squeezed, 0);
+    }
+}
+
+TEST_P(Kinematic, ThinLiftCarriesWhatHasFallenOntoIt)
+{
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    for (const auto& [speed, half] : {std::pair{6.0, 0.005}, {6.0, 0.01}, {9.0, 0.015}})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -9.81));
+        btRigidBody* lift = scene.body(scene.box(vec(1, 1, half)), 0.0, poseAt(vec(0, 0, 0)));
+        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift->setActivationState(DISABLE_DEACTIVATION);
+        std::vector<btRigidBody*> boxes;
+        for (int i = 0; i < 6; ++i)
+        {
+            const btVector3 axis = vec(normal(random), normal(random), normal(random));
+            const btQuaternion turn(axis.normalized(), btScalar(normal(random)));
+            const btVector3 place = vec(0.6 * (i % 3 - 1), 0.6 * (i / 3) - 0.3, 0.15);
+            boxes.push_back(
+                scene.body(scene.box(vec(0.08, 0.05, 0.05)), 1.0, btTransform(turn, place)));
+        }
+        for (int i = 0; i < 100; ++i)
+        {
+            const double height = speed * kFrame * std::max(i - 15, 0);
+            lift->setWorldTransform(poseAt(vec(0, 0, height)));
+            scene.step(kFrame);
+            for (const btRigidBody* box : boxes)
+            {
+                const btVector3& place = box->getWorldTransform().getOrigin();
+                ASSERT_TRUE(double(place.z()) > height || double(place.absolute().x()) > 0.95 ||
+                            double(place.absolute().y()) > 0.95)
+                    << speed << " m/s, step " << i;
+            }
+        }
+    }
 }
 
 TEST_P(Kinematic, ObjectWithTheVelocityOfAConveyorDoesNotMove)
