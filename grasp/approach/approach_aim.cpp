@@ -206,7 +206,7 @@ Eigen::Vector3d middleOnLine(const GraspObject& object,
     Eigen::Isometry3d X_WRay = Eigen::Isometry3d::Identity();
     X_WRay.linear() << direction, across, direction.cross(across);
     X_WRay.translation() = point;
-    const LocalWidth local = localWidth(object.tree, X_WRay, 0.0);
+    const LocalWidth local = localWidth(object, X_WRay, 0.0);
     const double depth = local.hits > 0 ? 0.5 * (local.lower + local.upper)
                                         : (object.centerOfMass - point).dot(direction);
     return point + depth * direction;

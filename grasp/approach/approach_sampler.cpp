@@ -35,24 +35,21 @@ constexpr int kTries = 8;
 constexpr int kFacingRounds = 3;
 constexpr double kSmallestOpening = 0.03;  // [m] for hands whose tips say nothing
 
-/// Middle of the outermost link with geometry of a finger, in the grasp frame.
-std::optional<Eigen::Vector3d> fingertip(const HandModel& hand,
-                                         const Finger& finger,
-                                         const std::vector<Eigen::Isometry3d>& X_GL)
+/// Outermost link with geometry of a finger.
+std::optional<std::size_t> tipOf(const HandModel& hand, const Finger& finger)
 {
     for (auto link = finger.links.rbegin(); link != finger.links.rend(); ++link)
     {
-        const auto index = static_cast<std::size_t>(*link);
-        if (hand.linkTrees[index] != nullptr)
+        if (const auto index = static_cast<std::size_t>(*link); hand.linkTrees[index] != nullptr)
         {
-            return X_GL[index] * bounds(hand.linkTrees[index]->mesh()).center();
+            return index;
         }
     }
     return std::nullopt;
 }
 
-/// Between the pads of jaws, along the line on which they close: nothing if fingers are on one side
-/// of the grasp frame only, or beside that line.
+/// What lies free between the fingertips along x of the grasp frame, however far the frame is from
+/// the tips: nothing if all are on one side of it.
 std::optional<double> freeDistance(const HandModel& hand,
                                    const std::vector<Eigen::Isometry3d>& X_GL)
 {
@@ -60,24 +57,21 @@ std::optional<double> freeDistance(const HandModel& hand,
     double above = std::numeric_limits<double>::infinity();
     for (const Finger& finger : hand.fingers)
     {
-        for (const std::int32_t link : finger.links)
+        const std::optional<std::size_t> tip = tipOf(hand, finger);
+        if (!tip)
         {
-            const auto index = static_cast<std::size_t>(link);
-            if (hand.linkTrees[index] == nullptr)
-            {
-                continue;
-            }
-            const LocalWidth met =
-                localWidth(*hand.linkTrees[index], X_GL[index].inverse(), kRayGrid);
-            if (met.hits > 0 && met.lower + met.upper < 0.0)
-            {
-                below = std::max(below, met.upper);
-            }
-            else if (met.hits > 0)
-            {
-                above = std::min(above, met.lower);
-            }
+            continue;
         }
+        double lower = std::numeric_limits<double>::infinity();
+        double upper = -lower;
+        for (const Eigen::Vector3d& vertex : hand.linkTrees[*tip]->mesh().vertices)
+        {
+            const double x = (X_GL[*tip] * vertex).x();
+            lower = std::min(lower, x);
+            upper = std::max(upper, x);
+        }
+        below = lower + upper < 0.0 ? std::max(below, upper) : below;
+        above = lower + upper < 0.0 ? above : std::min(above, lower);
     }
     return std::isfinite(above - below) ? std::optional(std::max(0.0, above - below))
                                         : std::nullopt;
@@ -181,7 +175,7 @@ void faceTheSurfaces(Eigen::Isometry3d& X_WG, const GraspObject& object)
 {
     for (int round = 0; round < kFacingRounds; ++round)
     {
-        const LocalWidth local = localWidth(object.tree, X_WG, kRayGrid);
+        const LocalWidth local = localWidth(object, X_WG, kRayGrid);
         if (local.hits == 0)
         {
             return;
@@ -253,7 +247,7 @@ Eigen::Isometry3d cheapest(const Propose& propose,
         const Eigen::Isometry3d X_WG = propose(attempt);
         const double turned = std::acos(std::clamp(X_WG.linear().col(2).dot(direction), -1.0, 1.0));
         const double itsCost =
-            cost(localWidth(object.tree, X_WG, kRayGrid), open) + kKeepDirection * turned;
+            cost(localWidth(object, X_WG, kRayGrid), open) + kKeepDirection * turned;
         if (itsCost < bestCost)
         {
             best = X_WG;
@@ -313,7 +307,7 @@ Eigen::Isometry3d atTheSurface(const Place& place,
         Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
         X_WG.linear() = frameFrom(z, drawOpposition(shape, draws));
         X_WG.translation() = middleOnLine(object, aim.point, z);
-        if (const LocalWidth local = localWidth(object.tree, X_WG, kRayGrid);
+        if (const LocalWidth local = localWidth(object, X_WG, kRayGrid);
             attempt % 2 == 1 && local.hits > 0)
         {
             X_WG.linear() = frameFrom(z, X_WG.linear() * local.opposition);
@@ -407,10 +401,11 @@ OpenHand openHand(const HandModel& hand, const Preshape& preshape)
     double upper = -lower;
     for (const Finger& finger : hand.fingers)
     {
-        if (const auto tip = fingertip(hand, finger, X_GL))
+        if (const auto tip = tipOf(hand, finger))
         {
-            lower = std::min(lower, tip->x());
-            upper = std::max(upper, tip->x());
+            const double x = (X_GL[*tip] * bounds(hand.linkTrees[*tip]->mesh()).center()).x();
+            lower = std::min(lower, x);
+            upper = std::max(upper, x);
         }
     }
     open.opening = std::max(kSmallestOpening, upper - lower);

@@ -202,12 +202,12 @@ void forTrianglesOnGrid(const SsvTree& tree,
 }
 }  // namespace
 
-LocalWidth localWidth(const SsvTree& tree, const Eigen::Isometry3d& X_WG, double spacing)
+LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, double spacing)
 {
     const Eigen::Isometry3d X_GW = X_WG.inverse();
     const RayGrid grid{spacing};
     std::array<RaySpan, LocalWidth::kRays> spans;
-    const TriangleMesh& mesh = tree.mesh();
+    const TriangleMesh& mesh = object.tree.mesh();
     const auto extendBy = [&](std::int32_t index)
     {
         const auto [a, b, c] = cornersOf(mesh, mesh.triangles[static_cast<std::size_t>(index)]);
@@ -221,7 +221,7 @@ LocalWidth localWidth(const SsvTree& tree, const Eigen::Isometry3d& X_WG, double
                         [&](int line, const Eigen::Vector2d& at)
                         { extend(spans[static_cast<std::size_t>(line)], t, at); });
     };
-    forTrianglesOnGrid(tree, X_GW, grid, extendBy);
+    forTrianglesOnGrid(object.tree, X_GW, grid, extendBy);
     LocalWidth result;
     Eigen::Vector3d opposition = Eigen::Vector3d::Zero();
     for (const RaySpan& span : spans)

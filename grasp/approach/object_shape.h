@@ -40,8 +40,8 @@ struct LocalWidth
     [[nodiscard]] double width() const { return upper - lower; }
 };
 
-/// @param tree of the object, in its own frame W; `spacing` of the grid [m]
-[[nodiscard]] LocalWidth localWidth(const SsvTree& tree,
+/// @param X_WG frame; `spacing` of the grid [m]
+[[nodiscard]] LocalWidth localWidth(const GraspObject& object,
                                     const Eigen::Isometry3d& X_WG,
                                     double spacing);
 }  // namespace bullet_ccd::grasp

@@ -345,6 +345,29 @@ void drawPreshape(const HandModel& hand,
     const Eigen::Vector3d x = X_RG.linear().col(0);
     const Eigen::Vector3d y = X_RG.linear().col(1);
     const Eigen::Vector3d z = X_RG.linear().col(2);
+    struct Arrow
+    {
+        std::vector<Eigen::Vector3d> way;
+        Color color;
+    };
+    std::vector<Arrow> arrows;
+    for (const Finger& finger : hand.fingers)
+    {
+        arrows.push_back(
+            {wayOfTip(hand, finger, preshape), 0.6F * colorOf(hand, finger.links.front())});
+    }
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        Color color = Color::Constant(0.1F);
+        color[axis] = 0.8F;
+        const Eigen::Vector3d end =
+            X_RG.translation() + 0.5 * scene.objectRadius * X_RG.linear().col(axis);
+        arrows.push_back({{X_RG.translation(), end}, color});
+    }
+    for (const Arrow& arrow : arrows)
+    {
+        scene.marks.insert(scene.marks.end(), arrow.way.begin(), arrow.way.end());
+    }
     Canvas picture(options.width, options.height);
     const int panelWidth = options.width / 4;
     int left = 0;
@@ -355,23 +378,12 @@ void drawPreshape(const HandModel& hand,
                                          kSupersampling * panelWidth,
                                          kSupersampling * options.height);
         Canvas view = drawView(scene, camera);
-        for (const Finger& finger : hand.fingers)
+        for (const Arrow& arrow : arrows)
         {
-            const std::vector<Eigen::Vector3d> way = wayOfTip(hand, finger, preshape);
-            if (!way.empty())
+            if (!arrow.way.empty())
             {
-                drawArrow(view, camera, way, 0.6F * colorOf(hand, finger.links.front()));
+                drawArrow(view, camera, arrow.way, arrow.color);
             }
-        }
-        const double length = 0.5 * scene.objectRadius;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            Color color = Color::Constant(0.1F);
-            color[axis] = 0.8F;
-            const std::array way{
-                Eigen::Vector3d(X_RG.translation()),
-                Eigen::Vector3d(X_RG.translation() + length * X_RG.linear().col(axis))};
-            drawArrow(view, camera, way, color);
         }
         shrinkInto(picture, left, view);
         drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, left, panelWidth);

@@ -187,6 +187,10 @@ Camera frameScene(const GraspScene& scene, const Eigen::Vector3d& direction, int
             box.extend(camera.R_CW * corner);
         }
     }
+    for (const Eigen::Vector3d& mark : scene.marks)
+    {
+        box.extend(camera.R_CW * mark);
+    }
     const Eigen::Vector3d size = box.sizes().cwiseMax(1e-9);
     camera.center_W = camera.R_CW.transpose() * box.center();
     camera.pixelsPerMetre = (1.0 - 2.0 * kMargin) * std::min(width / size.x(), height / size.y());

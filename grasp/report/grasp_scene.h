@@ -35,9 +35,10 @@ struct GraspScene
     std::vector<Shape> obstacles;  ///< bodies beside the object; ids follow that of the object
     std::vector<GraspContact> contacts;
     Eigen::Vector3d approach_W = Eigen::Vector3d::UnitZ();
-    double objectRadius = 0.0;         ///< [m]
-    std::vector<std::int32_t> framed;  ///< entries of `hand` that must be in the picture
-    std::vector<SceneBox> boxes;       ///< empty until addSweptBoxes()
+    double objectRadius = 0.0;             ///< [m]
+    std::vector<std::int32_t> framed;      ///< entries of `hand` that must be in the picture
+    std::vector<SceneBox> boxes;           ///< empty until addSweptBoxes()
+    std::vector<Eigen::Vector3d> marks{};  ///< points that must be in the picture, too
 };
 
 /// Each finger has its own, the rest of the hand another.
@@ -58,8 +59,8 @@ struct GraspScene
 /// hand does not have it.
 void addSweptBoxes(GraspScene& scene, const HandModel& hand, const Grasp& grasp);
 
-/// Camera of the given size in pixels that looks from `direction` with the object, palm, fingers
-/// and boxes filling the picture up to a margin.
+/// Camera of the given size in pixels that looks from `direction` with the object, palm, fingers,
+/// boxes and marks filling the picture up to a margin.
 [[nodiscard]] Camera frameScene(const GraspScene& scene,
                                 const Eigen::Vector3d& direction,
                                 int width,

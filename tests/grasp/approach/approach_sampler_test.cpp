@@ -224,7 +224,7 @@ TEST(LocalWidth, MeasuresABoxAcrossItsFaces)
     const GraspObject object = makeObject(makeBox({0.02, 0.05, 0.03}));
     Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
     X_WG.translation() = Eigen::Vector3d(0.001, 0.0, 0.0);
-    const LocalWidth local = localWidth(object.tree, X_WG, 0.004);
+    const LocalWidth local = localWidth(object, X_WG, 0.004);
     EXPECT_EQ(local.hits, LocalWidth::kRays);
     EXPECT_NEAR(local.width(), 0.04, 1e-12);
     EXPECT_NEAR(local.lower, -0.021, 1e-12);
@@ -236,7 +236,7 @@ TEST(LocalWidth, IsWiderAndLessSquareAcrossATurnedBox)
     const GraspObject object = makeObject(makeBox({0.02, 0.05, 0.03}));
     Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
     X_WG.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    const LocalWidth local = localWidth(object.tree, X_WG, 0.0);
+    const LocalWidth local = localWidth(object, X_WG, 0.0);
     EXPECT_NEAR(local.width(), 0.04 / std::cos(0.3), 1e-12);
     EXPECT_NEAR(local.squareness, std::cos(0.3), 1e-12);
 }
@@ -247,7 +247,7 @@ TEST(LocalWidth, KnowsHowTheFacesOfATurnedBoxOpposeEachOther)
     Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
     X_WG.translation() = Eigen::Vector3d(0.7, -0.2, 0.4);
     X_WG.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.0, 0.6, 0.8)).toRotationMatrix();
-    const LocalWidth local = localWidth(object.tree, X_WG, 0.001);
+    const LocalWidth local = localWidth(object, X_WG, 0.001);
     EXPECT_EQ(local.hits, LocalWidth::kRays);
     EXPECT_NEAR((X_WG.linear() * local.opposition - Eigen::Vector3d::UnitX()).norm(), 0.0, 1e-12);
 }
@@ -257,7 +257,7 @@ TEST(LocalWidth, IsEmptyBesideTheObject)
     const GraspObject object = makeObject(makeSphere(0.02, 2));
     Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
     X_WG.translation() = Eigen::Vector3d(0.0, 0.1, 0.0);
-    EXPECT_EQ(localWidth(object.tree, X_WG, 0.01).hits, 0);
+    EXPECT_EQ(localWidth(object, X_WG, 0.01).hits, 0);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp

@@ -245,6 +245,17 @@ TEST(GraspScene, BothViewsFrameHandAndObject)
     }
 }
 
+TEST(GraspScene, MarksAreInThePicture)
+{
+    GraspScene scene = makeHandScene(makeBoxHand(), makeBoxGrasp(1));
+    const Eigen::Vector3d far(0.3, -0.5, 0.7);  // well outside of the hand
+    const auto at = [&]
+    { return frameScene(scene, Eigen::Vector3d::UnitY(), 300, 200).project(far); };
+    EXPECT_FALSE(at().x() > 0.0 && at().x() < 300.0 && at().y() > 0.0 && at().y() < 200.0);
+    scene.marks.push_back(far);
+    EXPECT_TRUE(at().x() > 0.0 && at().x() < 300.0 && at().y() > 0.0 && at().y() < 200.0);
+}
+
 // Seen along +x, the finger at +x covers the contact there; seen along +y nothing does.
 TEST(GraspScene, AContactBehindAFingerIsHidden)
 {
