@@ -32,6 +32,15 @@ SsvAxes makeAxes(const Vector3d& first, const Vector3d& second)
     return {.axis0 = toFloats(e0), .axis1 = toFloats(e1)};
 }
 
+/// Axes that are unit and orthogonal already but for 1e-5: one step of Newton's method leaves
+/// 1e-10.
+SsvAxes straightened(const Vector3d& first, const Vector3d& second)
+{
+    const Vector3d e0 = (1.5 - 0.5 * first.squaredNorm()) * first;
+    const Vector3d across = second - e0.dot(second) * e0;
+    return {.axis0 = toFloats(e0), .axis1 = toFloats((1.5 - 0.5 * across.squaredNorm()) * across)};
+}
+
 /// Measure of a box to be made small: its surface, and a little of its width so that flat boxes are
 /// told apart.
 template <class T>
@@ -41,71 +50,39 @@ T boxMeasure(T x, T y, T z)
     return x * y + y * z + z * x + T(0.1) * width * width;
 }
 
-/// The edge whose box is smallest: across it is the height over it.
-SsvAxes triangleAxes(const SsvCorners& c)
-{
-    SsvAxes best = makeAxes(Vector3d::Zero(), Vector3d::Zero());
-    double bestMeasure = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        const Vector3d edge = c[(i + 1) % 3] - c[i];
-        const Vector3d other = c[(i + 2) % 3] - c[i];
-        const double length = edge.norm();
-        if (!(length > 0.0))
-        {
-            continue;
-        }
-        const double along = edge.dot(other) / length;
-        const double height = edge.cross(other).norm() / length;
-        const double reach = std::max(length, along) - std::min(0.0, along);
-        const double measure = boxMeasure(reach, height, 0.0);
-        if (measure < bestMeasure)
-        {
-            bestMeasure = measure;
-            best = height > reach ? makeAxes(other - (along / length) * edge, edge)
-                                  : makeAxes(edge, other);
-        }
-    }
-    return best;
-}
-
 /// A box around a few points that is turned step by step; four points at a time.
 class TurningBox
 {
 public:
-    static constexpr int kMaxPoints = 32;
+    static constexpr int kMostFours = 8;
 
-    void add(const Vector3f& p)
+    void add(const Array4f& x, const Array4f& y, const Array4f& z)
     {
-        for (int k = 0; k < 3; ++k)
-        {
-            m_points[k][m_count / 4][m_count % 4] = p[k];
-        }
-        ++m_count;
+        m_points[0][m_fours] = x;
+        m_points[1][m_fours] = y;
+        m_points[2][m_fours] = z;
+        ++m_fours;
     }
 
     /// Turns about each axis in turn by less and less as long as that makes the box smaller; a long
     /// side by a fraction of its slope against the short one.
     void turnUntilSmall()
     {
-        while (m_count % 4 != 0)
-        {
-            add({m_points[0][0][0], m_points[1][0][0], m_points[2][0][0]});
-        }
         for (int k = 0; k < 3; ++k)
         {
-            m_size[k] = extent(k, k, 1.0F, 0.0F);
+            m_size[k] = extent(k);
         }
-        for (const float step : {1.0F, 0.5F, 0.25F, 0.125F, 0.0625F})
+        m_measure = boxMeasure(m_size[0], m_size[1], m_size[2]);
+        for (const float step : {0.8F, 0.35F, 0.15F, 0.06F})
         {
             for (int k = 0; k < 3; ++k)
             {
                 const float sizeU = m_size[(k + 1) % 3];
                 const float sizeV = m_size[(k + 2) % 3];
                 const float slope = std::min(sizeU, sizeV) / std::max(sizeU, sizeV);
-                if (slope > 1e-4F && !tryTurn(k, step * slope))
+                if (slope > 1e-4F)
                 {
-                    tryTurn(k, -step * slope);
+                    tryTurns(k, step * slope);
                 }
             }
         }
@@ -115,43 +92,81 @@ public:
     [[nodiscard]] Matrix3f axes() const
     {
         std::array<int, 3> order = {0, 1, 2};
-        std::stable_sort(
-            order.begin(), order.end(), [&](int a, int b) { return m_size[a] > m_size[b]; });
+        for (const std::size_t i : {0U, 1U, 0U})
+        {
+            if (m_size[order[i]] < m_size[order[i + 1]])
+            {
+                std::swap(order[i], order[i + 1]);
+            }
+        }
         return m_axes(Eigen::all, order);
     }
 
 private:
-    /// Extent of c x_u + s x_v.
-    [[nodiscard]] float extent(int u, int v, float c, float s) const
+    [[nodiscard]] float extent(int axis) const
     {
-        Array4f low = c * m_points[u][0] + s * m_points[v][0];
+        Array4f low = m_points[axis][0];
         Array4f high = low;
-        for (int i = 1; 4 * i < m_count; ++i)
+        for (int i = 1; i < m_fours; ++i)
         {
-            const Array4f x = c * m_points[u][i] + s * m_points[v][i];
-            low = low.min(x);
-            high = high.max(x);
+            low = low.min(m_points[axis][i]);
+            high = high.max(m_points[axis][i]);
         }
         return high.maxCoeff() - low.minCoeff();
     }
 
-    /// Turns about axis k if that makes the box smaller.
-    bool tryTurn(int k, float tangent)
+    /// Turns about axis k one way or the other, about by the given angle, if that makes the box
+    /// smaller.
+    void tryTurns(int k, float angle)
     {
         const int u = (k + 1) % 3;
         const int v = (k + 2) % 3;
-        const float c = 1.0F / std::sqrt(1.0F + tangent * tangent);
-        const float s = c * tangent;
-        const float sizeU = extent(u, v, c, s);
-        const float sizeV = extent(v, u, c, -s);
-        if (!(boxMeasure(m_size[k], sizeU, sizeV) <
-              0.99999F * boxMeasure(m_size[0], m_size[1], m_size[2])))
+        const float h = 0.5F * angle;  // the tangent of half the angle: no root is needed
+        const float scale = 1.0F / (1.0F + h * h);
+        const float c = (1.0F - h * h) * scale;
+        const float s = 2.0F * h * scale;
+        struct Range
         {
-            return false;
+            Array4f low = Array4f::Constant(std::numeric_limits<float>::infinity());
+            Array4f high = Array4f::Constant(-std::numeric_limits<float>::infinity());
+
+            void add(const Array4f& x)
+            {
+                low = low.min(x);
+                high = high.max(x);
+            }
+            [[nodiscard]] float size() const { return high.maxCoeff() - low.minCoeff(); }
+        };
+        Range rangesU[2];
+        Range rangesV[2];
+        for (int i = 0; i < m_fours; ++i)
+        {
+            const Array4f cu = c * m_points[u][i];
+            const Array4f su = s * m_points[u][i];
+            const Array4f cv = c * m_points[v][i];
+            const Array4f sv = s * m_points[v][i];
+            rangesU[0].add(cu + sv);
+            rangesV[0].add(cv - su);
+            rangesU[1].add(cu - sv);
+            rangesV[1].add(cv + su);
         }
-        m_size[u] = sizeU;
-        m_size[v] = sizeV;
-        for (int i = 0; 4 * i < m_count; ++i)
+        const float sizesU[2] = {rangesU[0].size(), rangesU[1].size()};
+        const float sizesV[2] = {rangesV[0].size(), rangesV[1].size()};
+        const float measures[2] = {boxMeasure(m_size[k], sizesU[0], sizesV[0]),
+                                   boxMeasure(m_size[k], sizesU[1], sizesV[1])};
+        const int better = measures[0] <= measures[1] ? 0 : 1;
+        if (measures[better] < 0.99999F * m_measure)
+        {
+            m_measure = measures[better];
+            m_size[u] = sizesU[better];
+            m_size[v] = sizesV[better];
+            turn(u, v, c, better == 0 ? s : -s);
+        }
+    }
+
+    void turn(int u, int v, float c, float s)
+    {
+        for (int i = 0; i < m_fours; ++i)
         {
             const Array4f x = m_points[u][i];
             m_points[u][i] = c * x + s * m_points[v][i];
@@ -160,86 +175,112 @@ private:
         const Vector3f axisU = m_axes.col(u);
         m_axes.col(u) = c * axisU + s * m_axes.col(v);
         m_axes.col(v) = c * m_axes.col(v) - s * axisU;
-        return true;
     }
 
-    Array4f m_points[3][kMaxPoints / 4];  ///< coordinates along the sides
-    int m_count = 0;
-    Matrix3f m_axes = Matrix3f::Identity();
+    Array4f m_points[3][kMostFours];  ///< coordinates along the sides
+    int m_fours = 0;
+    Matrix3f m_axes = Matrix3f::Identity();  ///< columns, in the axes of the points
     Vector3f m_size = Vector3f::Zero();
+    float m_measure = 0.0F;
 };
 
-/// Corners of every stride-th triangle.
-class Sample
+/// Coordinates along axes, four points at a time.
+struct Turn
 {
-public:
-    static constexpr std::size_t kTriangles = 48;
+    Matrix3f toAxes;  ///< rows: the axes
 
-    explicit Sample(std::span<const SsvCorners> triangles)
-        : m_triangles(triangles), m_stride((triangles.size() + kTriangles - 1) / kTriangles)
+    [[nodiscard]] Array4f operator()(const SsvPoints& points, std::size_t i, int row) const
     {
+        return toAxes(row, 0) * points[0][i] + toAxes(row, 1) * points[1][i] +
+               toAxes(row, 2) * points[2][i];
     }
-    template <class Visit>
-    void forEach(Visit&& visit) const
-    {
-        for (std::size_t i = 0; i < m_triangles.size(); i += m_stride)
-        {
-            for (const Vector3d& corner : m_triangles[i])
-            {
-                visit(corner);
-            }
-        }
-    }
-    [[nodiscard]] bool isSmall() const { return 3 * m_triangles.size() <= TurningBox::kMaxPoints; }
-
-private:
-    std::span<const SsvCorners> m_triangles;
-    std::size_t m_stride;
 };
+
+/// Every stride-th four of points are judged.
+std::size_t strideOf(const SsvPoints& points)
+{
+    constexpr std::size_t kSample = 36;
+    return (points.fours() + kSample - 1) / kSample;
+}
 
 struct Spread
 {
-    Vector3d about = Vector3d::Zero();      ///< a point among the corners
-    double scale = 0.0;                     ///< one over their size
     Matrix3d axes = Matrix3d::Identity();   ///< columns: largest spread first
-    Vector3d deviation = Vector3d::Zero();  ///< along the axes, scaled
+    Vector3d deviation = Vector3d::Ones();  ///< along the axes, in any unit
 };
 
-Spread spreadOf(const Sample& sample, const Vector3d& about)
+Spread principalSpread(const SsvPoints& points)
 {
-    Spread spread{.about = about};
-    Vector3d sum = Vector3d::Zero();
-    Matrix3d square = Matrix3d::Zero();
-    double count = 0.0;
-    sample.forEach(
-        [&](const Vector3d& corner)
-        {
-            const Vector3d d = corner - about;
-            sum += d;
-            square.noalias() += d * d.transpose();
-            count += 1.0;
-        });
-    square = square / count - (sum / count) * (sum / count).transpose();
-    const double largest = square.cwiseAbs().maxCoeff();
-    if (!(largest > 0.0) || !(largest < std::numeric_limits<double>::infinity()))
+    const std::size_t stride = strideOf(points);
+    Array4f sum[3];
+    Array4f square[6];
+    std::fill(sum, sum + 3, Array4f::Zero());
+    std::fill(square, square + 6, Array4f::Zero());
+    float count = 0.0F;
+    for (std::size_t i = 0; i < points.fours(); i += stride)
     {
-        return spread;
+        const Array4f x = points[0][i];
+        const Array4f y = points[1][i];
+        const Array4f z = points[2][i];
+        sum[0] += x;
+        sum[1] += y;
+        sum[2] += z;
+        square[0] += x * x;
+        square[1] += x * y;
+        square[2] += x * z;
+        square[3] += y * y;
+        square[4] += y * z;
+        square[5] += z * z;
+        count += 4.0F;
+    }
+    const Vector3d mean = Vector3f(sum[0].sum(), sum[1].sum(), sum[2].sum()).cast<double>() / count;
+    Matrix3d spread;
+    for (int i = 0, n = 0; i < 3; ++i)
+    {
+        for (int k = i; k < 3; ++k, ++n)
+        {
+            spread(i, k) = spread(k, i) = square[n].sum() / count - mean[i] * mean[k];
+        }
+    }
+    const double largest = spread.cwiseAbs().maxCoeff();
+    Spread result;
+    if (!(largest > 0.0))
+    {
+        return result;
     }
     Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
-    solver.computeDirect(square / largest);
-    if (!solver.eigenvectors().allFinite())
+    solver.computeDirect(spread / largest);
+    if (solver.eigenvectors().allFinite())
     {
-        return spread;
+        result.axes = solver.eigenvectors().rowwise().reverse();
+        result.deviation = solver.eigenvalues().reverse().cwiseMax(0.0).cwiseSqrt();
     }
-    spread.scale = 1.0 / std::sqrt(largest);
-    spread.axes = solver.eigenvectors().rowwise().reverse();
-    spread.deviation = solver.eigenvalues().reverse().cwiseMax(0.0).cwiseSqrt();
+    return result;
+}
+
+Spread spreadAlong(const SsvPoints& points, const SsvAxes& axes)
+{
+    Spread spread{.axes = axes.matrix()};
+    const Turn turn{spread.axes.transpose().cast<float>()};
+    const std::size_t stride = strideOf(points);
+    for (int k = 0; k < 3; ++k)
+    {
+        Array4f low = turn(points, 0, k);
+        Array4f high = low;
+        for (std::size_t i = stride; i < points.fours(); i += stride)
+        {
+            const Array4f x = turn(points, i, k);
+            low = low.min(x);
+            high = high.max(x);
+        }
+        spread.deviation[k] = static_cast<double>(high.maxCoeff() - low.minCoeff());
+    }
     return spread;
 }
 
 /// The extremes along the axes, the diagonals of the widest face and the space diagonals, stretched
 /// with the set.
-void addExtremes(const Sample& sample, const Spread& spread, TurningBox& box)
+void addExtremes(const SsvPoints& points, const Spread& spread, TurningBox& box)
 {
     constexpr int kDirections = 9;
     constexpr float kSigns[kDirections][3] = {{1, 0, 0},
@@ -251,41 +292,66 @@ void addExtremes(const Sample& sample, const Spread& spread, TurningBox& box)
                                               {1, 1, -1},
                                               {1, -1, 1},
                                               {1, -1, -1}};
-    const Vector3f stretch = spread.deviation.cwiseMax(1e-6).cwiseInverse().cast<float>();
-    const Matrix3d toAxes = spread.scale * spread.axes.transpose();
-    float low[kDirections];
-    float high[kDirections];
-    std::fill(low, low + kDirections, std::numeric_limits<float>::infinity());
-    std::fill(high, high + kDirections, -std::numeric_limits<float>::infinity());
-    Vector3f lowest[kDirections];
-    Vector3f highest[kDirections];
-    sample.forEach(
-        [&](const Vector3d& corner)
-        {
-            const Vector3f p = (toAxes * (corner - spread.about)).cast<float>();
-            const Vector3f q = p.cwiseProduct(stretch);
-            for (int i = 0; i < kDirections; ++i)
-            {
-                const float x = kSigns[i][0] * q.x() + kSigns[i][1] * q.y() + kSigns[i][2] * q.z();
-                if (x < low[i])
-                {
-                    low[i] = x;
-                    lowest[i] = p;
-                }
-                if (x > high[i])
-                {
-                    high[i] = x;
-                    highest[i] = p;
-                }
-            }
-        });
-    for (int i = 0; i < kDirections; ++i)
+    const Vector3f stretch =
+        spread.deviation.cwiseMax(1e-6 * spread.deviation.maxCoeff()).cwiseInverse().cast<float>();
+    const Turn turn{spread.axes.transpose().cast<float>()};
+    // In every lane the extreme of its points.
+    struct Extreme
     {
-        box.add(lowest[i]);
-        box.add(highest[i]);
+        Array4f height;
+        Array4f at[3];
+
+        void take(const Array4f& h, const Array4f (&p)[3])
+        {
+            const auto better = (h > height).eval();
+            height = better.select(h, height);
+            for (int k = 0; k < 3; ++k)
+            {
+                at[k] = better.select(p[k], at[k]);
+            }
+        }
+        [[nodiscard]] Vector3f best() const
+        {
+            Eigen::Index lane = 0;
+            height.maxCoeff(&lane);
+            return {at[0][lane], at[1][lane], at[2][lane]};
+        }
+    };
+    Extreme lowest[kDirections];
+    Extreme highest[kDirections];
+    const std::size_t stride = strideOf(points);
+    for (std::size_t i = 0; i < points.fours(); i += stride)
+    {
+        const Array4f p[3] = {turn(points, i, 0), turn(points, i, 1), turn(points, i, 2)};
+        const Array4f q[3] = {p[0] * stretch[0], p[1] * stretch[1], p[2] * stretch[2]};
+        for (int k = 0; k < kDirections; ++k)
+        {
+            const Array4f h = kSigns[k][0] * q[0] + kSigns[k][1] * q[1] + kSigns[k][2] * q[2];
+            if (i == 0)
+            {
+                lowest[k] = {-h, {p[0], p[1], p[2]}};
+                highest[k] = {h, {p[0], p[1], p[2]}};
+                continue;
+            }
+            lowest[k].take(-h, p);
+            highest[k].take(h, p);
+        }
+    }
+    Array4f found[3][5];
+    for (int k = 0; k < 2 * kDirections + 2; ++k)  // two fill the last four
+    {
+        const int direction = std::min(k / 2, kDirections - 1);
+        const Vector3f p = k % 2 == 0 ? lowest[direction].best() : highest[direction].best();
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            found[axis][k / 4][k % 4] = p[axis];
+        }
+    }
+    for (int i = 0; i < 5; ++i)
+    {
+        box.add(found[0][i], found[1][i], found[2][i]);
     }
 }
-
 }  // namespace
 
 Matrix3d SsvAxes::matrix() const
@@ -302,31 +368,92 @@ Matrix3d SsvAxes::matrix() const
     return x.cast<float>();
 }
 
-SsvAxes smallBoxAxes(std::span<const SsvCorners> triangles)
+SsvTriangleBox triangleBox(const SsvCorners& c)
 {
-    if (triangles.size() == 1)
+    const double area = (c[1] - c[0]).cross(c[2] - c[0]).norm();  // twice
+    double bestMeasure = std::numeric_limits<double>::infinity();
+    std::size_t best = 0;
+    double low = 0.0;
+    double high = 0.0;
+    double height = 0.0;
+    for (std::size_t i = 0; i < 3; ++i)
     {
-        return triangleAxes(triangles[0]);
+        const Vector3d edge = c[(i + 1) % 3] - c[i];
+        const double length = edge.norm();
+        if (!(length > 0.0))
+        {
+            continue;
+        }
+        const double along = edge.dot(c[(i + 2) % 3] - c[i]) / length;
+        const double reach = std::max(length, along) - std::min(0.0, along);
+        const double measure = boxMeasure(reach, area / length, 0.0);
+        if (measure < bestMeasure)
+        {
+            bestMeasure = measure;
+            best = i;
+            low = std::min(0.0, along);
+            high = std::max(length, along);
+            height = area / length;
+        }
     }
-    const Sample sample(triangles);
-    const Spread spread = spreadOf(sample, triangles[0][0]);
-    if (spread.scale == 0.0)
+    const Vector3d edge = c[(best + 1) % 3] - c[best];
+    const Vector3d other = c[(best + 2) % 3] - c[best];
+    constexpr double kNeedle = 1e-6;
+    SsvAxes axes;
+    if (height > kNeedle * (high - low))
     {
-        return makeAxes(Vector3d::Zero(), Vector3d::Zero());
-    }
-    TurningBox box;
-    if (sample.isSmall())
-    {
-        const Matrix3d toAxes = spread.scale * spread.axes.transpose();
-        sample.forEach([&](const Vector3d& corner)
-                       { box.add((toAxes * (corner - spread.about)).cast<float>()); });
+        const double length = edge.norm();
+        const Vector3d e0 = edge / length;
+        axes = straightened(e0, (other - e0.dot(other) * e0) / height);
     }
     else
     {
-        addExtremes(sample, spread, box);
+        axes = makeAxes(edge, other);
+    }
+    const double reach = high - low;
+    SsvTriangleBox box{.axes = axes,
+                       .corner = best,
+                       .center = 0.5 * (low + high) * axes.axis0.cast<double>() +
+                                 0.5 * height * axes.axis1.cast<double>(),
+                       .half = {0.5 * reach, 0.5 * height, 0.0}};
+    if (height > reach)
+    {
+        box.axes = {.axis0 = axes.axis1, .axis1 = -axes.axis0};
+        std::swap(box.half[0], box.half[1]);
+    }
+    return box;
+}
+
+namespace
+{
+SsvAxes turned(const SsvPoints& points, const Spread& start)
+{
+    TurningBox box;
+    if (points.fours() <= TurningBox::kMostFours)
+    {
+        const Turn turn{start.axes.transpose().cast<float>()};
+        for (std::size_t i = 0; i < points.fours(); ++i)
+        {
+            box.add(turn(points, i, 0), turn(points, i, 1), turn(points, i, 2));
+        }
+    }
+    else
+    {
+        addExtremes(points, start, box);
     }
     box.turnUntilSmall();
-    const Matrix3d axes = spread.axes * box.axes().cast<double>();
-    return makeAxes(axes.col(0), axes.col(1));
+    const Matrix3d axes = start.axes * box.axes().cast<double>();
+    return straightened(axes.col(0), axes.col(1));
+}
+}  // namespace
+
+SsvAxes smallBoxAxes(const SsvPoints& points)
+{
+    return turned(points, principalSpread(points));
+}
+
+SsvAxes smallBoxAxes(const SsvPoints& points, const SsvAxes& start)
+{
+    return turned(points, spreadAlong(points, start));
 }
 }  // namespace bullet_ccd

@@ -1,10 +1,11 @@
 /// Which way the volume of a node points: the axes of a small box around its triangles.
 #pragma once
 
+#include "bullet_ccd/hierarchy/ssv_points.h"
+
 #include <Eigen/Core>
 
 #include <array>
-#include <span>
 
 namespace bullet_ccd
 {
@@ -25,10 +26,22 @@ struct SsvAxes
 /// measured about a center that is not the stored one.
 [[nodiscard]] Eigen::Vector3f toFloats(const Eigen::Vector3d& x);
 
-/// Axes of a box of small surface, the longest extent first.
-///
-/// A triangle has its box along one of its edges. Several start from their principal axes, which
-/// are then turned about each other as long as that makes the box smaller. Large sets are judged
-/// by a sample of their corners: which axes are taken is a matter of size, not of safety.
-[[nodiscard]] SsvAxes smallBoxAxes(std::span<const SsvCorners> triangles);
+/// The box of smallest surface along one of a triangle's edges, but for roundings of single
+/// precision.
+struct SsvTriangleBox
+{
+    SsvAxes axes;            ///< the longest extent first
+    std::size_t corner;      ///< one of the triangle's
+    Eigen::Vector3d center;  ///< from there
+    Eigen::Vector3d half;
+};
+[[nodiscard]] SsvTriangleBox triangleBox(const SsvCorners& corners);
+
+/// Axes of a box of small surface, the longest extent first: the principal axes, turned about each
+/// other as long as that makes the box smaller. Large sets are judged by a sample: which axes are
+/// taken is a matter of size, not of safety.
+[[nodiscard]] SsvAxes smallBoxAxes(const SsvPoints& points);
+
+/// The same, beginning with axes that fit a part of the points.
+[[nodiscard]] SsvAxes smallBoxAxes(const SsvPoints& points, const SsvAxes& start);
 }  // namespace bullet_ccd

@@ -1,24 +1,44 @@
 #include "bullet_ccd/hierarchy/ssv_fit.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <numbers>
+#include <oneapi/tbb/parallel_for.h>
+#include <vector>
 
 namespace bullet_ccd
 {
 namespace
 {
+using Eigen::Array4f;
 using Eigen::Matrix3d;
+using Eigen::Matrix3f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Smallest float that is not below `x`; not inlined for the reason told at toFloats().
-[[gnu::noinline]] float roundUp(double x)
+/// A coordinate along axes is right to less than this fraction of the size of a box: of at most
+/// twice the size, the input costs 6e-8, products and sums 1.8e-7, the third axis 1e-7; that axes
+/// are orthogonal to 1e-7 only costs twice that of the size.
+constexpr double kRounding = 1e-6;
+/// What single precision may drop altogether, far below the smallest mesh [m].
+constexpr double kSmallest = 1e-30;
+
+/// Smallest floats that are not below what is given, which is not below 0. Not inlined for the
+/// reason told at toFloats().
+template <std::size_t kCount>
+[[gnu::noinline]] std::array<float, kCount> roundedUp(const std::array<double, kCount>& x)
 {
-    const float f = static_cast<float>(x);
-    return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity())
-                                      : f;
+    std::array<float, kCount> f;
+    for (std::size_t k = 0; k < kCount; ++k)
+    {
+        f[k] = static_cast<float>(x[k]);
+        const std::uint32_t next = static_cast<double>(f[k]) < x[k] ? 1 : 0;
+        f[k] = std::bit_cast<float>(std::bit_cast<std::uint32_t>(f[k]) + next);
+    }
+    return f;
 }
 
 Vector3d toDoubles(const float (&x)[3])
@@ -34,125 +54,370 @@ SsvNode storeNode(const SsvAxes& axes, const Vector3f& center, const Vector3d& h
         node.center[k] = center[k];
         node.axis0[k] = axes.axis0[k];
         node.axis1[k] = axes.axis1[k];
-        node.half[k] = roundUp(half[k]);
     }
-    node.radius = roundUp(radius);
-    node.coreRadius = roundUp(half.norm() * (1.0 + 1e-6));
+    const std::array<float, 5> up =
+        roundedUp<5>({half[0], half[1], half[2], radius, half.norm() * (1.0 + 1e-6)});
+    std::copy_n(up.begin(), 3, node.half);
+    node.radius = up[3];
+    node.coreRadius = up[4];
     return node;
 }
 
-/// Surface of a box with these half-extents, swept by a ball. Steiner: S(K + r B) = S(K) +
-/// 2 r M(K) + 4 pi r^2 with M = 2 pi (x + y + z) for a box.
+/// Surface of a box with these half-extents, swept by a ball: in proportion to the chance that a
+/// random line meets it. Steiner: S(K + r B) = S(K) + 2 r M(K) + 4 pi r^2 with M = 2 pi (x + y + z)
+/// for a box.
 double sweptSurface(const Vector3d& half, double radius)
 {
     return 8.0 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]) +
            4.0 * std::numbers::pi * radius * (half.sum() + radius);
 }
+
+/// Coordinates of the points along the axes of a box, about its middle.
+class AlongAxes
+{
+public:
+    AlongAxes(const SsvPoints& points, const Matrix3d& axes)
+        : m_points(points), m_toAxes(axes.transpose().cast<float>())
+    {
+    }
+    void moveTo(const Vector3d& middle) { m_middle = middle.cast<float>(); }
+
+    [[nodiscard]] Array4f operator()(std::size_t i, int k) const
+    {
+        return m_toAxes(k, 0) * m_points[0][i] + m_toAxes(k, 1) * m_points[1][i] +
+               m_toAxes(k, 2) * m_points[2][i] - m_middle[k];
+    }
+    /// Largest distance of every stride-th four of points from a core.
+    [[nodiscard]] double reachFrom(const Vector3d& half, std::size_t stride) const
+    {
+        const Vector3f core = half.cast<float>();
+        Array4f squared = Array4f::Zero();
+        for (std::size_t i = 0; i < m_points.fours(); i += stride)
+        {
+            Array4f sum = Array4f::Zero();
+            for (int k = 0; k < 3; ++k)
+            {
+                const Array4f out = ((*this)(i, k).abs() - core[k]).max(0.0F);
+                sum += out * out;
+            }
+            squared = squared.max(sum);
+        }
+        return std::sqrt(static_cast<double>(squared.maxCoeff()));
+    }
+
+private:
+    const SsvPoints& m_points;
+    Matrix3f m_toAxes;
+    Vector3f m_middle = Vector3f::Zero();
+};
 }  // namespace
 
-SsvNode boxNode(std::span<const SsvCorners> triangles, const SsvAxes& axes)
+SsvNode boxOfTriangle(const SsvCorners& corners)
 {
-    // Extents are taken about a corner, so that rounding is relative to the size of the box, and
-    // measured from the center as it is stored.
+    const SsvTriangleBox box = triangleBox(corners);
+    const Vector3d& corner = corners[box.corner];
+    const Vector3f center = toFloats(corner + box.center);
+    // From the center as it is stored to the middle of the box, by small numbers only.
+    const Vector3d offset = (center.cast<double>() - corner) - box.center;
+    Vector3d half = box.half + (box.axes.matrix().transpose() * offset).cwiseAbs();
+    half.array() += kRounding * half.norm() + kSmallest;
+    return storeNode(box.axes, center, half, 0.0);
+}
+
+SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
+{
     const Matrix3d e = axes.matrix();
-    const Matrix3d toAxes = e.transpose();
-    const Vector3d about = triangles[0][0];
-    Vector3d low = Vector3d::Zero();
-    Vector3d high = Vector3d::Zero();
-    for (const SsvCorners& corners : triangles)
+    const double unit = points.unit();
+    // Extents are measured from the center as it is stored.
+    AlongAxes along(points, e);
+    Vector3d low;
+    Vector3d high;
+    for (int k = 0; k < 3; ++k)
     {
-        for (const Vector3d& corner : corners)
+        Array4f lows = along(0, k);
+        Array4f highs = lows;
+        for (std::size_t i = 1; i < points.fours(); ++i)
         {
-            const Vector3d s = toAxes * (corner - about);
-            low = low.cwiseMin(s);
-            high = high.cwiseMax(s);
+            const Array4f s = along(i, k);
+            lows = lows.min(s);
+            highs = highs.max(s);
         }
+        low[k] = static_cast<double>(lows.minCoeff());
+        high[k] = static_cast<double>(highs.maxCoeff());
     }
-    const Vector3f center = toFloats(about + e * (0.5 * (low + high)));
-    const Vector3d middle = toAxes * (center.cast<double>() - about);
-    Vector3d half = (high - middle).cwiseMax(middle - low);
-    // The projections on axes that are orthonormal to 1e-7 only differ from the coordinates by that
-    // fraction of the distance: 1e-6 covers it.
-    half.array() += 1e-6 * half.norm();
-    return storeNode(axes, center, half, 0.0);
-}
-
-SsvNode sweptNode(std::span<const SsvCorners> triangles, const SsvAxes& axes, const SsvCore& core)
-{
-    // The radius is measured about the core as it is stored, to the nearest point of which only an
-    // upper bound of the distance is needed.
-    const Matrix3d e = axes.matrix();
-    SsvNode node = storeNode(axes, toFloats(e * core.center), core.half, 0.0);
-    const Vector3d center = toDoubles(node.center);
-    const Vector3d half = toDoubles(node.half);
-    double radiusSquared = 0.0;
-    for (const SsvCorners& corners : triangles)
-    {
-        for (const Vector3d& corner : corners)
-        {
-            const Vector3d d = corner - center;
-            const Vector3d s = (e.transpose() * d).cwiseMax(-half).cwiseMin(half);
-            radiusSquared = std::max(radiusSquared, (d - e * s).squaredNorm());
-        }
-    }
-    // A few roundings of double precision, which the single one may not cover.
-    node.radius =
-        roundUp(std::sqrt(radiusSquared) * (1.0 + 1e-14) + 1e-15 * (center.norm() + half.norm()));
-    return node;
-}
-
-double ssvSurface(const SsvNode& node)
-{
-    return sweptSurface(toDoubles(node.half), static_cast<double>(node.radius));
-}
-
-SsvNode roundedBox(std::span<const SsvCorners> triangles,
-                   const SsvAxes& axes,
-                   std::vector<Vector3d>& offsets)
-{
-    const SsvNode box = boxNode(triangles, axes);
-    constexpr float kFlat = 0.02F;
-    if (box.half[2] < kFlat * box.half[1])
+    const Vector3f center = toFloats(points.about() + e * (0.5 * unit * (low + high)));
+    const Vector3d offset = e.transpose() * (center.cast<double>() - points.about());
+    Vector3d half = (unit * high - offset).cwiseMax(offset - unit * low);
+    const double rounding = kRounding * half.norm() + kSmallest;
+    half.array() += rounding;
+    const SsvNode box = storeNode(axes, center, half, 0.0);
+    constexpr double kFlat = 0.02;
+    if (!(half[2] > kFlat * half[1]))
     {
         return box;  // too little to gain
     }
-    const Matrix3d toAxes = axes.matrix().transpose();
-    const Vector3d center = toDoubles(box.center);
-    const Vector3d half = toDoubles(box.half);
-    constexpr std::size_t kSample = 48;
-    const std::size_t stride = (triangles.size() + kSample - 1) / kSample;
-    offsets.clear();
-    for (std::size_t i = 0; i < triangles.size(); i += stride)
-    {
-        for (const Vector3d& corner : triangles[i])
-        {
-            offsets.emplace_back((toAxes * (corner - center)).cwiseAbs());
-        }
-    }
+    along.moveTo(offset / unit);
+    constexpr std::size_t kSample = 36;
+    const std::size_t stride = (points.fours() + kSample - 1) / kSample;
     constexpr int kSteps = 4;
     Vector3d bestHalf = half;
-    double bestSurface = sweptSurface(half, 0.0);
+    const double boxSurface = sweptSurface(half, 0.0);
+    double bestSurface = boxSurface;
     for (int i = 1; i <= kSteps; ++i)
     {
         const Vector3d core = (half.array() - half[2] * i / kSteps).cwiseMax(0.0).matrix();
-        double radiusSquared = 0.0;
-        for (const Vector3d& offset : offsets)
-        {
-            radiusSquared = std::max(radiusSquared, (offset - core).cwiseMax(0.0).squaredNorm());
-        }
-        const double surface = sweptSurface(core, std::sqrt(radiusSquared));
+        const double surface = sweptSurface(core, unit * along.reachFrom(core / unit, stride));
         if (surface < bestSurface)
         {
             bestSurface = surface;
             bestHalf = core;
         }
     }
-    if (bestHalf == half)
+    if (bestSurface == boxSurface)
     {
         return box;
     }
-    const SsvNode rounded =
-        sweptNode(triangles, axes, {.center = toAxes * center, .half = bestHalf});
-    return ssvSurface(rounded) < ssvSurface(box) ? rounded : box;
+    SsvNode rounded = storeNode(axes, center, bestHalf, 0.0);
+    const double radius =
+        unit * along.reachFrom(toDoubles(rounded.half) / unit, 1) * (1.0 + kRounding) +
+        2.0 * rounding;  // of three coordinates
+    rounded.radius = roundedUp<1>({radius})[0];
+    return sweptSurface(bestHalf, radius) < boxSurface ? rounded : box;
+}
+
+namespace
+{
+/// Few triangles below a node, and their corners without repetition.
+class Block
+{
+public:
+    static constexpr std::int32_t kMostTriangles = 64;
+
+    Block(std::span<const SsvBranch> branches,
+          std::span<const SsvCorners> corners,
+          std::span<SsvNode> nodes,
+          SsvPoints& points)
+        : m_branches(branches), m_corners(corners), m_nodes(nodes), m_points(points)
+    {
+    }
+
+    /// Fits the node and all below it. Returns their points.
+    std::vector<Vector3d> fit(std::int32_t node)
+    {
+        const SsvBranch& branch = m_branches[static_cast<std::size_t>(node)];
+        m_begin = static_cast<std::size_t>(branch.begin);
+        m_count = 0;
+        m_table.fill(kFree);
+        for (std::size_t slot = m_begin; slot < static_cast<std::size_t>(branch.end); ++slot)
+        {
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                m_cornerAt[slot - m_begin][k] = find(m_corners[slot][k]);
+            }
+        }
+        fitBelow(node);
+        return {m_distinct.begin(), m_distinct.begin() + m_count};
+    }
+
+private:
+    static constexpr std::size_t kMostPoints = 3 * kMostTriangles;
+    static constexpr std::uint8_t kFree = 255;
+    static_assert(kMostPoints < kFree);
+    using Bits = std::array<std::uint64_t, kMostPoints / 64>;
+
+    std::uint8_t find(const Vector3d& point)
+    {
+        std::uint64_t hash = 0;
+        for (const double x : point)
+        {
+            hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15U;
+            hash ^= hash >> 32U;
+        }
+        std::size_t at = hash % m_table.size();
+        while (m_table[at] != kFree && m_distinct[m_table[at]] != point)
+        {
+            at = (at + 1) % m_table.size();
+        }
+        if (m_table[at] == kFree)
+        {
+            m_table[at] = static_cast<std::uint8_t>(m_count);
+            m_distinct[m_count++] = point;
+        }
+        return m_table[at];
+    }
+
+    /// Which of the distinct points are below the node.
+    Bits fitBelow(std::int32_t index)
+    {
+        const SsvBranch& branch = m_branches[static_cast<std::size_t>(index)];
+        SsvNode& node = m_nodes[static_cast<std::size_t>(index)];
+        Bits bits{};
+        if (branch.count == 0)
+        {
+            const auto slot = static_cast<std::size_t>(branch.first);
+            node = boxOfTriangle(m_corners[slot]);
+            for (const std::uint8_t point : m_cornerAt[slot - m_begin])
+            {
+                bits[point / 64U] |= std::uint64_t{1} << point % 64U;
+            }
+        }
+        else
+        {
+            for (std::int32_t k = 0; k < branch.count; ++k)
+            {
+                const Bits below = fitBelow(branch.first + k);
+                for (std::size_t word = 0; word < bits.size(); ++word)
+                {
+                    bits[word] |= below[word];
+                }
+            }
+            std::size_t count = 0;
+            for (std::size_t word = 0; word < bits.size(); ++word)
+            {
+                for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1)
+                {
+                    m_gathered[count++] =
+                        m_distinct[64 * word + static_cast<std::size_t>(std::countr_zero(rest))];
+                }
+            }
+            m_points.begin(m_gathered[0], count);
+            m_points.add(std::span(m_gathered).first(count));
+            m_points.end();
+            node = roundedBox(m_points, smallBoxAxes(m_points, axesOfLargestChild(branch)));
+        }
+        node.first = branch.first;
+        node.count = branch.count;
+        return bits;
+    }
+
+    [[nodiscard]] SsvAxes axesOfLargestChild(const SsvBranch& branch) const
+    {
+        const std::span<const SsvNode> children = m_nodes.subspan(
+            static_cast<std::size_t>(branch.first), static_cast<std::size_t>(branch.count));
+        const SsvNode& largest = *std::max_element(children.begin(),
+                                                   children.end(),
+                                                   [](const SsvNode& a, const SsvNode& b)
+                                                   { return a.coreRadius < b.coreRadius; });
+        return {.axis0 = Vector3f(largest.axis0), .axis1 = Vector3f(largest.axis1)};
+    }
+
+    std::span<const SsvBranch> m_branches;
+    std::span<const SsvCorners> m_corners;
+    std::span<SsvNode> m_nodes;
+    SsvPoints& m_points;
+    std::size_t m_begin = 0;  ///< the first slot
+    std::size_t m_count = 0;
+    std::array<Vector3d, kMostPoints> m_distinct;
+    std::array<Vector3d, kMostPoints> m_gathered;
+    std::array<std::array<std::uint8_t, 3>, kMostTriangles> m_cornerAt;
+    std::array<std::uint8_t, 512> m_table;
+};
+
+/// The nodes above blocks, and the blocks in the order of their slots.
+struct Levels
+{
+    std::vector<std::int32_t> upper;
+    std::vector<std::int32_t> blocks;
+};
+
+Levels levelsOf(std::span<const SsvBranch> branches)
+{
+    Levels levels;
+    std::vector<std::int32_t> waiting = {0};
+    while (!waiting.empty())
+    {
+        const std::int32_t node = waiting.back();
+        waiting.pop_back();
+        const SsvBranch& branch = branches[static_cast<std::size_t>(node)];
+        if (branch.end - branch.begin <= Block::kMostTriangles)
+        {
+            levels.blocks.push_back(node);
+            continue;
+        }
+        levels.upper.push_back(node);
+        for (std::int32_t k = 0; k < branch.count; ++k)
+        {
+            waiting.push_back(branch.first + k);
+        }
+    }
+    std::sort(levels.blocks.begin(),
+              levels.blocks.end(),
+              [&](std::int32_t a, std::int32_t b)
+              {
+                  return branches[static_cast<std::size_t>(a)].begin <
+                         branches[static_cast<std::size_t>(b)].begin;
+              });
+    return levels;
+}
+
+/// On all threads if there is more than one of grain.
+template <class Work>
+void forAll(std::size_t count, std::size_t grain, const Work& work)
+{
+    using Range = tbb::blocked_range<std::size_t>;
+    const Range all(0, count, grain);
+    if (all.is_divisible())
+    {
+        tbb::parallel_for(all, work);
+    }
+    else
+    {
+        work(all);  // starting threads would cost more than the work
+    }
+}
+}  // namespace
+
+void fitNodes(std::span<const SsvBranch> branches,
+              std::span<const SsvCorners> corners,
+              std::span<SsvNode> nodes)
+{
+    using Range = tbb::blocked_range<std::size_t>;
+    const Levels levels = levelsOf(branches);
+    std::vector<std::vector<Vector3d>> points(levels.blocks.size());
+    forAll(levels.blocks.size(),
+           8,
+           [&](const Range& range)
+           {
+               SsvPoints scratch;
+               Block block(branches, corners, nodes, scratch);
+               for (std::size_t i = range.begin(); i < range.end(); ++i)
+               {
+                   points[i] = block.fit(levels.blocks[i]);
+               }
+           });
+    forAll(levels.upper.size(),
+           1,
+           [&](const Range& range)
+           {
+               SsvPoints all;
+               for (std::size_t i = range.begin(); i < range.end(); ++i)
+               {
+                   const auto index = static_cast<std::size_t>(levels.upper[i]);
+                   const SsvBranch& branch = branches[index];
+                   const auto beginsBefore = [&](std::int32_t block, std::int32_t slot)
+                   { return branches[static_cast<std::size_t>(block)].begin < slot; };
+                   const auto first = std::lower_bound(
+                       levels.blocks.begin(), levels.blocks.end(), branch.begin, beginsBefore);
+                   const auto last =
+                       std::lower_bound(first, levels.blocks.end(), branch.end, beginsBefore);
+                   const std::span<const std::vector<Vector3d>> below = std::span(points).subspan(
+                       static_cast<std::size_t>(first - levels.blocks.begin()),
+                       static_cast<std::size_t>(last - first));
+                   std::size_t count = 0;
+                   for (const std::vector<Vector3d>& block : below)
+                   {
+                       count += block.size();
+                   }
+                   all.begin(below[0][0], count);
+                   for (const std::vector<Vector3d>& block : below)
+                   {
+                       all.add(block);
+                   }
+                   all.end();
+                   nodes[index] = roundedBox(all, smallBoxAxes(all));
+                   nodes[index].first = branch.first;
+                   nodes[index].count = branch.count;
+               }
+           });
 }
 }  // namespace bullet_ccd

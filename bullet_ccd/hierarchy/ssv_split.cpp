@@ -5,10 +5,12 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <oneapi/tbb/parallel_invoke.h>
-#include <oneapi/tbb/parallel_sort.h>
 #include <utility>
 
 namespace bullet_ccd
@@ -22,12 +24,41 @@ using Eigen::Vector3f;
 
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
-/// A triangle on its way down. Single precision and scaled to the size of the mesh: enough to
-/// decide by, and it moves half as much memory.
+/// A triangle in single precision, scaled to the size of the mesh: enough to decide by.
 struct Item
 {
     Vector3f corners[3];
     std::int32_t triangle;
+};
+
+/// A triangle on its way down. It is small because it is moved often.
+struct Place
+{
+    Vector3f middle;     ///< three times that of its corners
+    std::uint32_t item;  ///< triangles are in the order of their numbers there
+};
+
+/// Some of the items.
+class ItemSet
+{
+public:
+    ItemSet(std::span<const Item> items, std::span<Place> places)
+        : m_items(items.data()), m_places(places)
+    {
+    }
+    [[nodiscard]] std::size_t size() const { return m_places.size(); }
+    [[nodiscard]] const Item& operator[](std::size_t i) const { return m_items[m_places[i].item]; }
+    [[nodiscard]] std::span<Place> places() const { return m_places; }
+    [[nodiscard]] ItemSet part(std::size_t begin, std::size_t count) const
+    {
+        return {*this, m_places.subspan(begin, count)};
+    }
+
+private:
+    ItemSet(const ItemSet& all, std::span<Place> places) : m_items(all.m_items), m_places(places) {}
+
+    const Item* m_items;
+    std::span<Place> m_places;
 };
 
 /// Axes of largest, middle and smallest spread; the fourth lane is unused.
@@ -41,6 +72,7 @@ struct ItemAxes
     {
         return x * p.x() + y * p.y() + z * p.z();
     }
+    [[nodiscard]] Vector3f operator[](int i) const { return {x[i], y[i], z[i]}; }
 };
 
 struct Bounds
@@ -66,6 +98,61 @@ struct Bounds
     }
 };
 
+/// What a number is sorted by, and where it is.
+struct Key
+{
+    std::uint32_t number;  ///< in the order of the floats
+    std::uint32_t index;
+};
+
+Key keyOf(float x, std::size_t index)
+{
+    const auto bits = std::bit_cast<std::uint32_t>(x + 0.0F);  // -0 equals 0
+    constexpr std::uint32_t kSign = 0x80000000U;
+    return {(bits & kSign) != 0 ? ~bits : bits | kSign, static_cast<std::uint32_t>(index)};
+}
+
+/// Sorts by the numbers and keeps the order of equal ones: digit by digit, without a branch that
+/// depends on them.
+void sortKeys(std::span<Key> keys, std::span<Key> spare)
+{
+    constexpr std::size_t kFew = 64;
+    if (keys.size() <= kFew)
+    {
+        std::sort(keys.begin(),
+                  keys.end(),
+                  [](const Key& a, const Key& b)
+                  { return std::pair(a.number, a.index) < std::pair(b.number, b.index); });
+        return;
+    }
+    spare = spare.first(keys.size());
+    constexpr std::size_t kDigits = 4;
+    constexpr std::size_t kValues = 256;
+    std::array<std::array<std::uint32_t, kValues>, kDigits> places{};
+    const auto digitOf = [](const Key& key, std::size_t digit)
+    { return (key.number >> (8 * digit)) % kValues; };
+    for (const Key& key : keys)
+    {
+        for (std::size_t digit = 0; digit < kDigits; ++digit)
+        {
+            ++places[digit][digitOf(key, digit)];
+        }
+    }
+    for (std::size_t digit = 0; digit < kDigits; ++digit)
+    {
+        std::uint32_t place = 0;
+        for (std::uint32_t& count : places[digit])
+        {
+            place += std::exchange(count, place);
+        }
+        for (const Key& key : keys)
+        {
+            spare[places[digit][digitOf(key, digit)]++] = key;
+        }
+        std::swap(keys, spare);  // an even number of times
+    }
+}
+
 /// Three times the middle of an item's corners.
 Array4f middleOf(const Item& item, const ItemAxes& axes)
 {
@@ -84,7 +171,7 @@ Bounds boundsOf(const Item& item, const ItemAxes& axes)
 
 /// At most `limit` of the items, evenly spread: decisions about many are taken by a sample.
 template <class Visit>
-void forSample(std::span<const Item> items, std::size_t limit, Visit&& visit)
+void forSample(const ItemSet& items, std::size_t limit, Visit&& visit)
 {
     const std::size_t stride = (items.size() + limit - 1) / limit;
     for (std::size_t i = 0; i < items.size(); i += stride)
@@ -93,7 +180,7 @@ void forSample(std::span<const Item> items, std::size_t limit, Visit&& visit)
     }
 }
 
-ItemAxes principalAxes(std::span<const Item> items)
+ItemAxes principalAxes(const ItemSet& items)
 {
     constexpr std::size_t kSample = 256;
     // Sums about a point of the set, so that a small set far out loses nothing.
@@ -145,7 +232,7 @@ struct Cut
 class Bins
 {
 public:
-    Bins(std::span<const Item> items, const ItemAxes& axes) : m_axes(axes)
+    Bins(const ItemSet& items, const ItemAxes& axes) : m_axes(axes)
     {
         Bounds middles;
         const auto visitMiddle = [&](const Item& item)
@@ -254,56 +341,260 @@ private:
     Bin m_bins[3][kMostBins];
 };
 
-class Splitter
+/// Makes two children of a node, adjacent from `firstFree` on; the first gets `left` triangles.
+void splitNode(std::span<SsvBinaryNode> nodes,
+               std::size_t node,
+               std::size_t firstFree,
+               std::size_t left,
+               float surfaceLeft,
+               float surfaceRight)
+{
+    SsvBinaryNode& here = nodes[node];
+    if (node == 0)
+    {
+        here.surface = surfaceLeft + surfaceRight;
+    }
+    here.first = static_cast<std::int32_t>(firstFree);
+    const auto middle = here.begin + static_cast<std::int32_t>(left);
+    nodes[firstFree] = {here.begin, middle, 0, surfaceLeft};
+    nodes[firstFree + 1] = {middle, here.end, 0, surfaceRight};
+}
+
+/// Divides a small set down to its triangles, along the principal axes of the set.
+class SmallSplitter
 {
 public:
-    std::vector<Item> items;
-    std::vector<SsvBinaryNode> nodes;
+    static constexpr std::size_t kMost = 1024;
 
-    void run()
+    SmallSplitter(const ItemSet& items, std::span<SsvBinaryNode> nodes)
+        : m_items(items), m_nodes(nodes)
     {
-        nodes.resize(2 * items.size() - 1);
-        nodes[0] = {0, static_cast<std::int32_t>(items.size()), 0, 0.0F};
-        build(0, 1);
+        const ItemAxes axes = principalAxes(items);
+        std::array<std::array<Key, kMost>, 3> keys;
+        std::array<Key, kMost> spare;
+        for (std::size_t i = 0; i < items.size(); ++i)
+        {
+            m_bounds[i] = boundsOf(items[i], axes);
+            const Array4f middle = middleOf(items[i], axes);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+            {
+                keys[axis][i] = keyOf(middle[static_cast<Eigen::Index>(axis)], i);
+            }
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis)
+        {
+            sortKeys(std::span(keys[axis]).first(items.size()), spare);
+            for (std::size_t i = 0; i < items.size(); ++i)
+            {
+                m_sorted[axis][i] = static_cast<std::uint16_t>(keys[axis][i].index);
+            }
+        }
+    }
+
+    /// Builds what is below a node that holds all of the items, from `firstFree` on.
+    void run(std::size_t node, std::size_t firstFree)
+    {
+        m_firstSlot = m_nodes[node].begin;
+        build(node, firstFree);
+        std::array<Place, kMost> old;
+        const std::span<Place> places = m_items.places();
+        std::copy(places.begin(), places.end(), old.begin());
+        for (std::size_t i = 0; i < places.size(); ++i)
+        {
+            places[i] = old[m_sorted[0][i]];
+        }
     }
 
 private:
+    struct SmallCut
+    {
+        std::size_t axis = 0;
+        std::size_t left = 1;  ///< how many
+        float cost = kFloatInfinity;
+        float surfaceLeft = 0.0F;
+        float surfaceRight = 0.0F;
+    };
+
+    void build(std::size_t node, std::size_t firstFree)
+    {
+        SsvBinaryNode& here = m_nodes[node];
+        const auto begin = static_cast<std::size_t>(here.begin - m_firstSlot);
+        const auto count = static_cast<std::size_t>(here.end - here.begin);
+        if (count == 1)
+        {
+            return;
+        }
+        SmallCut cut;
+        if (count > 2)
+        {
+            for (std::size_t axis = 0; axis < 3; ++axis)
+            {
+                sweep(axis, begin, count, cut);
+            }
+            divide(cut, begin, count);
+        }
+        splitNode(m_nodes, node, firstFree, cut.left, cut.surfaceLeft, cut.surfaceRight);
+        build(firstFree, firstFree + 2);
+        build(firstFree + 1, firstFree + 2 * cut.left);
+    }
+
+    /// All cuts along one axis.
+    void sweep(std::size_t axis, std::size_t begin, std::size_t count, SmallCut& best) const
+    {
+        const std::uint16_t* const sorted = m_sorted[axis].data() + begin;
+        std::array<float, kMost> surfaceFrom;
+        Bounds right;
+        for (std::size_t i = count - 1; i > 0; --i)
+        {
+            right.add(m_bounds[sorted[i]]);
+            surfaceFrom[i] = right.surface();
+        }
+        Bounds left;
+        const std::size_t least = (count + Bins::kLeastShare - 1) / Bins::kLeastShare;
+        for (std::size_t i = 1; i < count; ++i)
+        {
+            left.add(m_bounds[sorted[i - 1]]);
+            if (i < least || count - i < least)
+            {
+                continue;
+            }
+            const float surfaceLeft = left.surface();
+            const float cost = surfaceLeft * rootOf(i) + surfaceFrom[i] * rootOf(count - i);
+            if (cost < best.cost)
+            {
+                best = {axis, i, cost, surfaceLeft, surfaceFrom[i]};
+            }
+        }
+    }
+
+    static float rootOf(std::size_t count)
+    {
+        static const std::array<float, kMost> roots = []
+        {
+            std::array<float, kMost> made{};
+            for (std::size_t i = 0; i < kMost; ++i)
+            {
+                made[i] = std::sqrt(static_cast<float>(i));
+            }
+            return made;
+        }();
+        return roots[count];
+    }
+
+    /// Keeps the items of both sides in order along every axis.
+    void divide(const SmallCut& cut, std::size_t begin, std::size_t count)
+    {
+        std::array<std::uint16_t, kMost> isLeft;
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            isLeft[m_sorted[cut.axis][begin + i]] = i < cut.left ? 1 : 0;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis)
+        {
+            if (axis == cut.axis)
+            {
+                continue;
+            }
+            std::uint16_t* const sorted = m_sorted[axis].data() + begin;
+            std::array<std::uint16_t, kMost> rest;
+            std::size_t left = 0;
+            std::size_t right = 0;
+            for (std::size_t i = 0; i < count; ++i)
+            {
+                const std::uint16_t item = sorted[i];
+                sorted[left] = item;
+                rest[right] = item;
+                left += isLeft[item];
+                right += 1U - isLeft[item];
+            }
+            std::copy_n(rest.begin(), right, sorted + left);
+        }
+    }
+
+    ItemSet m_items;
+    std::span<SsvBinaryNode> m_nodes;
+    std::int32_t m_firstSlot = 0;
+    std::array<Bounds, kMost> m_bounds;
+    std::array<std::array<std::uint16_t, kMost>, 3> m_sorted;
+};
+
+class Splitter
+{
+public:
+    explicit Splitter(std::span<const Item> items)
+        : m_items(items),
+          m_places(items.size()),
+          m_spare(items.size()),
+          m_nodes(2 * items.size() - 1)
+    {
+        for (std::size_t i = 0; i < items.size(); ++i)
+        {
+            const Vector3f(&corners)[3] = items[i].corners;
+            m_places[i] = {corners[0] + corners[1] + corners[2], static_cast<std::uint32_t>(i)};
+        }
+        m_nodes[0] = {0, static_cast<std::int32_t>(items.size()), 0, 0.0F};
+        build(0, 1);
+    }
+
+    [[nodiscard]] std::span<const SsvBinaryNode> nodes() const { return m_nodes; }
+    /// In the order of the slots.
+    [[nodiscard]] std::span<const Place> places() const { return m_places; }
+
+private:
+    /// Those before the cut come first; the order on both sides stays. Returns how many they are.
+    static std::size_t partition(std::span<Place> places,
+                                 std::span<Place> spare,
+                                 const Vector3f& axis,
+                                 float cut)
+    {
+        std::size_t left = 0;
+        std::size_t right = 0;
+        for (const Place& here : places)  // without a branch that depends on it
+        {
+            const Place place = here;
+            places[left] = place;
+            spare[right] = place;
+            const std::size_t isLeft = axis.dot(place.middle) < cut ? 1 : 0;
+            left += isLeft;
+            right += 1 - isLeft;
+        }
+        std::copy_n(spare.begin(), right, places.begin() + static_cast<std::ptrdiff_t>(left));
+        return left;
+    }
+
     /// Divides the items in two where they are cheapest, or at the median of the longest axis
     /// where that would unbalance the tree. Returns the size of the first half.
-    static std::size_t divide(std::span<Item> items, Cut& cut)
+    static std::size_t divide(const ItemSet& items, std::span<Place> spare, Cut& cut)
     {
         const ItemAxes axes = principalAxes(items);
+        const std::span<Place> places = items.places();
         cut = Bins(items, axes).best();
         if (cut.axis != kNone)
         {
-            const auto middle = std::partition(
-                items.begin(),
-                items.end(),
-                [&](const Item& item) { return middleOf(item, axes)[cut.axis] < cut.place; });
-            const auto left = static_cast<std::size_t>(middle - items.begin());
+            const std::size_t left = partition(places, spare, axes[cut.axis], cut.place);
             if (std::min(left, items.size() - left) * Bins::kLeastShare >= items.size())
             {
                 return left;
             }
         }
         const std::size_t half = items.size() / 2;
-        const auto key = [&](const Item& item)
-        { return std::pair(middleOf(item, axes)[0], item.triangle); };
-        std::nth_element(items.begin(),
-                         items.begin() + static_cast<std::ptrdiff_t>(half),
-                         items.end(),
-                         [&](const Item& a, const Item& b) { return key(a) < key(b); });
-        cut.surfaceLeft = surfaceOf(items.first(half), axes);
-        cut.surfaceRight = surfaceOf(items.subspan(half), axes);
+        const auto key = [axis = axes[0]](const Place& place)
+        { return std::pair(axis.dot(place.middle), place.item); };
+        std::nth_element(places.begin(),
+                         places.begin() + static_cast<std::ptrdiff_t>(half),
+                         places.end(),
+                         [&](const Place& a, const Place& b) { return key(a) < key(b); });
+        cut.surfaceLeft = surfaceOf(items.part(0, half), axes);
+        cut.surfaceRight = surfaceOf(items.part(half, items.size() - half), axes);
         return half;
     }
 
-    static float surfaceOf(std::span<const Item> items, const ItemAxes& axes)
+    static float surfaceOf(const ItemSet& items, const ItemAxes& axes)
     {
         Bounds bounds;
-        for (const Item& item : items)
+        for (std::size_t i = 0; i < items.size(); ++i)
         {
-            bounds.add(boundsOf(item, axes));
+            bounds.add(boundsOf(items[i], axes));
         }
         return bounds.surface();
     }
@@ -312,26 +603,19 @@ private:
     /// in advance and both halves can be built at the same time with the same result.
     void build(std::size_t node, std::size_t firstFree)
     {
-        SsvBinaryNode& here = nodes[node];
-        const auto begin = static_cast<std::size_t>(here.begin);
-        const std::size_t count = static_cast<std::size_t>(here.end) - begin;
-        if (count == 1)
+        const auto begin = static_cast<std::size_t>(m_nodes[node].begin);
+        const std::size_t count = static_cast<std::size_t>(m_nodes[node].end) - begin;
+        const ItemSet here(m_items, std::span(m_places).subspan(begin, count));
+        if (count <= SmallSplitter::kMost)
         {
+            SmallSplitter(here, m_nodes).run(node, firstFree);
             return;
         }
-        here.first = static_cast<std::int32_t>(firstFree);
         Cut cut;
-        const std::size_t leftCount =
-            count == 2 ? 1 : divide(std::span(items).subspan(begin, count), cut);
-        if (node == 0)
-        {
-            here.surface = cut.surfaceLeft + cut.surfaceRight;
-        }
-        const auto middle = static_cast<std::int32_t>(begin + leftCount);
-        nodes[firstFree] = {here.begin, middle, 0, cut.surfaceLeft};
-        nodes[firstFree + 1] = {middle, here.end, 0, cut.surfaceRight};
+        const std::size_t leftCount = divide(here, std::span(m_spare).subspan(begin, count), cut);
+        splitNode(m_nodes, node, firstFree, leftCount, cut.surfaceLeft, cut.surfaceRight);
         const std::size_t leftFree = firstFree + 2;
-        const std::size_t rightFree = leftFree + 2 * leftCount - 2;
+        const std::size_t rightFree = firstFree + 2 * leftCount;
         const auto left = [&] { build(firstFree, leftFree); };
         const auto right = [&] { build(firstFree + 1, rightFree); };
         constexpr std::size_t kParallel = 2048;
@@ -345,7 +629,47 @@ private:
             right();
         }
     }
+
+    std::span<const Item> m_items;
+    std::vector<Place> m_places;
+    std::vector<Place> m_spare;
+    std::vector<SsvBinaryNode> m_nodes;
 };
+
+/// In the order of their numbers, whatever the order of the file.
+std::vector<Item> sorted(std::span<const Item> items)
+{
+    std::vector<Key> keys(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i)
+    {
+        keys[i] = keyOf(items[i].corners[0].x(), i);
+    }
+    std::vector<Key> spare(items.size());
+    sortKeys(keys, spare);
+    std::vector<Item> result(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i)
+    {
+        result[i] = items[keys[i].index];
+    }
+    const auto numbers = [](const Item& item) { return item.corners[0].data(); };
+    const auto isLess = [&](const Item& a, const Item& b)
+    {
+        const auto order = std::lexicographical_compare_three_way(
+            numbers(a), numbers(a) + 9, numbers(b), numbers(b) + 9);
+        return order == 0 ? a.triangle < b.triangle : order < 0;
+    };
+    for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end)
+    {
+        while (end < items.size() && keys[end].number == keys[begin].number)
+        {
+            ++end;
+        }
+        std::sort(result.begin() + static_cast<std::ptrdiff_t>(begin),
+                  result.begin() + static_cast<std::ptrdiff_t>(end),
+                  isLess);
+    }
+    return result;
+}
 
 std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
 {
@@ -366,37 +690,20 @@ std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
         items[i].triangle = static_cast<std::int32_t>(i);
         rotateToSmallest(items[i].corners);
     }
-    const auto numbers = [](const Item& item) { return item.corners[0].data(); };
-    tbb::parallel_sort(items.begin(),
-                       items.end(),
-                       [&](const Item& a, const Item& b)
-                       {
-                           const auto order = std::lexicographical_compare_three_way(
-                               numbers(a), numbers(a) + 9, numbers(b), numbers(b) + 9);
-                           return order == 0 ? a.triangle < b.triangle : order < 0;
-                       });
-    return items;
+    return sorted(items);
 }
 }  // namespace
 
 SsvTopology splitTriangles(const TriangleMesh& mesh, const Vector3d& origin)
 {
     const std::size_t count = mesh.triangles.size();
-    Splitter splitter;
-    splitter.items = makeItems(mesh, origin);
-    // Ties are broken by the place in the sorted order, which a file's order does not change.
-    std::vector<std::int32_t> sorted(count);
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        sorted[i] = std::exchange(splitter.items[i].triangle, static_cast<std::int32_t>(i));
-    }
-    splitter.run();
-
-    SsvTopology topology{.branches = flattened(splitter.nodes), .triangles = {}};
+    const std::vector<Item> items = makeItems(mesh, origin);
+    const Splitter splitter(items);
+    SsvTopology topology{.branches = flattened(splitter.nodes()), .triangles = {}};
     topology.triangles.reserve(count);
-    for (const Item& item : splitter.items)
+    for (const Place& place : splitter.places())
     {
-        topology.triangles.push_back(sorted[static_cast<std::size_t>(item.triangle)]);
+        topology.triangles.push_back(items[place.item].triangle);
     }
     return topology;
 }

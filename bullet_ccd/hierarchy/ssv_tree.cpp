@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <oneapi/tbb/parallel_for.h>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -39,39 +38,6 @@ std::vector<SsvBranch> branchesOf(std::span<const SsvNode> nodes)
         }
     }
     return branches;
-}
-
-/// Fits every node to its triangles; one independent of the other.
-void fitNodes(std::span<const SsvBranch> branches,
-              std::span<const SsvCorners> corners,
-              const SsvFit& fit,
-              std::span<SsvNode> nodes)
-{
-    using Range = tbb::blocked_range<std::size_t>;
-    constexpr std::size_t kGrain = 256;
-    const auto fitRange = [&](const Range& range)
-    {
-        std::vector<Eigen::Vector3d> scratch;
-        for (std::size_t i = range.begin(); i < range.end(); ++i)
-        {
-            const SsvBranch& branch = branches[i];
-            const auto begin = static_cast<std::size_t>(branch.begin);
-            const auto end = static_cast<std::size_t>(branch.end);
-            const std::span<const SsvCorners> below = corners.subspan(begin, end - begin);
-            nodes[i] = fit.enclose(below, smallBoxAxes(below), scratch);
-            nodes[i].first = branch.first;
-            nodes[i].count = branch.count;
-        }
-    };
-    const Range all(0, nodes.size(), kGrain);
-    if (all.is_divisible())
-    {
-        tbb::parallel_for(all, fitRange);
-    }
-    else
-    {
-        fitRange(all);  // starting threads would cost more than the work
-    }
 }
 }  // namespace
 
@@ -133,16 +99,16 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
     m_mesh.vertices.assign(vertices.begin(), vertices.end());
     m_origin = bounds(m_mesh).center();
     placeCorners();
-    fitNodes(branchesOf(m_nodes), m_corners, {roundedBox}, m_nodes);
+    fitNodes(branchesOf(m_nodes), m_corners, m_nodes);
     findFaces();
 }
 
 SsvTree buildSsvTree(TriangleMesh mesh)
 {
-    return buildSsvTree(std::move(mesh), SsvFit{roundedBox});
+    return buildSsvTree(std::move(mesh), SsvFit{});
 }
 
-SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit)
+SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& /*fit*/)
 {
     checkMesh(mesh, "buildSsvTree");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
@@ -158,7 +124,7 @@ SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit)
     tree.m_triangles = std::move(topology.triangles);
     tree.placeCorners();
     tree.m_nodes.resize(topology.branches.size());
-    fitNodes(topology.branches, tree.m_corners, fit, tree.m_nodes);
+    fitNodes(topology.branches, tree.m_corners, tree.m_nodes);
     tree.findFaces();
     return tree;
 }

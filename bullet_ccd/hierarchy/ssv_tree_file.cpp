@@ -25,7 +25,7 @@ static_assert(std::endian::native == std::endian::little,
 
 /// Raise it whenever buildSsvTree() would give another tree for the same mesh, or the layout
 /// changes.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 /// Earlier versions of the library also wrote hierarchies of other volumes, with other numbers.
 constexpr std::uint32_t kRoundedBoxes = 1;
 constexpr std::array<char, 8> kMagic = {'S', 'S', 'V', 'T', 'R', 'E', 'E', '\n'};

@@ -18,20 +18,20 @@ namespace bullet_ccd
 {
 namespace
 {
-constexpr std::string_view kBlanks = " \t\r\v\f";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8
+
+bool isBlank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
 
 /// Cuts the next blank-separated word off `line`; empty at its end.
 std::string_view nextWord(std::string_view& line)
 {
-    const std::size_t begin = line.find_first_not_of(kBlanks);
-    if (begin == std::string_view::npos)
-    {
-        line = {};
-        return {};
-    }
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    const std::string_view word = line.substr(begin, end - begin);
-    line.remove_prefix(end);
+    const auto begin = std::find_if_not(line.begin(), line.end(), isBlank);
+    const auto end = std::find_if(begin, line.end(), isBlank);
+    const std::string_view word(begin, end);
+    line = std::string_view(end, line.end());
     return word;
 }
 
@@ -54,6 +54,10 @@ public:
         while (std::getline(file, continuation))
         {
             ++m_line;
+            if (m_line == 1 && continuation.starts_with(kByteOrderMark))
+            {
+                continuation.erase(0, kByteOrderMark.size());
+            }
             while (!continuation.empty() && continuation.back() == '\r')
             {
                 continuation.pop_back();

@@ -53,6 +53,24 @@ TEST(SsvTree, ContainsItsTrianglesAndSplitsThemIntoLeaves)
     }
 }
 
+TEST(SsvTree, ContainsItsTrianglesAtTheEndsOfSinglePrecision)
+{
+    Random random(5);
+    for (const double scale : {1e-15, 1e-9, 1e9, 1e15})
+    {
+        expectSound(scaled(soup(random, 300, 1.0, 0.1), scale), "scale " + std::to_string(scale));
+        // Crowds far smaller than the whole, at its origin and away from it.
+        TriangleMesh mesh = soup(random, 5, 1.0, 1.0);
+        for (const double size : {1e-9, 1e-18, 1e-27})
+        {
+            mesh = merged({mesh,
+                           scaled(soup(random, 100, 1.0, 0.1), size),
+                           shifted(scaled(soup(random, 100, 1.0, 0.1), size), {0.3, 0.2, 0.1})});
+        }
+        expectSound(scaled(mesh, scale), "crowds, scale " + std::to_string(scale));
+    }
+}
+
 TEST(SsvTree, ContainsDegenerateTriangles)
 {
     Random random(2);

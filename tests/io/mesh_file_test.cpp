@@ -164,6 +164,15 @@ TEST(MeshFile, ObjTakesContinuedLinesCommentsAndForeignLineEnds)
     EXPECT_EQ(file.mesh.vertices[1], Eigen::Vector3d(1, 0, 0));
 }
 
+TEST(MeshFile, ObjMayBeginWithAByteOrderMark)
+{
+    const TempFolder folder;
+    const MeshFile file = loadMeshFile(
+        folder.write("a.obj", "\xEF\xBB\xBFv 5 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"));
+    ASSERT_EQ(file.mesh.vertices.size(), 3U);
+    EXPECT_EQ(file.mesh.vertices[0], Eigen::Vector3d(5, 0, 0));
+}
+
 TEST(MeshFile, LinesAndPointsAreDroppedWithANote)
 {
     const TempFolder folder;
@@ -256,6 +265,20 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenFile{"a.dae", "<COLLADA", "export the mesh again"},
         BrokenFile{"a.gltf", "{\"asset\":", "export the mesh again"},
         BrokenFile{"a.glb", "glTF", "export the mesh again"}));
+
+TEST(MeshFile, TextOfAPlyThatEndsEarlyIsRefusedWhereverItEnds)
+{
+    const TempFolder folder;
+    const std::string whole = tests::tetraPlyText();
+    const std::string lastFaces = "3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    for (std::size_t missing = 2; missing < lastFaces.size(); ++missing)
+    {
+        EXPECT_THAT(
+            loadError(folder.write("cut.ply", whole.substr(0, whole.size() - missing))),
+            AllOf(HasSubstr("cut.ply: the file ends"), HasSubstr("of 4: export the mesh again")))
+            << missing;
+    }
+}
 
 TEST(MeshFile, MissingFilesAndFoldersAreNamed)
 {

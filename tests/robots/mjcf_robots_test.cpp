@@ -94,7 +94,9 @@ TEST(MjcfRobots, AHandIsTheSameFromMjcfAndUrdfWithTheSameSrdf)
     {
         EXPECT_EQ(fromUrdf[i].candidate, fromMjcf[i].candidate);
         EXPECT_EQ(fromUrdf[i].reject, fromMjcf[i].reject);
-        EXPECT_NEAR(fromUrdf[i].quality.epsilon, fromMjcf[i].quality.epsilon, 1e-6);
+        // Poses differ by roundings, so that of several points at the edge of what counts as
+        // contact others may be taken.
+        EXPECT_NEAR(fromUrdf[i].quality.epsilon, fromMjcf[i].quality.epsilon, 1e-4);
         ASSERT_EQ(fromUrdf[i].positions.size(), fromMjcf[i].positions.size());
         for (std::size_t k = 0; k < fromUrdf[i].positions.size(); ++k)
         {

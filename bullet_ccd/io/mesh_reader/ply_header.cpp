@@ -1,5 +1,6 @@
 #include "bullet_ccd/io/mesh_reader/ply_header.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
@@ -83,6 +84,11 @@ public:
                 const std::streamoff end = stream.tellg();
                 const auto size = static_cast<std::int64_t>(std::filesystem::file_size(path));
                 m_dataBytes = end < 0 ? 0 : size - end;
+                if (!m_isBinary && m_dataBytes > 0)
+                {
+                    m_text.resize(static_cast<std::size_t>(m_dataBytes));
+                    stream.read(m_text.data(), m_dataBytes);
+                }
                 return;
             }
         }
@@ -101,7 +107,9 @@ public:
                          " elements, only " + std::to_string(m_dataBytes) + " bytes follow");
             }
             // In text, a number and its separator are two bytes (the last one may lack the latter).
-            bytes += element.count * (m_isBinary ? element.bytes : 2 * element.properties);
+            bytes +=
+                element.count *
+                (m_isBinary ? element.bytes : 2 * static_cast<std::int64_t>(element.isList.size()));
         }
         if (bytes > m_dataBytes + 1)
         {
@@ -111,14 +119,56 @@ public:
         }
     }
 
+    /// Text may end early although its numbers are many enough in all. Assimp would fill what is
+    /// missing with copies.
+    void requireWholeText() const
+    {
+        std::string_view rest = m_text;
+        for (const Element& element : m_elements)
+        {
+            for (std::int64_t i = 0; !m_isBinary && i < element.count; ++i)
+            {
+                for (const bool isList : element.isList)
+                {
+                    const std::optional<std::int64_t> words =
+                        isList ? parseCount(std::string(nextWord(rest))) : 1;
+                    for (std::int64_t k = 0; k < words.value_or(0); ++k)
+                    {
+                        if (nextWord(rest).empty())
+                        {
+                            fail(m_name,
+                                 "the file ends in " + element.name + " " + std::to_string(i) +
+                                     " of " + std::to_string(element.count));
+                        }
+                    }
+                    if (!words && rest.empty())
+                    {
+                        fail(m_name,
+                             "the file ends before " + element.name + " " + std::to_string(i) +
+                                 " of " + std::to_string(element.count));
+                    }
+                }
+            }
+        }
+    }
+
 private:
     struct Element
     {
         std::string name;
         std::int64_t count = 0;
-        std::int64_t properties = 0;
-        std::int64_t bytes = 0;  ///< of one element at least: lists may be empty
+        std::int64_t bytes = 0;      ///< of one element at least: lists may be empty
+        std::vector<bool> isList{};  ///< for each property
     };
+
+    static std::string_view nextWord(std::string_view& text)
+    {
+        constexpr std::string_view kBlanks = " \t\r\n\v\f";
+        text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+        const std::string_view word = text.substr(0, text.find_first_of(kBlanks));
+        text.remove_prefix(word.size());
+        return word;
+    }
 
     void readLine(const std::vector<std::string>& words, int number)
     {
@@ -141,7 +191,7 @@ private:
         else if (keyword == "element")
         {
             require(words.size() == 3 && parseCount(words[2]));
-            m_elements.push_back({words[1], *parseCount(words[2]), 0, 0});
+            m_elements.push_back({words[1], *parseCount(words[2])});
         }
         else if (keyword == "property")
         {
@@ -150,7 +200,7 @@ private:
             const std::int64_t size = plyScalarSize(words[isList ? 2 : 1]);
             require(size > 0 && (!isList || plyScalarSize(words[3]) > 0));
             m_elements.back().bytes += size;
-            ++m_elements.back().properties;
+            m_elements.back().isList.push_back(isList);
         }
         else
         {
@@ -164,12 +214,15 @@ private:
     bool m_isComplete = false;
     std::int64_t m_dataBytes = 0;
     std::vector<Element> m_elements;
+    std::string m_text;  ///< behind the header, unless that is binary
 };
 
 }  // namespace
 
 void requirePlausiblePly(const std::filesystem::path& path)
 {
-    PlyHeader(path).requireEnoughData();
+    const PlyHeader header(path);
+    header.requireEnoughData();
+    header.requireWholeText();
 }
 }  // namespace bullet_ccd
