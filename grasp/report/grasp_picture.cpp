@@ -220,11 +220,15 @@ void drawScaleBar(Canvas& canvas, double pixelsPerMetre, int left, int panelWidt
     const Ink ink{kInk, 0.9F};
     const double x = left + 18.0;
     const double y = canvas.height - 18.0;
+    const std::string text = std::to_string(static_cast<int>(millimetres)) + " mm";
+    const int labelLeft = static_cast<int>(std::max(x, x + 0.5 * (length - labelWidth(text, 2))));
+    // A pale plate, so that it is read in front of a dark hand, too.
+    const double right = std::max(x + length, labelLeft + static_cast<double>(labelWidth(text, 2)));
+    const Ink pale{Color(0.97F, 0.98F, 0.99F), 0.8F};
+    drawLine(canvas, {x - 6.0, y - 8.0}, {right + 6.0, y - 8.0}, 40.0, pale);
     drawLine(canvas, {x, y}, {x + length, y}, 2.5, ink);
     drawLine(canvas, {x, y - 4.0}, {x, y + 4.0}, 1.5, ink);
     drawLine(canvas, {x + length, y - 4.0}, {x + length, y + 4.0}, 1.5, ink);
-    const std::string text = std::to_string(static_cast<int>(millimetres)) + " mm";
-    const int labelLeft = static_cast<int>(std::max(x, x + 0.5 * (length - labelWidth(text, 2))));
     drawLabel(canvas, text, {labelLeft, canvas.height - 42}, 2, ink);
 }
 
@@ -334,9 +338,9 @@ void drawPreshape(const HandModel& hand,
     open.approach_W = X_RG.linear().col(2);
     GraspScene scene = makeHandScene(hand, open);
     Eigen::AlignedBox3d box;
-    for (const Shape& shape : scene.hand)
+    for (const std::int32_t link : scene.framed)  // not an arm
     {
-        for (const Eigen::Vector3d& vertex : shape.vertices)
+        for (const Eigen::Vector3d& vertex : scene.hand[static_cast<std::size_t>(link)].vertices)
         {
             box.extend(vertex);
         }
