@@ -210,12 +210,13 @@ void btCcdStep::takeBackPushes(btScalar timeStep)
         {
             for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
             {
-                btRigidBody* body = btRigidBody::upcast(object);
+                // Kinematic bodies stay where they have been put, with their velocities.
+                const btCcdBody body{btRigidBody::upcast(object), nullptr};
                 const btCcdObjectMotion* motion = m_stepper.motionOf(*object);
-                if (body != nullptr && !btCcdBody{body, nullptr}.isStill() && motion != nullptr)
+                if (body.isFree() && !body.isStill() && motion != nullptr)
                 {
-                    body->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
-                    btCcdStop({body, nullptr});
+                    object->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+                    btCcdStop(body);
                 }
                 m_stepper.changed(*object);
             }

@@ -112,6 +112,33 @@ TEST_P(Kinematic, LiftIsNotCrossedByWhatMovesAlongWithIt)
     }
 }
 
+TEST_P(Kinematic, ObjectStaysWhereItHasBeenPutWhileOthersArePushedOutOfIt)
+{
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -9.81));
+    btRigidBody* lift = scene.body(scene.boxMesh(vec(2, 2, 0.004)), 0.0, poseAt(vec(0, 0, 0)));
+    lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    lift->setActivationState(DISABLE_DEACTIVATION);
+    const btRigidBody* box =
+        scene.body(scene.box(vec(0.05, 0.05, 0.04)), 1.0, poseAt(vec(0, 0, 0.05)));
+    const btRigidBody* ball = ballAt(scene, vec(0.5, 0, 0.06));
+    const auto step = btScalar(kFrame / 4.0);
+    scene.addHooks();
+    for (int i = 0; i < 40; ++i)
+    {
+        scene.world().stepSimulation(step, 1, step);
+    }
+    lift->setWorldTransform(poseAt(vec(0, 0, 0.18)));
+    for (int i = 0; i < 3; ++i)
+    {
+        scene.world().stepSimulation(btScalar(3) * step, 3, step);
+        EXPECT_EQ(double(lift->getWorldTransform().getOrigin().z()), double(btScalar(0.18)));
+        EXPECT_EQ(lift->getLinearVelocity().length() > btScalar(0), i == 0);
+    }
+    EXPECT_GT(double(box->getWorldTransform().getOrigin().z()), 0.18);
+    EXPECT_GT(double(ball->getWorldTransform().getOrigin().z()), 0.18);
+}
+
 TEST_P(Kinematic, ThinLiftCarriesWhatHasFallenOntoIt)
 {
     std::mt19937 random(1);
