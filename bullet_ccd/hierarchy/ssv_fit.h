@@ -5,16 +5,11 @@
 #include "bullet_ccd/hierarchy/ssv_node.h"
 #include "bullet_ccd/hierarchy/ssv_points.h"
 #include "bullet_ccd/hierarchy/ssv_split.h"
-#include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <span>
 
 namespace bullet_ccd
 {
-struct SsvFit
-{
-};
-[[nodiscard]] SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit);
 /// A volume around given points: their box along the axes or, if that has less surface, a smaller
 /// box inside it with the ball that it needs. How much smaller is chosen by a sample of the points.
 ///

@@ -105,11 +105,6 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
 
 SsvTree buildSsvTree(TriangleMesh mesh)
 {
-    return buildSsvTree(std::move(mesh), SsvFit{});
-}
-
-SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& /*fit*/)
-{
     checkMesh(mesh, "buildSsvTree");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
     const double size = bounds(mesh).sizes().norm();

@@ -6,7 +6,7 @@
 /// Triangles keep their vertices in double precision.
 ///
 /// ssv_split orders the triangles and decides which are below which node. ssv_fit encloses the
-/// triangles of one node. ssv_tree puts the two together, and refit() repeats the fit only.
+/// triangles of every node. ssv_tree puts the two together, and refit() repeats the fit only.
 /// face_slabs knows the flat faces. ssv_tree_file keeps the result on disk.
 #pragma once
 
@@ -56,8 +56,6 @@ struct FaceSlabs
     }
 };
 
-struct SsvFit;  // private
-
 /// Hierarchy over a mesh, of which it keeps its own copy. Only refit() changes it.
 class BULLET_CCD_API SsvTree
 {
@@ -95,7 +93,7 @@ public:
     /// of them is not finite.
     void refit(std::span<const Eigen::Vector3d> vertices);
 
-    friend SsvTree buildSsvTree(TriangleMesh mesh, const SsvFit& fit);
+    friend SsvTree buildSsvTree(TriangleMesh mesh);
     friend SsvTree loadSsvTree(TriangleMesh mesh, const std::filesystem::path& path);
 
 private:
