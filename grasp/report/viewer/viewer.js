@@ -85,7 +85,7 @@ function showPanel() {
   find('numbers').replaceChildren(
       number('outcome', grasp.outcome), number('epsilon', grasp.epsilon.toFixed(4)),
       ...(grasp.class ? [number('class', grasp.class)] : []),
-      ...(grasp.holds === null ? [] : [number(`holds ${data.mass} kg any way up`,
+      ...(grasp.holds === null ? [] : [number(`holds ${Number(data.mass.toPrecision(3))} kg any way up`,
           `${grasp.holds ? 'yes' : 'no'}, ${grasp.largestMass === null ? 'any mass' :
               `up to ${grasp.largestMass.toPrecision(3)} kg`}`)]),
       ...(grasp.volume === null ? [] : [number('volume', grasp.volume.toPrecision(4))]),
