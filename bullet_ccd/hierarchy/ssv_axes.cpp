@@ -184,25 +184,6 @@ private:
     float m_measure = 0.0F;
 };
 
-/// Coordinates along axes, four points at a time.
-struct Turn
-{
-    Matrix3f toAxes;  ///< rows: the axes
-
-    [[nodiscard]] Array4f operator()(const SsvPoints& points, std::size_t i, int row) const
-    {
-        return toAxes(row, 0) * points[0][i] + toAxes(row, 1) * points[1][i] +
-               toAxes(row, 2) * points[2][i];
-    }
-};
-
-/// Every stride-th four of points are judged.
-std::size_t strideOf(const SsvPoints& points)
-{
-    constexpr std::size_t kSample = 36;
-    return (points.fours() + kSample - 1) / kSample;
-}
-
 struct Spread
 {
     Matrix3d axes = Matrix3d::Identity();   ///< columns: largest spread first
@@ -211,7 +192,7 @@ struct Spread
 
 Spread principalSpread(const SsvPoints& points)
 {
-    const std::size_t stride = strideOf(points);
+    const std::size_t stride = points.stride();
     Array4f sum[3];
     Array4f square[6];
     std::fill(sum, sum + 3, Array4f::Zero());
@@ -261,15 +242,15 @@ Spread principalSpread(const SsvPoints& points)
 Spread spreadAlong(const SsvPoints& points, const SsvAxes& axes)
 {
     Spread spread{.axes = axes.matrix()};
-    const Turn turn{spread.axes.transpose().cast<float>()};
-    const std::size_t stride = strideOf(points);
+    const Matrix3f columns = spread.axes.cast<float>();
+    const std::size_t stride = points.stride();
     for (int k = 0; k < 3; ++k)
     {
-        Array4f low = turn(points, 0, k);
+        Array4f low = points.along(columns.col(k), 0);
         Array4f high = low;
         for (std::size_t i = stride; i < points.fours(); i += stride)
         {
-            const Array4f x = turn(points, i, k);
+            const Array4f x = points.along(columns.col(k), i);
             low = low.min(x);
             high = high.max(x);
         }
@@ -294,7 +275,7 @@ void addExtremes(const SsvPoints& points, const Spread& spread, TurningBox& box)
                                               {1, -1, -1}};
     const Vector3f stretch =
         spread.deviation.cwiseMax(1e-6 * spread.deviation.maxCoeff()).cwiseInverse().cast<float>();
-    const Turn turn{spread.axes.transpose().cast<float>()};
+    const Matrix3f columns = spread.axes.cast<float>();
     // In every lane the extreme of its points.
     struct Extreme
     {
@@ -319,10 +300,12 @@ void addExtremes(const SsvPoints& points, const Spread& spread, TurningBox& box)
     };
     Extreme lowest[kDirections];
     Extreme highest[kDirections];
-    const std::size_t stride = strideOf(points);
+    const std::size_t stride = points.stride();
     for (std::size_t i = 0; i < points.fours(); i += stride)
     {
-        const Array4f p[3] = {turn(points, i, 0), turn(points, i, 1), turn(points, i, 2)};
+        const Array4f p[3] = {points.along(columns.col(0), i),
+                              points.along(columns.col(1), i),
+                              points.along(columns.col(2), i)};
         const Array4f q[3] = {p[0] * stretch[0], p[1] * stretch[1], p[2] * stretch[2]};
         for (int k = 0; k < kDirections; ++k)
         {
@@ -431,10 +414,12 @@ SsvAxes turned(const SsvPoints& points, const Spread& start)
     TurningBox box;
     if (points.fours() <= TurningBox::kMostFours)
     {
-        const Turn turn{start.axes.transpose().cast<float>()};
+        const Matrix3f columns = start.axes.cast<float>();
         for (std::size_t i = 0; i < points.fours(); ++i)
         {
-            box.add(turn(points, i, 0), turn(points, i, 1), turn(points, i, 2));
+            box.add(points.along(columns.col(0), i),
+                    points.along(columns.col(1), i),
+                    points.along(columns.col(2), i));
         }
     }
     else

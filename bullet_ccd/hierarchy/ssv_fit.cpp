@@ -23,8 +23,6 @@ using Eigen::Vector3f;
 /// twice the size, the input costs 6e-8, products and sums 1.8e-7, the third axis 1e-7; that axes
 /// are orthogonal to 1e-7 only costs twice that of the size.
 constexpr double kRounding = 1e-6;
-/// What single precision may drop altogether, far below the smallest mesh [m].
-constexpr double kSmallest = 1e-30;
 
 /// Smallest floats that are not below what is given, which is not below 0. Not inlined for the
 /// reason told at toFloats().
@@ -77,15 +75,14 @@ class AlongAxes
 {
 public:
     AlongAxes(const SsvPoints& points, const Matrix3d& axes)
-        : m_points(points), m_toAxes(axes.transpose().cast<float>())
+        : m_points(points), m_axes(axes.cast<float>())
     {
     }
     void moveTo(const Vector3d& middle) { m_middle = middle.cast<float>(); }
 
     [[nodiscard]] Array4f operator()(std::size_t i, int k) const
     {
-        return m_toAxes(k, 0) * m_points[0][i] + m_toAxes(k, 1) * m_points[1][i] +
-               m_toAxes(k, 2) * m_points[2][i] - m_middle[k];
+        return m_points.along(m_axes.col(k), i) - m_middle[k];
     }
     /// Largest distance of every stride-th four of points from a core.
     [[nodiscard]] double reachFrom(const Vector3d& half, std::size_t stride) const
@@ -107,7 +104,7 @@ public:
 
 private:
     const SsvPoints& m_points;
-    Matrix3f m_toAxes;
+    Matrix3f m_axes;  ///< columns
     Vector3f m_middle = Vector3f::Zero();
 };
 }  // namespace
@@ -120,7 +117,7 @@ SsvNode boxOfTriangle(const SsvCorners& corners)
     // From the center as it is stored to the middle of the box, by small numbers only.
     const Vector3d offset = (center.cast<double>() - corner) - box.center;
     Vector3d half = box.half + (box.axes.matrix().transpose() * offset).cwiseAbs();
-    half.array() += kRounding * half.norm() + kSmallest;
+    half.array() += kRounding * half.norm() + SsvPoints::kSmallest;
     return storeNode(box.axes, center, half, 0.0);
 }
 
@@ -148,7 +145,7 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
     const Vector3f center = toFloats(points.about() + e * (0.5 * unit * (low + high)));
     const Vector3d offset = e.transpose() * (center.cast<double>() - points.about());
     Vector3d half = (unit * high - offset).cwiseMax(offset - unit * low);
-    const double rounding = kRounding * half.norm() + kSmallest;
+    const double rounding = kRounding * half.norm() + SsvPoints::kSmallest;
     half.array() += rounding;
     const SsvNode box = storeNode(axes, center, half, 0.0);
     constexpr double kFlat = 0.02;
@@ -157,8 +154,6 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
         return box;  // too little to gain
     }
     along.moveTo(offset / unit);
-    constexpr std::size_t kSample = 36;
-    const std::size_t stride = (points.fours() + kSample - 1) / kSample;
     constexpr int kSteps = 4;
     Vector3d bestHalf = half;
     const double boxSurface = sweptSurface(half, 0.0);
@@ -166,7 +161,8 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
     for (int i = 1; i <= kSteps; ++i)
     {
         const Vector3d core = (half.array() - half[2] * i / kSteps).cwiseMax(0.0).matrix();
-        const double surface = sweptSurface(core, unit * along.reachFrom(core / unit, stride));
+        const double surface =
+            sweptSurface(core, unit * along.reachFrom(core / unit, points.stride()));
         if (surface < bestSurface)
         {
             bestSurface = surface;

@@ -49,7 +49,6 @@ void SsvPoints::end()
         }
     }
     // Single precision keeps the middle of a volume to this much, so offsets may be as large.
-    constexpr double kSmallest = 1e-30;
     const double largest = std::max(
         {static_cast<double>(reach.maxCoeff()), 1e-7 * m_about.cwiseAbs().maxCoeff(), kSmallest});
     m_unit = 1.0;

@@ -439,15 +439,14 @@ private:
     }
 
     /// All cuts along one axis.
-    void sweep(std::size_t axis, std::size_t begin, std::size_t count, SmallCut& best) const
+    void sweep(std::size_t axis, std::size_t begin, std::size_t count, SmallCut& best)
     {
         const std::uint16_t* const sorted = m_sorted[axis].data() + begin;
-        std::array<float, kMost> surfaceFrom;
         Bounds right;
         for (std::size_t i = count - 1; i > 0; --i)
         {
             right.add(m_bounds[sorted[i]]);
-            surfaceFrom[i] = right.surface();
+            m_surfaceFrom[i] = right.surface();
         }
         Bounds left;
         const std::size_t least = (count + Bins::kLeastShare - 1) / Bins::kLeastShare;
@@ -459,10 +458,10 @@ private:
                 continue;
             }
             const float surfaceLeft = left.surface();
-            const float cost = surfaceLeft * rootOf(i) + surfaceFrom[i] * rootOf(count - i);
+            const float cost = surfaceLeft * rootOf(i) + m_surfaceFrom[i] * rootOf(count - i);
             if (cost < best.cost)
             {
-                best = {axis, i, cost, surfaceLeft, surfaceFrom[i]};
+                best = {axis, i, cost, surfaceLeft, m_surfaceFrom[i]};
             }
         }
     }
@@ -484,10 +483,9 @@ private:
     /// Keeps the items of both sides in order along every axis.
     void divide(const SmallCut& cut, std::size_t begin, std::size_t count)
     {
-        std::array<std::uint16_t, kMost> isLeft;
         for (std::size_t i = 0; i < count; ++i)
         {
-            isLeft[m_sorted[cut.axis][begin + i]] = i < cut.left ? 1 : 0;
+            m_isLeft[m_sorted[cut.axis][begin + i]] = i < cut.left ? 1 : 0;
         }
         for (std::size_t axis = 0; axis < 3; ++axis)
         {
@@ -496,18 +494,17 @@ private:
                 continue;
             }
             std::uint16_t* const sorted = m_sorted[axis].data() + begin;
-            std::array<std::uint16_t, kMost> rest;
             std::size_t left = 0;
             std::size_t right = 0;
             for (std::size_t i = 0; i < count; ++i)
             {
                 const std::uint16_t item = sorted[i];
                 sorted[left] = item;
-                rest[right] = item;
-                left += isLeft[item];
-                right += 1U - isLeft[item];
+                m_rest[right] = item;
+                left += m_isLeft[item];
+                right += 1U - m_isLeft[item];
             }
-            std::copy_n(rest.begin(), right, sorted + left);
+            std::copy_n(m_rest.begin(), right, sorted + left);
         }
     }
 
@@ -516,6 +513,10 @@ private:
     std::int32_t m_firstSlot = 0;
     std::array<Bounds, kMost> m_bounds;
     std::array<std::array<std::uint16_t, kMost>, 3> m_sorted;
+    // Scratch, here because the recursion may be deep.
+    std::array<float, kMost> m_surfaceFrom;
+    std::array<std::uint16_t, kMost> m_isLeft;
+    std::array<std::uint16_t, kMost> m_rest;
 };
 
 class Splitter

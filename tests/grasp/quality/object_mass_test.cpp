@@ -1,9 +1,9 @@
 #include "grasp/quality/object_mass.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <gmock/gmock.h>
 #include <numbers>
 
 namespace bullet_ccd::grasp
@@ -57,7 +57,8 @@ TEST(ObjectMass, OpenMeshesCountByTheirHullAndSaySo)
 
 TEST(ObjectMass, SheetsCountByTheirAreaAndGivenMassesAsTheyAre)
 {
-    const ObjectMass sheet = massOfMesh(makeTriangle({0.0, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.0, 0.2, 0.0}));
+    const ObjectMass sheet =
+        massOfMesh(makeTriangle({0.0, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.0, 0.2, 0.0}));
     EXPECT_NEAR(sheet.mass, 0.03, 1e-12);  // 300 cm2, 1 mm thick
     EXPECT_EQ(sheet.source, MassSource::Surface);
     EXPECT_EQ(massText(sheet), "0.03 kg (surface without volume, 1 mm thick at 1000 kg/m3)");
