@@ -139,6 +139,7 @@ bool btCcdStep::begin(btScalar timeStep)
 {
     BT_PROFILE("btCcdStep::begin");
     m_lastImpacts.clear();
+    ++m_step;
     m_impacts = 0;
     if (m_budget.m_seconds > 0.0)
     {
@@ -235,6 +236,7 @@ void btCcdStep::teleported(const btCollisionObject& object)
 void btCcdStep::integrate(btScalar timeStep, const Integrate& integrate)
 {
     m_timeStep = timeStep;
+    forgetStuck();
     m_progress.begin(integrate);
     btScalar elapsed = 0;
     while (elapsed < timeStep)
@@ -262,6 +264,7 @@ void btCcdStep::rollBack(btScalar timeStep)
 {
     BT_PROFILE("btCcdStep::rollBack");
     m_lastImpacts.clear();
+    ++m_step;
     m_timeStep = timeStep;
     m_impacts = 0;
     m_stepper.newStep();
@@ -289,6 +292,7 @@ void btCcdStep::takeBack(btScalar timeStep)
     m_triggers.begin(m_stepper, timeStep);
     if (found)
     {
+        forgetStuck();
         m_stepper.getReady();
         m_solver.beginStep();
         for (btCcdStepper::Event event = m_stepper.next(); event.m_found; event = m_stepper.next())
@@ -324,7 +328,10 @@ void btCcdStep::takeBack(btScalar timeStep)
         releaseStopped();
         countQueries();
     }
-    ++m_step;
+}
+
+void btCcdStep::forgetStuck()
+{
     std::erase_if(m_stuck,
                   [this](const auto& known) { return known.second.m_step < m_step - kForgotten; });
 }
@@ -333,6 +340,7 @@ void btCcdStep::takeBack(btScalar timeStep)
 void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
 {
     std::vector<btCcdImpact> stuck;
+    std::vector<btCcdImpact> lying;
     bool isPressed = false;
     const auto holdBoth = [&](const btCcdImpact& impact)
     {
@@ -344,7 +352,16 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
         const Stuck steps = countStuck(impact, event.m_time < kFirstPart * m_timeStep);
         if (isDriving(*impact.m_objectA) || isDriving(*impact.m_objectB))
         {
-            push(impact, remaining, steps.m_jams > kHeld);
+            if (steps.m_jams > kHeld && isFirstPush(impact))
+            {
+                m_pushes.giveOwnVelocity(*impact.m_objectA);
+                m_pushes.giveOwnVelocity(*impact.m_objectB);
+                lying.push_back(impact);
+            }
+            else
+            {
+                push(impact, remaining, steps.m_jams > kHeld);
+            }
             continue;
         }
         if (steps.m_count <= kStuck || event.m_gaveUp)
@@ -374,11 +391,26 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
     {
         std::for_each(stuck.begin(), stuck.end(), holdBoth);
     }
+    if (!lying.empty() && !solveBack(lying, btCcdAnswer::Part, remaining))
+    {
+        for (const btCcdImpact& impact : lying)
+        {
+            push(impact, remaining, true);
+        }
+    }
     for (btCollisionObject* object : m_pushed)
     {
         goOn(object, remaining);
     }
     m_pushed.clear();
+}
+
+/// True once in a step for a body that a kinematic object meets.
+bool btCcdStep::isFirstPush(const btCcdImpact& impact)
+{
+    const btCcdBody bodyA = btCcdBody::of(impact.m_objectA);
+    Fate& fate = m_fates[bodyA.isFree() ? bodyA : btCcdBody::of(impact.m_objectB)];
+    return !fate.m_yield && fate.m_impacts++ == 0;
 }
 
 /// What a kinematic object has run into goes on beside it, then it is carried along, a few times,
@@ -479,6 +511,14 @@ void btCcdStep::goOn(btCollisionObject* object, btScalar remaining)
     motion.w_W = btCcdToEigen(turn * (remaining / m_timeStep));
     body.m_rigidBody->setCenterOfMassTransform(btCcdToBullet(motion.at(1.0).X_W));
     m_stepper.goesOn(*object);
+}
+
+/// True for what meets a kinematic object at once in several steps in a row. Bullet's contacts see
+/// that object ahead: nothing else keeps the two at their distance.
+bool btCcdStep::liesOnDriver(const btCcdImpact& impact)
+{
+    return (isDriving(*impact.m_objectA) || isDriving(*impact.m_objectB)) &&
+           countStuck(impact, impact.m_time < kFirstPart * m_timeStep).m_jams > kHeld;
 }
 
 /// In how many steps the body of the impact that met more has met something.
@@ -590,6 +630,7 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
     const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
+    std::vector<btCcdImpact> lying;
     for (const btCcdImpact& impact : event.m_impacts)
     {
         note(impact);
@@ -607,9 +648,10 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
         {
             const int met = m_pairEvents[std::minmax<const btCollisionObject*>(impact.m_objectA,
                                                                                impact.m_objectB)]++;
-            (met < kBounces ? bouncing : again).push_back(impact);
+            (liesOnDriver(impact) ? lying : met < kBounces ? bouncing : again).push_back(impact);
         }
     }
+    solve(lying, btCcdAnswer::Part);
     solve(bouncing, btCcdAnswer::Bounce);
     for (const btCcdImpact& impact : again)
     {

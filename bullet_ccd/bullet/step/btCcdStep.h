@@ -89,7 +89,7 @@ private:
     std::map<btCcdBody, double> m_lostTimes;
     std::set<std::pair<btMultiBody*, int>> m_stopLinks;
     std::map<btCcdBody, Fate> m_fates;  // of this step
-    /// Of the action: what meets something again and again.
+    /// What meets something again and again: under the action, and kinematic objects in the worlds.
     struct Stuck
     {
         int m_count = 0;  // of steps,
@@ -121,6 +121,8 @@ private:
     [[nodiscard]] bool isSpent(double share) const;
     bool settle(const btCcdImpact& impact);
     void part(const btCcdImpact& impact, btScalar drag);
+    [[nodiscard]] bool liesOnDriver(const btCcdImpact& impact);
+    void forgetStuck();
     [[nodiscard]] Stuck countStuck(const btCcdImpact& impact, bool isEarly);
     [[nodiscard]] bool countSolving(const btCcdImpact& impact);
     [[nodiscard]] bool meetsLimit(const btCcdImpact& impact);
@@ -143,6 +145,7 @@ private:
     bool placeBack(btCollisionObject* object);
     [[nodiscard]] bool isDriving(const btCollisionObject& object);
     void answerBack(const btCcdStepper::Event& event, btScalar remaining);
+    [[nodiscard]] bool isFirstPush(const btCcdImpact& impact);
     void push(const btCcdImpact& impact, btScalar remaining, bool isStuck);
     bool solveBack(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, btScalar remaining);
     void goOn(btCollisionObject* object, btScalar remaining);
