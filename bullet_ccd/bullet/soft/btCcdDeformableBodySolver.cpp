@@ -80,7 +80,7 @@ void btCcdDeformableBodySolver::predictMotion(btScalar timeStep)
 {
     if (m_isEnabled && m_softBodies.size() > 0 && m_softBodies[0]->m_worldInfo->m_broadphase)
     {
-        m_step->m_obstacles.begin(*m_softBodies[0]->m_worldInfo->m_broadphase);
+        m_step->begin(*m_softBodies[0]->m_worldInfo->m_broadphase, timeStep);
     }
     btDeformableBodySolver::predictMotion(timeStep);
 }

@@ -27,6 +27,11 @@ public:
     /// The step begins: the poses are kept. A kinematic object begins where it ended, unless it has
     /// jumped (farther than four times its size).
     void begin(btBroadphaseInterface& broadphase);
+    /// True if the object was in the world when the step began. It may be gone since it was known.
+    [[nodiscard]] bool isThere(const btCollisionObject& object) const
+    {
+        return m_poses.contains(&object);
+    }
     /// The step ends: all parts of colliders that meet the box [m], on their way. In the same step
     /// it may be asked again for another box: parts are the same, and where they were put
     /// meanwhile.

@@ -23,6 +23,13 @@ constexpr double kNoChange = 1e-2;
 constexpr double kBounceSpeed = 0.2;
 /// Of the two sides of a touch in its relative velocity, that of B to A.
 constexpr std::array<double, 2> kSigns{-1.0, 1.0};
+/// A node between a rigid body and what cannot move takes part with this many times its share of
+/// the body's mass, if that is more than its own: along the normal, so that a sweep passes on what
+/// the body weighs, and across it, so that friction is passed on, but a cloth can still be pulled
+/// out. And the cosine of what is between.
+constexpr double kClampedMass = 10.0;
+constexpr double kClampedSlip = 0.1;
+constexpr double kOpposite = 0.7;
 /// What is asleep wakes up if its velocity changes by more [m/s, rad/s].
 constexpr double kWakingSpeed = 0.05;
 
@@ -30,6 +37,48 @@ double frictionOf(const btCcdSoftPart& part)
 {
     return part.m_soft != nullptr ? double(part.m_soft->m_cfg.kDF)
                                   : double(part.m_object->getFriction());
+}
+
+/// The body, if it is one that moves by forces.
+btRigidBody* dynamicBody(const btCcdSoftPart& part)
+{
+    btRigidBody* body = part.m_soft == nullptr ? btRigidBody::upcast(part.m_object) : nullptr;
+    return body != nullptr && body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject()
+               ? body
+               : nullptr;
+}
+
+btMultiBody* multiBody(const btCcdSoftPart& part)
+{
+    btMultiBodyLinkCollider* link =
+        part.m_soft == nullptr ? btMultiBodyLinkCollider::upcast(part.m_object) : nullptr;
+    return link != nullptr ? link->m_multiBody : nullptr;
+}
+
+/// Tells what is soft of a contact, and whose contact it is, apart from others. Which feature of a
+/// rigid body it is may change as it slides.
+std::uint64_t keyOf(const bullet_ccd::DeformableContact& contact,
+                    const btCcdSoftPart& partA,
+                    const btCcdSoftPart& partB)
+{
+    const auto mixed = [](std::uint64_t x)
+    {
+        x = (x ^ (x >> 31U)) * 0x9E3779B97F4A7C15U;
+        return x ^ (x >> 29U);
+    };
+    const std::size_t ofA = contact.kind == bullet_ccd::ElementaryKind::VertexFace ? 1 : 2;
+    std::uint64_t key = 0;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& part = k < ofA ? partA : partB;
+        const auto object = std::uint64_t(reinterpret_cast<std::uintptr_t>(part.m_object));
+        key += mixed(object) * std::uint64_t(k == 0 || k == ofA ? 1 : 0);
+        if (part.m_soft != nullptr)
+        {
+            key += mixed(mixed(object + 1) + std::uint64_t(contact.vertices[k]));
+        }
+    }
+    return std::max<std::uint64_t>(mixed(key), 1);
 }
 
 Eigen::Matrix3d axesOf(const Vector3d& normal)
@@ -61,11 +110,15 @@ struct btCcdSoftResponse::Mover
     btMultiBody* m_multi = nullptr;
     Eigen::VectorXd m_before;
     Eigen::VectorXd m_velocity;
+    Eigen::VectorXd m_shift;  ///< of the end of its path, if it is rigid [m, rad]
+    std::int64_t m_bent = 0;  ///< when the end was last moved
+    int m_touches = 0;        ///< that know of it
 
     explicit Mover(btRigidBody& body) : m_rigid(&body), m_before(6)
     {
         m_before << btCcdToEigen(body.getLinearVelocity()), btCcdToEigen(body.getAngularVelocity());
         m_velocity = m_before;
+        m_shift = Eigen::VectorXd::Zero(6);
     }
     explicit Mover(btMultiBody& body) : m_multi(&body), m_before(body.getNumDofs() + 6)
     {
@@ -168,15 +221,51 @@ private:
 btCcdSoftResponse::btCcdSoftResponse() = default;
 btCcdSoftResponse::~btCcdSoftResponse() = default;
 
+void btCcdSoftResponse::support(const std::function<bool(const btCollisionObject*)>& isThere,
+                                double timeStep)
+{
+    m_given.clear();
+    for (const auto& [body, support] : m_bodySupports)
+    {
+        const auto before = m_bodySupportsBefore.find(body);
+        if (before == m_bodySupportsBefore.end() || !isThere(body) || !body->isActive())
+        {
+            continue;
+        }
+        const double part = timeStep / m_timeStep;
+        const Vector6d given =
+            part * (before->second.norm() < support.norm() ? before->second : support);
+        body->setLinearVelocity(body->getLinearVelocity() +
+                                btCcdToBullet(Vector3d(given.head<3>())));
+        body->setAngularVelocity(body->getAngularVelocity() +
+                                 btCcdToBullet(Vector3d(given.tail<3>())));
+        m_given.emplace(body, given);
+    }
+}
+
 void btCcdSoftResponse::begin(double rest, double timeStep)
 {
     m_rest = rest;
+    m_part = m_timeStep > 0.0 ? timeStep / m_timeStep : 1.0;
     m_timeStep = timeStep;
     m_touches.clear();
     m_paths.clear();
     m_rows.clear();
     m_movers.clear();
     m_clock = 0;
+    m_clamps.clear();
+    m_solvedPaths = 0;
+    m_before.swap(m_supports);
+    m_supports.clear();
+    m_bodySupportsBefore.swap(m_bodySupports);
+    m_bodySupports.clear();
+    for (const auto& [body, given] : m_given)
+    {
+        Mover& mover = moverOf(*body);
+        mover.m_velocity -= given;
+        mover.m_shift = -timeStep * given;
+    }
+    m_given.clear();
 }
 
 void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
@@ -220,7 +309,6 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
         {
             path.m_bent[k] = &part.m_bent[vertex];
             path.m_give[k] = w * part.m_inverseMass[vertex];
-            path.m_response += w * path.m_give[k];
         }
         else
         {
@@ -237,17 +325,43 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
         // They touch exactly: against the way they come.
         normal = -motion.stableNormalized();
     }
-    if (!(path.m_response > 0.0) || !(normal.squaredNorm() > 0.5))
+    if (!(normal.squaredNorm() > 0.5))
     {
         return;
     }
     path.m_axes = axesOf(normal);
+    path.m_response = path.ofNodes();
+    const std::array<const btCcdSoftPart*, 2> parts{&partA, &partB};
+    bool isLinked = false;
+    for (std::size_t i = 0; i < 2; ++i)
+    {
+        btRigidBody* body = dynamicBody(*parts[i]);
+        if (body != nullptr && body->isActive())
+        {
+            addLever(i, moverOf(*body), touch, path);
+            touch.m_key = keyOf(contact, partA, partB);
+        }
+        isLinked = isLinked || multiBody(*parts[i]) != nullptr;
+    }
+    if (!(path.m_response[0] > 0.0) && !isLinked)
+    {
+        return;
+    }
     const double rest = m_rest + partA.m_radius + partB.m_radius;
     const double gap = normal.dot(path.m_start);
     path.m_goal = gap < rest ? gap + btCcdSoftResponse::kRecovery * (rest - gap) : rest;
     path.m_friction = frictionOf(partA) * frictionOf(partB);
     touch.m_restitution =
         double(partA.m_object->getRestitution()) * double(partB.m_object->getRestitution());
+    const auto known = touch.m_key != 0 ? m_before.find(touch.m_key) : m_before.end();
+    if (known != m_before.end())
+    {
+        path.m_push =
+            limited(m_part * m_part * (path.m_axes * known->second.m_push_W), path.m_friction);
+        touch.m_impulse =
+            limited(m_part * (path.m_axes * known->second.m_impulse_W), path.m_friction);
+        m_before.erase(known);
+    }
     m_touches.push_back(std::move(touch));
     m_paths.push_back(path);
 }
@@ -274,11 +388,35 @@ void btCcdSoftResponse::addPressed(btCcdSoftPart& partA,
     m_paths.push_back(path);
 }
 
+void btCcdSoftResponse::applyPush(Path& path, const Vector3d& push)
+{
+    const Vector3d push_W = path.m_axes.transpose() * push;
+    path.m_solved = ++m_clock;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        if (path.m_give[k] != 0.0)
+        {
+            *path.m_end[k] += path.given(k, push_W);
+            *path.m_bent[k] = m_clock;
+        }
+    }
+    for (std::size_t i = 0; i < 2; ++i)
+    {
+        const Lever& lever = path.m_levers[i];
+        for (std::size_t k = 0; k < 3 && path.m_bent[4 + i] != nullptr; ++k)
+        {
+            lever.m_mover->m_shift +=
+                kSigns[i] * push[Eigen::Index(k)] * m_rows[lever.m_rows][k].m_response;
+            lever.m_mover->m_bent = m_clock;
+        }
+    }
+}
+
 double btCcdSoftResponse::solvePath(Path& path, double least)
 {
-    if (!(path.m_response > 0.0))
+    if (!(path.m_response[0] > 0.0))
     {
-        return 0.0;  // nothing soft
+        return 0.0;  // nothing that gives way
     }
     const auto isSettled = [&path](const std::int64_t* bent)
     { return bent == nullptr || *bent <= path.m_solved; };
@@ -289,36 +427,193 @@ double btCcdSoftResponse::solvePath(Path& path, double least)
     path.m_solved = m_clock;
     const Vector3d end = path.m_weight[0] * *path.m_end[0] + path.m_weight[1] * *path.m_end[1] +
                          path.m_weight[2] * *path.m_end[2] + path.m_weight[3] * *path.m_end[3];
-    const double beyond = path.m_axes.row(0).dot(end) - path.m_goal;
+    Vector3d shifted = Vector3d::Zero();
+    for (std::size_t i = 0; i < 2; ++i)
+    {
+        const Lever& lever = path.m_levers[i];
+        for (std::size_t k = 0; k < 3 && path.m_bent[4 + i] != nullptr; ++k)
+        {
+            shifted[Eigen::Index(k)] +=
+                kSigns[i] * m_rows[lever.m_rows][k].m_jacobian.dot(lever.m_mover->m_shift);
+        }
+    }
+    const double beyond = path.m_axes.row(0).dot(end) + shifted[0] - path.m_goal;
     if (beyond >= 0.0 && path.m_push[0] == 0.0)
     {
         return 0.0;  // far enough, and nothing to take back
     }
-    Vector3d excess = path.m_axes * (end - path.m_start);
+    Vector3d excess = path.m_axes * (end - path.m_start) + shifted;
     excess[0] = beyond;
-    const Vector3d wanted = limited(path.m_push - excess / path.m_response, path.m_friction);
+    for (Eigen::Index k = 1; k < 3; ++k)
+    {
+        excess[k] = path.m_response[k] > 0.0 ? excess[k] / path.m_response[k] : 0.0;
+    }
+    excess[0] /= path.m_response[0];
+    const Vector3d wanted = limited(path.m_push - excess, path.m_friction);
     const Vector3d change = wanted - path.m_push;
-    if (!(std::abs(change[0]) * path.m_response > least) && (least > 0.0 || change.isZero(0.0)))
+    if (!(std::abs(change[0]) * path.m_response[0] > least) && (least > 0.0 || change.isZero(0.0)))
     {
         return 0.0;
     }
-    const Vector3d push_W = path.m_axes.transpose() * change;
-    path.m_solved = ++m_clock;
+    applyPush(path, change);
+    path.m_push = wanted;
+    return change.cwiseProduct(path.m_response).norm();
+}
+
+Vector3d btCcdSoftResponse::Path::ofNodes() const
+{
+    Vector3d response = Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k)
     {
-        if (path.m_give[k] != 0.0)
+        const double full = m_weight[k] * m_give[k];
+        if (m_clamp[k] == nullptr)
         {
-            *path.m_end[k] += path.m_give[k] * push_W;
-            *path.m_bent[k] = m_clock;
+            response.array() += full;
+        }
+        else if (full > 0.0)
+        {
+            const Eigen::Matrix3d left = m_axes * *m_clamp[k] * m_axes.transpose();
+            response += full * left.cwiseAbs().rowwise().sum();
         }
     }
-    path.m_push = wanted;
-    return change.norm() * path.m_response;
+    return response;
+}
+
+void btCcdSoftResponse::findClamped()
+{
+    if (m_movers.empty() || m_solvedPaths == m_paths.size())
+    {
+        return;
+    }
+    const auto isFixed = [](const btCcdSoftPart* part)
+    { return part != nullptr && part->m_soft == nullptr && multiBody(*part) == nullptr; };
+    const auto wayOf = [](const Path& path, std::size_t k)
+    { return Vector3d((path.m_weight[k] > 0.0 ? 1.0 : -1.0) * path.m_axes.row(0).transpose()); };
+    const auto isOfBody = [](const Path& path)
+    { return path.m_bent[4] != nullptr || path.m_bent[5] != nullptr; };
+    for (std::size_t i = m_solvedPaths; i < m_paths.size(); ++i)
+    {
+        const Path& path = m_paths[i];
+        const std::array<Side, 2>& sides = m_touches[i].m_sides;
+        for (std::size_t k = 0;
+             k < 4 && !isOfBody(path) && std::ranges::any_of(m_touches[i].m_part, isFixed);
+             ++k)
+        {
+            if (path.m_give[k] != 0.0)
+            {
+                m_clamps.try_emplace(
+                    path.m_bent[k],
+                    Clamp{.m_out = wayOf(path, k),
+                          .m_velocity = sides[0].m_pathVelocity + sides[1].m_pathVelocity});
+            }
+        }
+    }
+    if (m_clamps.empty())
+    {
+        return;
+    }
+    const auto forNodes = [this](const auto& visit)
+    {
+        for (std::size_t i = 0; i < m_paths.size(); ++i)
+        {
+            for (std::size_t k = 0; k < 4; ++k)
+            {
+                const Path& path = m_paths[i];
+                const auto known =
+                    path.m_give[k] != 0.0 ? m_clamps.find(path.m_bent[k]) : m_clamps.end();
+                if (known != m_clamps.end())
+                {
+                    visit(i, k, known->second);
+                }
+            }
+        }
+    };
+    forNodes(
+        [&](std::size_t i, std::size_t k, Clamp& known)
+        {
+            const Path& path = m_paths[i];
+            double response = 0.0;
+            for (std::size_t side = 0; side < 2; ++side)
+            {
+                response += path.m_bent[4 + side] != nullptr
+                                ? path.m_ofLevers[0] * path.m_levers[side].m_mover->m_touches
+                                : 0.0;
+            }
+            if (response > 0.0 && known.m_out.dot(wayOf(path, k)) < -kOpposite)
+            {
+                known.m_share = known.m_share > 0.0 ? std::min(known.m_share, response) : response;
+            }
+        });
+    forNodes(
+        [&](std::size_t i, std::size_t k, Clamp& known)
+        {
+            if (known.m_share > 0.0)
+            {
+                clamp(i, k, known);
+            }
+        });
+}
+
+void btCcdSoftResponse::clamp(std::size_t touch, std::size_t k, Clamp& clamp)
+{
+    Path& path = m_paths[touch];
+    if (!clamp.m_isClamped)
+    {
+        clamp.m_isClamped = true;
+        const double share = clamp.m_share * path.m_weight[k] / path.m_give[k];
+        const double along = std::min(1.0, share / kClampedMass);
+        const double across = std::min(1.0, share / kClampedSlip);
+        clamp.m_mobility = across * Eigen::Matrix3d::Identity() +
+                           (along - across) * clamp.m_out * clamp.m_out.transpose();
+        // With more mass it has less speed: its momentum is what it was.
+        const auto slowed = [&](const Vector3d& velocity)
+        { return Vector3d(clamp.m_velocity + clamp.m_mobility * (velocity - clamp.m_velocity)); };
+        btCcdSoftPart& part = *m_touches[touch].m_part[k];
+        const std::size_t v = m_touches[touch].m_vertex[k];
+        part.m_velocity[v] = slowed(part.m_velocity[v]);
+        part.m_end[v] =
+            part.m_start[v] + m_timeStep * slowed((part.m_end[v] - part.m_start[v]) / m_timeStep);
+        part.m_bent[v] = ++m_clock;
+    }
+    path.m_clamp[k] = &clamp.m_mobility;
+    path.m_response = path.ofNodes() + path.m_ofLevers;
+}
+
+void btCcdSoftResponse::keepFromBefore(Touch& touch, Path& path)
+{
+    if (path.m_push.isZero(0.0) && touch.m_impulse.isZero(0.0))
+    {
+        return;
+    }
+    // What a body weighs would throw about light nodes that are not clamped any more.
+    int touches = 1;
+    for (const Lever& lever : path.m_levers)
+    {
+        touches = lever.m_mover != nullptr ? std::max(touches, lever.m_mover->m_touches) : touches;
+    }
+    const Vector3d ofNodes = path.ofNodes();
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+    {
+        const double most = (axis == 0 ? 1.0 : 2.0 / kClampedSlip) * touches;
+        if (!(ofNodes[axis] < most * path.m_ofLevers[axis]))
+        {
+            path.m_push[axis] = 0.0;
+            touch.m_impulse[axis] = 0.0;
+        }
+    }
+    path.m_push = limited(path.m_push, path.m_friction);
+    touch.m_impulse = limited(touch.m_impulse, path.m_friction);
+    applyPush(path, path.m_push);
 }
 
 void btCcdSoftResponse::solvePaths(bool isFirst)
 {
     const double least = isFirst ? 0.0 : kNoChange * m_rest;
+    findClamped();
+    for (; m_solvedPaths < m_paths.size(); ++m_solvedPaths)
+    {
+        keepFromBefore(m_touches[m_solvedPaths], m_paths[m_solvedPaths]);
+    }
     for (int sweep = 0; sweep < kPathSweeps; ++sweep)
     {
         double largest = 0.0;
@@ -333,43 +628,55 @@ void btCcdSoftResponse::solvePaths(bool isFirst)
     }
 }
 
-void btCcdSoftResponse::findMover(Side& side, const Path& path)
+std::vector<btCcdSoftResponse::Shift> btCcdSoftResponse::takeShifts()
 {
-    if (side.m_obstacle == nullptr)
+    std::vector<Shift> shifts;
+    for (auto& [body, mover] : m_movers)
     {
-        return;
-    }
-    btCollisionObject* object = side.m_obstacle->m_object;
-    const auto moverOf = [this](auto& body)
-    {
-        std::unique_ptr<Mover>& mover = m_movers[&body];
-        if (mover == nullptr)
+        if (mover->m_rigid != nullptr && !mover->m_shift.isZero(0.0))
         {
-            mover = std::make_unique<Mover>(body);
-        }
-        return mover.get();
-    };
-    if (btRigidBody* body = btRigidBody::upcast(object))
-    {
-        if (body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject())
-        {
-            side.m_mover = moverOf(*body);
+            shifts.push_back({mover->m_rigid, mover->m_shift.head<3>(), mover->m_shift.tail<3>()});
+            mover->m_shift.setZero();
         }
     }
-    else if (btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(object))
+    return shifts;
+}
+
+template <typename Body>
+btCcdSoftResponse::Mover& btCcdSoftResponse::moverOf(Body& body)
+{
+    std::unique_ptr<Mover>& mover = m_movers[&body];
+    if (mover == nullptr)
     {
-        side.m_mover = moverOf(*link->m_multiBody);
+        mover = std::make_unique<Mover>(body);
     }
-    if (side.m_mover == nullptr)
-    {
-        return;
-    }
-    side.m_rows = m_rows.size();
+    return *mover;
+}
+
+void btCcdSoftResponse::addLever(std::size_t side, Mover& mover, const Touch& touch, Path& path)
+{
+    path.m_levers[side] = {.m_mover = &mover, .m_rows = m_rows.size()};
+    ++mover.m_touches;
     std::array<Row, 3>& rows = m_rows.emplace_back();
-    for (int k = 0; k < 3; ++k)
+    for (Eigen::Index k = 0; k < 3; ++k)
     {
-        rows[std::size_t(k)] =
-            side.m_mover->row(*object, side.m_point, path.m_axes.row(k).transpose());
+        Row& row = rows[std::size_t(k)];
+        row = mover.row(*touch.m_sides[side].m_obstacle->m_object,
+                        touch.m_sides[side].m_point,
+                        path.m_axes.row(k).transpose());
+    }
+    // Axes are answered at once, though turning couples them: with sums of magnitudes it converges.
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        for (const Row& other : rows)
+        {
+            path.m_ofLevers[Eigen::Index(k)] += std::abs(rows[k].m_jacobian.dot(other.m_response));
+        }
+    }
+    path.m_response = path.ofNodes() + path.m_ofLevers;
+    if (mover.m_rigid != nullptr)
+    {
+        path.m_bent[4 + side] = &mover.m_bent;
     }
 }
 
@@ -387,16 +694,16 @@ Vector3d btCcdSoftResponse::relativeVelocity(const Touch& touch, const Path& pat
     v = path.m_axes * v;
     for (std::size_t i = 0; i < 2; ++i)
     {
-        const Side& side = touch.m_sides[i];
-        if (side.m_mover == nullptr)
+        const Lever& lever = path.m_levers[i];
+        if (lever.m_mover == nullptr)
         {
-            v += kSigns[i] * (path.m_axes * side.m_pathVelocity);
+            v += kSigns[i] * (path.m_axes * touch.m_sides[i].m_pathVelocity);
             continue;
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
             v[Eigen::Index(k)] +=
-                kSigns[i] * m_rows[side.m_rows][k].m_jacobian.dot(side.m_mover->m_velocity);
+                kSigns[i] * m_rows[lever.m_rows][k].m_jacobian.dot(lever.m_mover->m_velocity);
         }
     }
     return v;
@@ -410,31 +717,23 @@ void btCcdSoftResponse::applyImpulse(Touch& touch, const Path& path, const Vecto
         btCcdSoftPart* part = touch.m_part[k];
         if (part != nullptr && part->m_soft != nullptr)
         {
-            part->m_velocity[touch.m_vertex[k]] += path.m_give[k] * J_W;
+            part->m_velocity[touch.m_vertex[k]] += path.given(k, J_W);
         }
     }
     for (std::size_t i = 0; i < 2; ++i)
     {
-        const Side& side = touch.m_sides[i];
-        for (std::size_t k = 0; k < 3 && side.m_mover != nullptr; ++k)
+        const Lever& lever = path.m_levers[i];
+        for (std::size_t k = 0; k < 3 && lever.m_mover != nullptr; ++k)
         {
-            side.m_mover->m_velocity +=
-                kSigns[i] * impulse[Eigen::Index(k)] * m_rows[side.m_rows][k].m_response;
+            lever.m_mover->m_velocity +=
+                kSigns[i] * impulse[Eigen::Index(k)] * m_rows[lever.m_rows][k].m_response;
         }
     }
 }
 
 double btCcdSoftResponse::solveVelocity(Touch& touch, const Path& path)
 {
-    Vector3d response = Vector3d::Constant(path.m_response);
-    for (const Side& side : touch.m_sides)
-    {
-        for (std::size_t k = 0; k < 3 && side.m_mover != nullptr; ++k)
-        {
-            const Row& row = m_rows[side.m_rows][k];
-            response[Eigen::Index(k)] += row.m_jacobian.dot(row.m_response);
-        }
-    }
+    Vector3d response = path.m_response;
     Vector3d excess = relativeVelocity(touch, path);
     excess[0] -= touch.m_goalSpeed;
     for (int k = 0; k < 3; ++k)
@@ -463,16 +762,35 @@ void btCcdSoftResponse::solveVelocities()
     for (std::size_t i = 0; i < m_touches.size(); ++i)
     {
         Touch& touch = m_touches[i];
-        const Path& path = m_paths[i];
+        Path& path = m_paths[i];
         if (!(path.m_push[0] > 0.0 || touch.m_isForced))
         {
+            touch.m_impulse.setZero();
             continue;
         }
         pushing.push_back(i);
-        findMover(touch.m_sides[0], path);
-        findMover(touch.m_sides[1], path);
+        for (std::size_t side = 0; side < 2; ++side)
+        {
+            const btCcdSoftPart* obstacle = touch.m_sides[side].m_obstacle;
+            if (obstacle == nullptr || path.m_levers[side].m_mover != nullptr)
+            {
+                continue;
+            }
+            if (btMultiBody* body = multiBody(*obstacle))
+            {
+                addLever(side, moverOf(*body), touch, path);
+            }
+            else if (btRigidBody* rigid = dynamicBody(*obstacle))
+            {
+                addLever(side, moverOf(*rigid), touch, path);
+            }
+        }
         const double speed = -relativeVelocity(touch, path)[0];
         touch.m_goalSpeed = speed > kBounceSpeed ? touch.m_restitution * speed : 0.0;
+    }
+    for (const std::size_t i : pushing)
+    {
+        applyImpulse(m_touches[i], m_paths[i], m_touches[i].m_impulse);
     }
     double first = 0.0;
     for (int sweep = 0; sweep < kVelocitySweeps; ++sweep)
@@ -491,5 +809,37 @@ void btCcdSoftResponse::solveVelocities()
     for (auto& [body, mover] : m_movers)
     {
         mover->writeBack();
+    }
+    keepSupports();
+}
+
+void btCcdSoftResponse::keepSupports()
+{
+    for (std::size_t i = 0; i < m_touches.size(); ++i)
+    {
+        const Touch& touch = m_touches[i];
+        const Path& path = m_paths[i];
+        if (touch.m_key == 0 || (path.m_push.isZero(0.0) && touch.m_impulse.isZero(0.0)))
+        {
+            continue;
+        }
+        Support& support = m_supports[touch.m_key];
+        support.m_push_W += path.m_axes.transpose() * path.m_push;
+        support.m_impulse_W += path.m_axes.transpose() * touch.m_impulse;
+        for (std::size_t side = 0; side < 2; ++side)
+        {
+            const Lever& lever = path.m_levers[side];
+            if (lever.m_mover == nullptr || lever.m_mover->m_rigid == nullptr)
+            {
+                continue;
+            }
+            Vector6d& ofBody =
+                m_bodySupports.try_emplace(lever.m_mover->m_rigid, Vector6d::Zero()).first->second;
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                ofBody += kSigns[side] * path.m_push[Eigen::Index(k)] / m_timeStep *
+                          m_rows[lever.m_rows][k].m_response;
+            }
+        }
     }
 }

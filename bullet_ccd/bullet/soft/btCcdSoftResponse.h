@@ -7,8 +7,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 class btMultiBody;
@@ -17,10 +19,11 @@ class btRigidBody;
 /// Collects contacts and answers them together.
 ///
 /// Paths and velocities are separate. A path is bent only as far as the distance asks for, with
-/// friction, by displacements that leave the centre of mass of two soft bodies where it is. The
-/// velocities get impulses, equal and opposite, with Bullet's friction and restitution; rigid
-/// bodies and multibodies get their share, of which their poses know from the next step on. Both
-/// are Gauss-Seidel iterations over the sums of impulses, so that what pushes never pulls.
+/// friction, by displacements that leave the common centre of mass where it is; rigid bodies that
+/// are awake give way with their masses, too. The velocities get impulses, equal and opposite, with
+/// Bullet's friction and restitution; multibodies get their share, of which their joints know from
+/// the next step on. Both are Gauss-Seidel iterations over the sums of impulses, so that what
+/// pushes never pulls. What a rigid body got from soft ones in a step is where the next one begins.
 class btCcdSoftResponse
 {
 public:
@@ -29,6 +32,11 @@ public:
 
     btCcdSoftResponse();
     ~btCcdSoftResponse();
+    /// Before Bullet solves: rigid bodies get what soft ones gave them in the last step (or in the
+    /// one before, if that was less: an impact is no support), so that Bullet's contacts between
+    /// rigid ones know their weight. begin() takes it back.
+    /// @param isThere  whether the body is in the world
+    void support(const std::function<bool(const btCollisionObject*)>& isThere, double timeStep);
     /// Forgets all contacts, but keeps the memory for them: as much is needed in the next step.
     /// @param rest  distance that surfaces are to keep at the end of the step [m]
     void begin(double rest, double timeStep);
@@ -51,11 +59,22 @@ public:
                     const Eigen::Vector3d& normal);
     /// Changes the ends of the soft parts; if it is not the first time, only where it matters.
     void solvePaths(bool isFirst);
+    /// Where a rigid body gives way: how far its end moves and turns [m, rad].
+    struct Shift
+    {
+        btRigidBody* m_body;
+        Eigen::Vector3d m_way;
+        Eigen::Vector3d m_turn;
+    };
+    /// What solvePaths() asks of rigid bodies since the last call. The caller moves their ends.
+    [[nodiscard]] std::vector<Shift> takeShifts();
     /// Changes the velocities of the soft parts, and those of rigid bodies and multibodies.
     void solveVelocities();
-    [[nodiscard]] bool isEmpty() const { return m_touches.empty(); }
+    /// True if there is nothing to solve.
+    [[nodiscard]] bool isEmpty() const { return m_touches.empty() && m_movers.empty(); }
 
 private:
+    using Vector6d = Eigen::Matrix<double, 6, 1>;
     /// A rigid body or multibody that is free to move, by its generalised velocity.
     struct Mover;
     /// Velocity of a point of it along a direction, and what an impulse there does.
@@ -64,20 +83,39 @@ private:
         Eigen::VectorXd m_jacobian;
         Eigen::VectorXd m_response;
     };
+    /// What moves with a side of a touch. Paths know of rigid bodies, velocities of multibodies,
+    /// too.
+    struct Lever
+    {
+        Mover* m_mover = nullptr;
+        std::size_t m_rows = 0;  // where m_rows has them, if there is a mover
+    };
     /// What the sweeps over paths read and write of a contact; the rest of it is in Touch.
     struct Path
     {
-        std::array<std::int64_t*, 4> m_bent{};  // when its ends were last moved, if they can be
+        std::array<std::int64_t*, 6> m_bent{};  // when its ends were last moved, if they can be
         std::int64_t m_solved = -1;             // when this was last looked at
         Eigen::Matrix3d m_axes;                 // rows: normal, two tangents
         std::array<double, 4> m_weight{};       // of the vector between the nearest points
         std::array<double, 4> m_give{};         // weight / mass, 0 of what is not soft
+        std::array<const Eigen::Matrix3d*, 4> m_clamp{};  // part of it that is left; null: all
         std::array<Eigen::Vector3d*, 4> m_end{};
-        Eigen::Vector3d m_start = Eigen::Vector3d::Zero();  // of that vector
-        Eigen::Vector3d m_push = Eigen::Vector3d::Zero();   // along the axes [kg m]
-        double m_goal = 0.0;                                // of the distance at the end [m]
-        double m_response = 0.0;                            // sum of w^2 / m over what is soft
+        Eigen::Vector3d m_start = Eigen::Vector3d::Zero();     // of that vector
+        Eigen::Vector3d m_push = Eigen::Vector3d::Zero();      // along the axes [kg m]
+        double m_goal = 0.0;                                   // of the distance at the end [m]
+        Eigen::Vector3d m_response = Eigen::Vector3d::Zero();  // of that vector to a push
         double m_friction = 0.0;
+        std::array<Lever, 2> m_levers;                         // of A and B
+        Eigen::Vector3d m_ofLevers = Eigen::Vector3d::Zero();  // part of m_response
+
+        /// What a push (or impulse) gives to a node.
+        [[nodiscard]] Eigen::Vector3d given(std::size_t k, const Eigen::Vector3d& push_W) const
+        {
+            return m_clamp[k] == nullptr ? Eigen::Vector3d(m_give[k] * push_W)
+                                         : Eigen::Vector3d(m_give[k] * (*m_clamp[k] * push_W));
+        }
+        /// Part of m_response that is of nodes.
+        [[nodiscard]] Eigen::Vector3d ofNodes() const;
     };
     /// Of a touch, where it is an obstacle.
     struct Side
@@ -85,8 +123,6 @@ private:
         btCcdSoftPart* m_obstacle = nullptr;
         Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // at the end
         Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
-        Mover* m_mover = nullptr;
-        std::size_t m_rows = 0;  // where m_rows has them, if there is a mover
     };
     struct Touch
     {
@@ -97,6 +133,13 @@ private:
         Eigen::Vector3d m_impulse = Eigen::Vector3d::Zero();  // along the axes [kg m/s]
         std::array<Side, 2> m_sides;                          // A and B
         double m_goalSpeed = 0.0;
+        std::uint64_t m_key = 0;  // of what is soft and of the rigid body; 0 if there is none
+    };
+    /// What a touch came to, in the world.
+    struct Support
+    {
+        Eigen::Vector3d m_push_W = Eigen::Vector3d::Zero();
+        Eigen::Vector3d m_impulse_W = Eigen::Vector3d::Zero();
     };
 
     double m_rest = 0.0;
@@ -105,7 +148,26 @@ private:
     std::vector<Path> m_paths;  // of the touches
     std::vector<std::array<Row, 3>> m_rows;
     std::map<const void*, std::unique_ptr<Mover>> m_movers;
-    std::int64_t m_clock = 0;  // counts what moved ends of paths
+    std::int64_t m_clock = 0;                               // counts what moved ends of paths
+    std::unordered_map<std::uint64_t, Support> m_supports;  // of touches of the step, by key
+    std::unordered_map<std::uint64_t, Support> m_before;    // of the step before
+    double m_part = 1.0;                                    // of this time step, of the last one
+    /// A node between a rigid body and what cannot move.
+    struct Clamp
+    {
+        Eigen::Vector3d m_out;       // of what cannot move
+        Eigen::Vector3d m_velocity;  // of what cannot move
+        double m_share = 0.0;        // response of a body, times its touches; 0 if there is none
+        bool m_isClamped = false;    // and this is the part of its mobility that is left:
+        Eigen::Matrix3d m_mobility = Eigen::Matrix3d::Identity();
+    };
+    std::unordered_map<const std::int64_t*, Clamp> m_clamps;  // by node, as Path has it
+    std::size_t m_solvedPaths = 0;                            // those after it have come in since
+    /// Changes of velocities by what is soft, in the last step and the one before, and what of them
+    /// support() gave [m/s, rad/s].
+    std::unordered_map<btRigidBody*, Vector6d> m_bodySupports;
+    std::unordered_map<btRigidBody*, Vector6d> m_bodySupportsBefore;
+    std::unordered_map<btRigidBody*, Vector6d> m_given;
 
     /// One step of the iteration; returns by how much a distance changed [m], if by more than
     /// `least`.
@@ -114,7 +176,17 @@ private:
     double solveVelocity(Touch& touch, const Path& path);
     [[nodiscard]] Eigen::Vector3d relativeVelocity(const Touch& touch, const Path& path) const;
     void applyImpulse(Touch& touch, const Path& path, const Eigen::Vector3d& impulse);
-    void findMover(Side& side, const Path& path);
+    void applyPush(Path& path, const Eigen::Vector3d& push);
+    /// Begins with what is left of the last step, as far as it does no harm.
+    void keepFromBefore(Touch& touch, Path& path);
+    /// Nodes between a rigid body and what cannot move count as heavier, so that a sweep passes on
+    /// what presses them.
+    void findClamped();
+    void clamp(std::size_t touch, std::size_t k, Clamp& clamp);
+    void addLever(std::size_t side, Mover& mover, const Touch& touch, Path& path);
+    template <typename Body>
+    [[nodiscard]] Mover& moverOf(Body& body);
+    void keepSupports();
 };
 
 #endif  // BT_CCD_SOFT_RESPONSE_H

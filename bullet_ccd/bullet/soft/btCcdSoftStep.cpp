@@ -15,6 +15,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <utility>
 
 using bullet_ccd::DeformableContact;
 using bullet_ccd::DeformableResult;
@@ -32,8 +33,11 @@ constexpr int kHolds = 40;
 constexpr int kCarries = 40;
 /// How often in a step a rigid body comes along with others before it is held back.
 constexpr int kComings = 12;
+/// Contacts of a rigid body count as one event if it goes on by less than this many times the
+/// distance that is kept.
+constexpr double kWindow = 0.5;
 /// What counts as no deeper, as a part of the distance that is kept; and as no turn.
-constexpr double kSlack = 0.01;
+constexpr double kSlack = 0.1;
 constexpr btScalar kNoTurn = btScalar(1e-6);
 /// Cosine of the angle between a normal and a feature that counts as right.
 constexpr double kMostLean = 1e-3;
@@ -202,10 +206,22 @@ void round(btCcdSoftPart& part)
     for (std::size_t i = 0; i < part.m_end.size() && part.m_soft != nullptr; ++i)
     {
         part.m_end[i] = btCcdToEigen(btCcdToBullet(part.m_end[i]));
+        if (!bullet_ccd::isPlace(part.m_end[i]))
+        {
+            part.m_end[i] = part.m_start[i];
+        }
     }
     part.m_hasChanged = part.m_hasChanged || part.m_soft != nullptr;
 }
 }  // namespace
+
+void btCcdSoftStep::begin(btBroadphaseInterface& broadphase, btScalar timeStep)
+{
+    m_obstacles.begin(broadphase);
+    m_response.support([this](const btCollisionObject* object)
+                       { return m_obstacles.isThere(*object); },
+                       double(timeStep));
+}
 
 void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep)
 {
@@ -214,13 +230,22 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
     m_bentPaths.clear();
     m_carriers.clear();
     m_held.clear();
-    if (!(timeStep > btScalar(0)) || !gather(bodies, timeStep))
+    if (!(timeStep > btScalar(0)))
     {
         return;
     }
+    const bool isAnySoft = gather(bodies, timeStep);
     const double rest = 2.0 * m_keep;
     btCcdSoftResponse& response = m_response;
     response.begin(rest, double(timeStep));
+    if (!isAnySoft)
+    {
+        response.solveVelocities();
+        return;
+    }
+    giveWay(response.takeShifts());
+    const auto given =
+        std::exchange(m_held, {});  // rigid bodies are not asked about each other yet
     // As a rule what is left out here has a neighbour with a plain normal. Where it has none (a
     // node against a rim, or all in one plane), the paths have to be checked nevertheless.
     std::atomic<bool> isAnyLeftOut = false;
@@ -238,6 +263,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         return isLeftOut;
     };
     const DeformableResult& near = contacts(1.125 * rest, 0.125 * rest, false, isOfNoUse);
+    m_held = given;
     if (near.status == ToiStatus::IterationLimit && near.contacts.empty())
     {
         ++m_counters.m_unchecked;
@@ -246,9 +272,9 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         return;
     }
     keepForDrawing(near.contacts);
-    answerOnce(near.contacts, false, response);
+    answerOnce(firstOf(near.contacts), false, response);
     m_counters.m_contacts += std::int64_t(near.contacts.size());
-    if (response.isEmpty() && !isAnyLeftOut)
+    if (near.contacts.empty() && !isAnyLeftOut && response.isEmpty())
     {
         return;
     }
@@ -447,8 +473,15 @@ bool btCcdSoftStep::hasPlainNormal(const DeformableContact& contact) const
     }
     const auto leans = [&](const Vector3d& along)
     { return std::abs(contact.normal.dot(along)) > kMostLean * along.norm(); };
-    return contact.kind == ElementaryKind::VertexFace ? !leans(x[2] - x[1]) && !leans(x[3] - x[1])
-                                                      : !leans(x[1] - x[0]) && !leans(x[3] - x[2]);
+    if (contact.kind == ElementaryKind::VertexFace)
+    {
+        return !leans(x[2] - x[1]) && !leans(x[3] - x[1]);
+    }
+    // What is normal to two parallel edges may be any direction about them.
+    const Vector3d edgeA = x[1] - x[0];
+    const Vector3d edgeB = x[3] - x[2];
+    return !leans(edgeA) && !leans(edgeB) &&
+           edgeA.cross(edgeB).norm() > kMostLean * edgeA.norm() * edgeB.norm();
 }
 
 bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
@@ -459,13 +492,14 @@ bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
     {
         return false;
     }
+    if (a.m_soft == nullptr && b.m_soft == nullptr &&
+        (contact.status == ToiStatus::Overlapping || !areClosedIn(contact)))
+    {
+        return false;  // see addPressed()
+    }
     if (contact.status != ToiStatus::Overlapping)
     {
         return true;
-    }
-    if (a.m_soft == nullptr && b.m_soft == nullptr)
-    {
-        return false;  // see addPressed()
     }
     // Nearer than they should be from the start: they may lose half of what they have.
     const double gap = contact.gap - a.m_radius - b.m_radius;
@@ -505,6 +539,21 @@ std::vector<DeformableContact> btCcdSoftStep::violations(bool isFirst)
                          [this](const DeformableContact& contact) { return isBlocking(contact); });
     addPressed(left);
     return left;
+}
+
+bool btCcdSoftStep::areClosedIn(const DeformableContact& contact) const
+{
+    Vector3d change = Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& part =
+            *m_parts[std::size_t(k < verticesOfA(contact) ? contact.bodyA : contact.bodyB)];
+        const Vector3d& end = part.m_end[std::size_t(contact.vertices[k])];
+        const btTransform back = part.m_freePose * part.m_endPose.inverse();
+        change +=
+            contact.weights[Eigen::Index(k)] * (end - btCcdToEigen(back * btCcdToBullet(end)));
+    }
+    return !(contact.normal.squaredNorm() > 0.5 && contact.normal.dot(change) > -kSlack * m_keep);
 }
 
 void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
@@ -564,21 +613,98 @@ void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
     }
 }
 
+std::vector<DeformableContact> btCcdSoftStep::firstOf(
+    const std::vector<DeformableContact>& contacts) const
+{
+    const auto bodiesOf = [this](const DeformableContact& contact)
+    {
+        return std::array{yieldingBody(*m_parts[std::size_t(contact.bodyA)]),
+                          yieldingBody(*m_parts[std::size_t(contact.bodyB)])};
+    };
+    std::map<const btRigidBody*, double> last;  // time of what counts as first
+    for (const DeformableContact& contact : contacts)
+    {
+        for (const btRigidBody* body : bodiesOf(contact))
+        {
+            if (body != nullptr)
+            {
+                const auto known = last.try_emplace(body, contact.time).first;
+                known->second = std::min(known->second, contact.time);
+            }
+        }
+    }
+    for (const btCcdSoftPart* part : m_parts)
+    {
+        const auto known = last.find(yieldingBody(*part));
+        if (known != last.end())
+        {
+            const double way =
+                double(part->m_startPose.getOrigin().distance(part->m_endPose.getOrigin()));
+            known->second += kWindow * m_keep / std::max(way, m_keep);
+        }
+    }
+    std::vector<DeformableContact> first;
+    std::ranges::copy_if(contacts,
+                         std::back_inserter(first),
+                         [&](const DeformableContact& contact)
+                         {
+                             return std::ranges::all_of(
+                                 bodiesOf(contact),
+                                 [&](const btRigidBody* body)
+                                 { return body == nullptr || contact.time <= last.at(body); });
+                         });
+    return first;
+}
+
 void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
 {
     for (int i = 0; i <= kBendings; ++i)
     {
         response.solvePaths(i == 0);
+        giveWay(response.takeShifts());
         std::ranges::for_each(m_parts, [](btCcdSoftPart* part) { round(*part); });
         const std::vector<DeformableContact> left = violations(i == 0);
-        if (left.empty())
+        if (left.empty() && m_pressed.empty())
         {
             return;
         }
+        const auto isSoft = [this](const DeformableContact& contact)
+        {
+            return m_parts[std::size_t(contact.bodyA)]->m_soft != nullptr ||
+                   m_parts[std::size_t(contact.bodyB)]->m_soft != nullptr;
+        };
+        if (std::ranges::none_of(left, isSoft))
+        {
+            break;
+        }
         ++m_counters.m_rounds;
-        answerOnce(left, i == kBendings, response);
+        answerOnce(firstOf(left), i == kBendings, response);
     }
     shortenPaths(response);
+}
+
+void btCcdSoftStep::giveWay(const std::vector<btCcdSoftResponse::Shift>& shifts)
+{
+    std::map<const btCollisionObject*, btTransform> poses;
+    for (const btCcdSoftResponse::Shift& shift : shifts)
+    {
+        const auto part = std::ranges::find(m_parts, shift.m_body, &btCcdSoftPart::m_object);
+        if (part == m_parts.end())
+        {
+            continue;  // far from everything soft
+        }
+        btTransform pose = (*part)->m_endPose;
+        pose.getOrigin() += btCcdToBullet(shift.m_way);
+        const double angle = shift.m_turn.norm();
+        if (angle > 0.0)
+        {
+            const btQuaternion turn(btCcdToBullet(Vector3d(shift.m_turn / angle)), btScalar(angle));
+            pose.setRotation((turn * pose.getRotation()).normalized());
+        }
+        poses.emplace(shift.m_body, pose);
+        m_held.try_emplace(bodyOf(**part));
+    }
+    place(poses);
 }
 
 void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)

@@ -22,6 +22,8 @@ public:
     int m_threads = 1;
     btCcdSoftObstacles m_obstacles;
 
+    /// Before Bullet solves.
+    void begin(btBroadphaseInterface& broadphase, btScalar timeStep);
     /// Sets the velocities of nodes such that Bullet's integration leads to where the paths end.
     void run(const btAlignedObjectArray<btSoftBody*>& bodies, btScalar timeStep);
     /// After Bullet's integration: nodes are exactly where their paths end.
@@ -90,6 +92,11 @@ private:
     void answerOnce(const std::vector<bullet_ccd::DeformableContact>& contacts,
                     bool isForced,
                     btCcdSoftResponse& response);
+    /// Less those of rigid bodies with something near already that come near later in the step:
+    /// on their way through what is near, where normals may be any. Once that has turned their way
+    /// aside they are found again, if they are there.
+    [[nodiscard]] std::vector<bullet_ccd::DeformableContact> firstOf(
+        const std::vector<bullet_ccd::DeformableContact>& contacts) const;
     [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
     [[nodiscard]] bool isHeld(const btCcdSoftPart& part) const;
     /// Of colliders neither of which is soft: they have met before, where both went freely.
@@ -105,6 +112,8 @@ private:
     /// @param isFirst  since the step began
     [[nodiscard]] std::vector<bullet_ccd::DeformableContact> violations(bool isFirst);
     [[nodiscard]] bool isBlocking(const bullet_ccd::DeformableContact& contact);
+    /// True if the rigid bodies end nearer to each other there than without soft bodies.
+    [[nodiscard]] bool areClosedIn(const bullet_ccd::DeformableContact& contact) const;
     /// What Bullet's contacts say of rigid bodies that the step put elsewhere; adds those of them
     /// that come deeper than they were when it began. (What rests on something may well have cut
     /// into it a little.)
@@ -115,6 +124,8 @@ private:
     /// slides over the seam of two faces would stumble.
     [[nodiscard]] bool hasPlainNormal(const bullet_ccd::DeformableContact& contact) const;
     void bendPaths(btCcdSoftResponse& response);
+    /// Moves the ends of rigid bodies.
+    void giveWay(const std::vector<btCcdSoftResponse::Shift>& shifts);
     void shortenPaths(btCcdSoftResponse& response);
     /// What takes along the rigid body (kNone) or node; null if nothing does.
     [[nodiscard]] const btCcdSoftPart* carrierOf(const btCollisionObject* object,

@@ -14,6 +14,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+#include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <gtest/gtest.h>
 
@@ -157,6 +158,70 @@ Vector3d middle(const btSoftBody& body)
 }
 
 constexpr bool kIsSingle = sizeof(btScalar) == 4;
+
+/// A box of 1 kg that lies on a cloth, in gravity that leans by `slope` from their normal.
+struct Slide
+{
+    bool isPinned;  ///< all nodes of the cloth; else it lies on a rough floor
+    bool isMesh;    ///< the box is; then its friction is the solver's alone
+    double slope;
+    double friction;
+    SoftWorld kind = SoftWorld::Solver;
+};
+
+struct Slid
+{
+    double m_way = 0.0;  // [m], along the slope
+    double m_expected = 0.0;
+    double m_height = 0.0;  // above where it has been put [m]
+    double m_sideways = 0.0;
+    btCcdSoftCounters m_counters;
+};
+
+Slid slid(const Slide& slide, int steps)
+{
+    const double dt = 1.0 / 60.0;
+    SoftScene scene(
+        slide.kind,
+        btVector3(
+            btScalar(10.0 * std::sin(slide.slope)), btScalar(-10.0 * std::cos(slide.slope)), 0));
+    if (!slide.isPinned)
+    {
+        addFloor(scene, Floor::Plane);
+        scene.world().getCollisionObjectArray()[0]->setFriction(10);
+    }
+    const double ofCloth = slide.isPinned ? 0.0 : kRest;
+    btSoftBody* cloth = scene.cloth(at(0, ofCloth, 0), 3.0, 15, 2.0);
+    cloth->m_cfg.kDF = 1;
+    for (int i = 0; i < cloth->m_nodes.size() && slide.isPinned; ++i)
+    {
+        cloth->setMass(i, 0);
+    }
+    const Vector3d half(0.3, 0.1, 0.3);
+    std::unique_ptr<btCollisionShape> shape = std::make_unique<btBoxShape>(btCcdToBullet(half));
+    if (slide.isMesh)
+    {
+        shape = btCcdMeshShape::fromMesh(makeBox(half));
+    }
+    const Vector3d start(-0.5, half.y() + ofCloth + kRest, 0.03);
+    btRigidBody* box =
+        scene.obstacle(std::move(shape), makeBox(half), at(-0.5, start.y(), 0.03), 1.0);
+    box->setFriction(btScalar(slide.friction));
+    box->setActivationState(DISABLE_DEACTIVATION);
+    for (int i = 0; i < steps; ++i)
+    {
+        scene.step(dt);
+    }
+    const Vector3d way = btCcdToEigen(box->getWorldTransform().getOrigin()) - start;
+    const double pull = std::sin(slide.slope) - slide.friction * std::cos(slide.slope);
+    const double t = steps * dt;
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    return {.m_way = way.x(),
+            .m_expected = std::max(0.0, 5.0 * pull * t * (t + dt)),  // of velocities before places
+            .m_height = way.y(),
+            .m_sideways = way.z(),
+            .m_counters = scene.solver()->getCcdSoftCounters()};
+}
 }  // namespace
 
 TEST(SoftDrops, StockBulletLetsAFastClothThroughEverything)
@@ -282,6 +347,155 @@ TEST(SoftDrops, FrictionHoldsOnASlopeUpToItsCoefficient)
     // x = (sin - mu cos) g t^2 / 2 after a second, less or more by what a step adds.
     const double steep = std::atan(1.0);
     EXPECT_NEAR(slide(steep), 5.0 * (std::sin(steep) - 0.5 * std::cos(steep)), 0.1);
+}
+
+// What is held must neither stick nor creep: paths that are only shortened lose their slide, too.
+// The pinned cloth has nothing that could give way: once a box fell through it.
+TEST(SoftDrops, ABoxOnAClothSlidesOnlyBeyondItsFriction)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        for (const bool isPinned : {true, false})
+        {
+            for (const bool isMesh : {true, false})
+            {
+                const auto tell = [&](const Slid& result)
+                {
+                    return testing::Message()
+                           << "world " << int(kind) << (isPinned ? ", pinned" : ", on a floor")
+                           << (isMesh ? ", mesh: " : ", box: ") << result.m_way << " m, expected "
+                           << result.m_expected;
+                };
+                const Slid rests = slid({isPinned, isMesh, std::atan(0.3), 0.4, kind}, 60);
+                EXPECT_LT(std::abs(rests.m_way), 2e-3) << tell(rests);
+                EXPECT_LT(std::abs(rests.m_height), 2e-4) << tell(rests);
+                const Slid slides = slid({isPinned, isMesh, std::atan(0.7), 0.4, kind}, 30);
+                // On a floor Bullet's contacts with it hold the box in the first steps.
+                EXPECT_NEAR(slides.m_way, slides.m_expected, isPinned ? 2e-3 : 5e-2)
+                    << tell(slides);
+                EXPECT_LT(std::abs(slides.m_height), 4e-4) << tell(slides);
+                EXPECT_LT(std::abs(slides.m_sideways), 3e-3) << tell(slides);
+                for (const Slid& result : {rests, slides})
+                {
+                    EXPECT_EQ(result.m_counters.m_held, 0) << tell(result);
+                    EXPECT_EQ(result.m_counters.m_heldBodies, 0) << tell(result);
+                }
+                EXPECT_LE(rests.m_counters.m_queries, 60 * 2 + 6) << tell(rests);
+            }
+        }
+    }
+}
+
+// Between a heavy body and a floor, light nodes pass on what presses them.
+TEST(SoftDrops, AHeavyBoxOnALightClothComesToRest)
+{
+    SoftScene scene(SoftWorld::Solver);
+    addFloor(scene, Floor::Box);
+    scene.cloth(at(0, 0.01, 0), 0.8, 10, 0.5);
+    const Vector3d half(0.15, 0.1, 0.15);
+    btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
+                                      makeBox(half),
+                                      at(0.02, 0.15, 0.01),
+                                      200.0);
+    box->setActivationState(DISABLE_DEACTIVATION);
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    const btVector3 before = box->getWorldTransform().getOrigin();
+    scene.solver()->resetCcdSoftCounters();
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_LT(double((box->getWorldTransform().getOrigin() - before).length()), 5e-4);
+    EXPECT_LT(double(box->getLinearVelocity().length()), 0.01);
+    EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_heldBodies, 0);
+    EXPECT_LE(scene.solver()->getCcdSoftCounters().m_queries, 60 * 3);
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+}
+
+// Bullet's solver is told what the cloth carries: the upper box has its weight on the lower one.
+TEST(SoftDrops, ABoxSlidesOnABoxThatAClothCarries)
+{
+    const double slope = 0.5;
+    SoftScene scene(
+        SoftWorld::World,
+        btVector3(btScalar(10.0 * std::sin(slope)), btScalar(-10.0 * std::cos(slope)), 0));
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 3.0, 15, 3.0);
+    cloth->m_cfg.kDF = 1;
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        cloth->setMass(i, 0);
+    }
+    const Vector3d lowerHalf(0.4, 0.1, 0.3);
+    const Vector3d upperHalf(0.1, 0.1, 0.1);
+    btRigidBody* lower = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(lowerHalf)),
+                                        makeBox(lowerHalf),
+                                        at(0, 0.1 + kRest, 0),
+                                        4.0);
+    btRigidBody* upper = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(upperHalf)),
+                                        makeBox(upperHalf),
+                                        at(-0.2, 0.3 + 2 * kRest, 0),
+                                        1.0);
+    lower->setFriction(3);
+    upper->setFriction(0);
+    lower->setActivationState(DISABLE_DEACTIVATION);
+    upper->setActivationState(DISABLE_DEACTIVATION);
+    for (int i = 0; i < 24; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    const double slides = double(upper->getWorldTransform().getOrigin().x()) + 0.2;
+    EXPECT_NEAR(slides / (5.0 * std::sin(slope) * 0.4 * (0.4 + 1.0 / 60.0)), 1.0, 0.12);
+    EXPECT_LT(std::abs(double(lower->getWorldTransform().getOrigin().x())), 1e-3);
+    EXPECT_NEAR(double(upper->getWorldTransform().getOrigin().y() -
+                       lower->getWorldTransform().getOrigin().y()),
+                0.2,
+                5e-3);
+}
+
+TEST(SoftDrops, HingedBoxesOnAClothComeToRest)
+{
+    SoftScene scene(SoftWorld::World);
+    addFloor(scene, Floor::Plane);
+    scene.cloth(at(0, 0.02, 0), 1.5, 12, 0.5);
+    const Vector3d half(0.1, 0.05, 0.1);
+    std::vector<btRigidBody*> boxes;
+    std::vector<std::unique_ptr<btHingeConstraint>> hinges;
+    for (int i = 0; i < 4; ++i)
+    {
+        boxes.push_back(scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
+                                       makeBox(half),
+                                       at(-0.36 + 0.24 * i, 0.15, 0),
+                                       1.0));
+        if (i > 0)
+        {
+            hinges.push_back(std::make_unique<btHingeConstraint>(*boxes[std::size_t(i - 1)],
+                                                                 *boxes[std::size_t(i)],
+                                                                 btVector3(btScalar(0.12), 0, 0),
+                                                                 btVector3(btScalar(-0.12), 0, 0),
+                                                                 btVector3(0, 0, 1),
+                                                                 btVector3(0, 0, 1)));
+            scene.world().addConstraint(hinges.back().get(), true);
+        }
+    }
+    double fastest = 0.0;
+    for (int i = 0; i < 90; ++i)
+    {
+        scene.step(1.0 / 60.0);
+        for (const btRigidBody* box : boxes)
+        {
+            const double speed = double(box->getLinearVelocity().length());
+            fastest = i < 60 ? 0.0 : std::max(fastest, speed);
+        }
+    }
+    EXPECT_LT(fastest, 0.05);  // [m/s]
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    for (const std::unique_ptr<btHingeConstraint>& hinge : hinges)
+    {
+        scene.world().removeConstraint(hinge.get());
+    }
 }
 
 TEST(SoftDrops, BouncesAsFastAsRestitutionSays)
@@ -484,6 +698,9 @@ TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
         EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
         EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
         EXPECT_NEAR(double(body->getWorldTransform().getOrigin().y()), 0.106, 0.005);
+        // What it meets first stops it: nothing beside that throws it aside.
+        EXPECT_NEAR(double(body->getWorldTransform().getOrigin().x()), 0.02, 0.05);
+        EXPECT_NEAR(double(body->getWorldTransform().getOrigin().z()), 0.01, 0.05);
     }
 }
 
