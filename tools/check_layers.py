@@ -124,7 +124,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
 FOREIGN = [
     (re.compile(r"^(Bullet|LinearMath/|bt[A-Z])"), BULLET_ROOMS),
     (re.compile(r"^(assimp/|urdf_|urdf/|console_bridge/)"), {"bullet_ccd/io"}),
-    (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand"}),
+    (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand", "grasp/formats"}),
     (re.compile(r"^libqhull"), {"bullet_ccd/reduce"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
     (

@@ -125,6 +125,23 @@ TEST_F(GraspForceProgram, TheMassFollowsFromTheVolumeForEveryVerb)
     EXPECT_THAT(run("trial", "--rank 1 --protocol hover --time-limit 0.001").err, HasSubstr(said));
 }
 
+TEST_F(GraspForceProgram, ExportsModelsForMuJoCo)
+{
+    const fs::path folder = s_folder->path() / "mjcf";
+    const Outcome done =
+        run("export", "--rank 1 --mass 0.2 --pieces 4 -o '" + folder.string() + "'");
+    EXPECT_EQ(done.exitCode, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr("convex pieces of the hand bulge by up to"));
+    EXPECT_THAT(contentOf(folder / "grasp_01.xml"), HasSubstr("<key name=\"squeeze\""));
+    EXPECT_TRUE(fs::exists(folder / "meshes" / "object_0.obj"));
+    EXPECT_EQ(run("export", "--rank 99 -o '" + folder.string() + "'").exitCode, 3);
+    EXPECT_EQ(run("export", "--rank 1").exitCode, 2);
+    const Outcome blocked =
+        run("export", "--rank 1 -o '" + (s_folder->path() / "ball.obj").string() + "'");
+    EXPECT_EQ(blocked.exitCode, 3);
+    EXPECT_THAT(blocked.err, HasSubstr("give a folder"));
+}
+
 TEST_F(GraspForceProgram, ImpossibleLoadsExitWith1AndTheReason)
 {
     const Outcome weak = run("force", "--effort 1e-4");

@@ -82,12 +82,21 @@ TEST_F(GraspProgram, HelpNamesTheVerbsAndExitCodes)
 {
     const Outcome help = run("--help");
     EXPECT_EQ(help.exitCode, 0);
-    for (const char* word :
-         {"plan", "close", "check", "force", "hand", "quality", "trial", "Exit codes", "Examples"})
+    for (const char* word : {"plan",
+                             "close",
+                             "check",
+                             "export",
+                             "force",
+                             "hand",
+                             "quality",
+                             "trial",
+                             "Exit codes",
+                             "Examples"})
     {
         EXPECT_THAT(help.out, HasSubstr(word));
     }
-    for (const char* verb : {"plan", "close", "check", "force", "hand", "quality", "trial"})
+    for (const char* verb :
+         {"plan", "close", "check", "export", "force", "hand", "quality", "trial"})
     {
         const Outcome ofVerb = run(std::string(verb) + " --help");
         EXPECT_EQ(ofVerb.exitCode, 0);

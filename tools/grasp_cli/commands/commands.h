@@ -12,6 +12,7 @@ namespace bullet_ccd::tools
 void addPlanCommand(CLI::App& app, int& exitCode);
 void addCloseCommand(CLI::App& app, int& exitCode);
 void addCheckCommand(CLI::App& app, int& exitCode);
+void addExportCommand(CLI::App& app, int& exitCode);
 void addForceCommand(CLI::App& app, int& exitCode);
 void addHandCommand(CLI::App& app, int& exitCode);
 /// The verb `check` below the verb `hand`.

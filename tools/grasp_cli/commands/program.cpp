@@ -34,6 +34,7 @@ constexpr const char* kGraspFooter =
     "  grasp plan --hand anthropomorphic_hand --object mug -n 20 -o out\n"
     "  grasp close --hand parallel_gripper --object box.obj --pose 0 0 -0.13 1 0 0 0\n"
     "  grasp check out/grasps.jsonl\n"
+    "  grasp export out/grasps.jsonl --rank 1 -o mjcf\n"
     "  grasp force out/grasps.jsonl --mass 0.4 --effort 5 --objective firm\n"
     "  grasp quality out/grasps.jsonl --model soft --friction 0.8\n"
     "  grasp hand my_hand.urdf";
@@ -59,6 +60,7 @@ void addVerbs(CLI::App& app, int& exitCode)
     addPlanCommand(app, exitCode);
     addCloseCommand(app, exitCode);
     addCheckCommand(app, exitCode);
+    addExportCommand(app, exitCode);
     addForceCommand(app, exitCode);
     addHandCommand(app, exitCode);
     addQualityCommand(app, exitCode);
