@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <variant>
 
 using bullet_ccd::BodyPair;
 using bullet_ccd::FirstContactResult;
@@ -37,6 +39,11 @@ constexpr double kSmallestGap = 1.0 / 32.0;
 /// Surfaces that are nearer than this, relative to the same, have no direction in which they could
 /// part: they count as intersecting, as they do for contacts.
 constexpr double kTouching = 1e-9;
+
+/// A query gives up after so many pairs of nodes and triangles, which takes a second at most: links
+/// that turn very often in a step come near something very often, and each of their poses costs.
+constexpr std::int64_t kMostIterations = 1'000'000;
+constexpr std::int64_t kMostIterationsOfLinks = 50'000;
 
 /// Two parts and how they move.
 struct Parts
@@ -126,6 +133,11 @@ FirstContactResult ask(
         }
     }
     options.minimumSeparation += a.m_radius + b.m_radius;
+    const auto isLink = [](const btCcdObjectMotion& motion)
+    { return !std::holds_alternative<bullet_ccd::RigidMotion>(motion.m_motion); };
+    options.maxIterations = isLink(parts.m_motionA) || isLink(parts.m_motionB)
+                                ? kMostIterationsOfLinks
+                                : kMostIterations;
     const std::array<MovingBody, 2> bodies{parts.m_motionA.body(a.m_tree, parts.X_AG),
                                            parts.m_motionB.body(b.m_tree, parts.X_BG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};

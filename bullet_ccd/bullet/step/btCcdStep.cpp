@@ -3,6 +3,7 @@
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
+#include "bullet_ccd/bullet/step/btCcdTracker.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -147,13 +148,16 @@ bool btCcdStep::begin(btScalar timeStep)
     }
     m_stepper.newStep();
     const bool isPushed = !m_pushes.find(timeStep, false).empty();
-    notePushed();
+    if (!m_pushes.far().empty())
+    {
+        notePushed();
+    }
     if (isPushed)
     {
         takeBackPushes(timeStep);
     }
     const bool found = findImpacts(timeStep);
-    m_triggers.begin(m_stepper, timeStep);
+    beginTriggers(timeStep);
     return found;
 }
 
@@ -176,6 +180,15 @@ bool btCcdStep::findImpacts(btScalar timeStep)
         m_stepper.getReady();
     }
     return true;
+}
+
+/// Most worlds have none.
+inline void btCcdStep::beginTriggers(btScalar timeStep)
+{
+    if (m_triggers.isActive() || m_stepper.tracker().seesTriggers())
+    {
+        m_triggers.begin(m_stepper, timeStep);
+    }
 }
 
 void btCcdStep::notePushed()
@@ -289,7 +302,7 @@ void btCcdStep::rollBack(btScalar timeStep)
 void btCcdStep::takeBack(btScalar timeStep)
 {
     const bool found = m_stepper.begin(timeStep, btCcdStepper::Motion::Done);
-    m_triggers.begin(m_stepper, timeStep);
+    beginTriggers(timeStep);
     if (found)
     {
         forgetStuck();

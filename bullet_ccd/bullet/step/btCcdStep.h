@@ -108,6 +108,7 @@ private:
 
     [[nodiscard]] bool findImpacts(btScalar timeStep);
     void takeBack(btScalar timeStep);
+    void beginTriggers(btScalar timeStep);
     void notePushed();
     void takeStarts();
     void takeBackPushes(btScalar timeStep);

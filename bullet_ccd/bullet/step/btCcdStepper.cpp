@@ -240,7 +240,9 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         {
             continue;
         }
-        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b))
+        // Joined objects mostly do not collide.
+        if (!a.m_tracked || !b.m_tracked || btCcdTracker::areBoxesApart(a, b) ||
+            !a.m_object->checkCollideWith(b.m_object))
         {
             continue;
         }

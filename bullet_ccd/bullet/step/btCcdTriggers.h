@@ -25,6 +25,8 @@ class btCcdTriggers
 public:
     explicit btCcdTriggers(btCollisionWorld& world);
 
+    /// False if there has been no trigger in the last step either: then begin() need not be called.
+    [[nodiscard]] bool isActive() const { return m_isActive; }
     /// A step begins, or is done and about to be taken back; after stepper.begin().
     void begin(btCcdStepper& stepper, btScalar timeStep);
     /// After stepper.refresh(), which saw what moves otherwise from this time on.
