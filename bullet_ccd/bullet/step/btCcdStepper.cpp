@@ -261,19 +261,26 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
     }
 }
 
-inline void btCcdStepper::push(int a, int b, double time)
+inline btCcdStepper::Pair& btCcdStepper::push(int a, int b, double time)
 {
     const double speed = (at(a).m_motion + at(b).m_motion) / m_timeStep;
     const double tolerance = m_context.toleranceOf(*at(a).m_object, *at(b).m_object);
-    m_pairs.push_back({.m_a = a,
-                       .m_b = b,
-                       .m_time = time,
-                       .m_toi = {},
-                       .m_window = kSimultaneous * tolerance / speed});
+    return m_pairs.emplace_back(Pair{.m_a = a,
+                                     .m_b = b,
+                                     .m_time = time,
+                                     .m_toi = {},
+                                     .m_window = kSimultaneous * tolerance / speed});
 }
 
 /// A time of the step before which the two certainly do not meet; infinite if they do not meet.
 double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    const double boxes = boxesMeet(a, b);
+    return boxes < kNever ? std::max(boxes, approach(a, b)) : kNever;
+}
+
+/// False if Bullet does not have them where they are, or will be.
+bool btCcdStepper::isKnown(const btCcdTracked& a, const btCcdTracked& b) const
 {
     // In the middle of a step, others are not where Bullet has them.
     const auto isInPlace = [this](const btCcdTracked& tracked)
@@ -281,16 +288,19 @@ double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) 
         return m_time == 0.0 || (tracked.m_way == nullptr &&
                                  btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr);
     };
-    if (!isInPlace(a) || !isInPlace(b))
+    // Queries have what does not turn as it was turned when the step began.
+    const bool isTurned = m_motion == Motion::Done && !(a.m_turns && b.m_turns);
+    return isInPlace(a) && isInPlace(b) && !isTurned;
+}
+
+/// The same by boxes alone,
+double btCcdStepper::boxesMeet(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    if (!isKnown(a, b))
     {
         return m_time;
     }
     const bool done = m_motion == Motion::Done;
-    if (done && !(a.m_turns && b.m_turns))
-    {
-        // Queries have it as it was turned when the step began.
-        return m_time;
-    }
     const double way = std::min(a.m_motion + b.m_motion, wayToCome(a, b));
     const double free = btCcdFreeWay(m_context, a, b, way, done);
     if (free > way)
@@ -298,15 +308,20 @@ double btCcdStepper::earliestTime(const btCcdTracked& a, const btCcdTracked& b) 
         return kNever;
     }
     // Of a motion that is done, they are known where it ends.
-    const double boxesMeet = done || !(free > 0.0) ? m_time : m_time + free / way * remaining();
-    if (!btCcdApproach::isOf(a, b))
+    return done || !(free > 0.0) ? m_time : m_time + free / way * remaining();
+}
+
+/// and by a look along one direction.
+double btCcdStepper::approach(const btCcdTracked& a, const btCcdTracked& b) const
+{
+    if (!isKnown(a, b) || !btCcdApproach::isOf(a, b))
     {
-        return boxesMeet;
+        return m_time;
     }
     const btBroadphasePair* known = m_world.getPairCache()->findPair(
         a.m_object->getBroadphaseHandle(), b.m_object->getBroadphaseHandle());
-    const btCcdApproach approach(m_context, a, b, known, remaining(), done);
-    return std::max(boxesMeet, m_time + approach.freeTime());
+    const bool done = m_motion == Motion::Done;
+    return m_time + btCcdApproach(m_context, a, b, known, remaining(), done).freeTime();
 }
 
 void btCcdStepper::readyMotions()
@@ -673,10 +688,23 @@ void btCcdStepper::addPair(int a, int b)
     }
     m_progress.bring(*older.m_object);
     m_progress.bring(*newer.m_object);
-    if (const double time = earliestTime(older, newer); time < kNever)
+    if (const double time = boxesMeet(older, newer); time < kNever)
     {
-        push(first, second, time);
+        push(first, second, time).m_isLooked = false;
     }
+}
+
+/// What has changed often changes again before it is the turn of its pairs: only then they are
+/// looked at along a direction, which costs more than boxes.
+void btCcdStepper::look(Pair& pair)
+{
+    pair.m_isLooked = true;
+    const btCcdTracked& a = at(pair.m_a);
+    const btCcdTracked& b = at(pair.m_b);
+    m_progress.bring(*a.m_object);
+    m_progress.bring(*b.m_object);
+    pair.m_time = std::max(pair.m_time, approach(a, b));
+    pair.m_isAsked = pair.m_time == kNever;
 }
 
 /// One is squeezed, and the other cannot be stopped.
@@ -754,10 +782,20 @@ double btCcdStepper::askEarliest()
     while (!waiting.empty() && waiting.front().first <= earliest)
     {
         Pair& pair = m_pairs[std::size_t(waiting.front().second)];
-        ask(pair);
-        earliest = std::min(earliest, pair.m_time);
         std::pop_heap(waiting.begin(), waiting.end(), std::greater<>());
+        if (!pair.m_isLooked)
+        {
+            look(pair);
+            waiting.back().first = pair.m_time - pair.m_window;
+            std::push_heap(waiting.begin(), waiting.end(), std::greater<>());
+            continue;
+        }
         waiting.pop_back();
+        if (!pair.m_isAsked)
+        {
+            ask(pair);
+        }
+        earliest = std::min(earliest, pair.m_time);
     }
     return earliest;
 }
@@ -912,7 +950,8 @@ void btCcdStepper::refresh()
                   {
                       const btCcdTracked& a = at(pair.m_a);
                       const btCcdTracked& b = at(pair.m_b);
-                      return a.m_changed || b.m_changed || (pair.m_met && !wanted(a, b));
+                      return a.m_changed || b.m_changed || pair.m_time == kNever ||
+                             (pair.m_met && !wanted(a, b));
                   });
     const std::size_t before = m_pairs.size();
     for (const int index : m_changed)

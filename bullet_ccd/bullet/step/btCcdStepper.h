@@ -147,6 +147,7 @@ private:
         double m_time;  // of impact, since the step began [s]; infinite without
         btCcdPairToi m_toi;
         double m_window = 0.0;   // impacts that come so much later come at the same time [s]
+        bool m_isLooked = true;  // false: see btCcdStepper::look()
         bool m_isAsked = false;  // else there is no impact before m_time
         bool m_met = false;      // the impact has happened
     };
@@ -186,6 +187,9 @@ private:
     [[nodiscard]] double wayToCome(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] double wayApart(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] double earliestTime(const btCcdTracked& a, const btCcdTracked& b) const;
+    [[nodiscard]] double boxesMeet(const btCcdTracked& a, const btCcdTracked& b) const;
+    [[nodiscard]] bool isKnown(const btCcdTracked& a, const btCcdTracked& b) const;
+    [[nodiscard]] double approach(const btCcdTracked& a, const btCcdTracked& b) const;
     void sweep(btCcdTracked& tracked);
     void findFast();
     void findSlow();
@@ -197,7 +201,8 @@ private:
     [[nodiscard]] bool sweepsBox(const btCcdTracked& tracked) const;
     void listNear();
     void addPair(int a, int b);
-    void push(int a, int b, double time);
+    Pair& push(int a, int b, double time);
+    void look(Pair& pair);
     template <typename Visit>
     void forParts(const btCollisionObject& object, const Visit& visit);
     [[nodiscard]] static bool isSqueezed(const btCcdTracked& a, const btCcdTracked& b);
