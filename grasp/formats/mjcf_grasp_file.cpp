@@ -22,6 +22,9 @@ namespace
 // MuJoCo refuses moving bodies without mass. They get what the simulated trials give them.
 constexpr double kSmallestMass = 5e-3;    // [kg]
 constexpr double kSmallestMoment = 1e-6;  // [kg m^2]
+/// The inertia of the motors, over damping times time step. MuJoCo solves contacts without the
+/// damping that it then takes implicitly, so light fingers with little else would be shaken off.
+constexpr double kArmatureSteps = 2.0;
 
 std::string decimal(double value, const char* format = "%.17g")
 {
@@ -72,11 +75,16 @@ public:
           m_grasp(grasp),
           m_squeeze(squeeze),
           m_pieces(pieces),
-          m_options(options)
+          m_options(options),
+          m_joints(independentJoints(hand.robot.tree))
     {
         while (tree().findLink(m_objectName) != kNone)
         {
             m_objectName += "_";
+        }
+        while (tree().findLink(m_worldName) != kNone)
+        {
+            m_worldName += "_";
         }
     }
 
@@ -130,6 +138,13 @@ private:
     {
         open(name, attributes);
         m_printer.CloseElement();
+    }
+
+    /// MuJoCo has a body of that name.
+    [[nodiscard]] std::string bodyName(std::size_t link) const
+    {
+        const std::string& name = linkAt(link).name;
+        return name == "world" ? m_worldName : name;
     }
 
     void comment()
@@ -213,10 +228,12 @@ private:
         const Link& link = linkAt(index);
         const Eigen::Isometry3d& X = index == 0 ? m_grasp.X_WH : link.X_PL0;
         open("body",
-             {{"name", link.name}, {"pos", decimals(X.translation())}, {"quat", rotationText(X)}});
+             {{"name", bodyName(index)},
+              {"pos", decimals(X.translation())},
+              {"quat", rotationText(X)}});
         if (index > 0 && link.joint.isMovable())
         {
-            writeJoint(link.joint);
+            writeJoint(index);
             m_positions.push_back(m_grasp.positions[index]);
         }
         writeInertial(link.centerOfMass, std::max(link.mass, kSmallestMass), link.inertia);
@@ -231,8 +248,9 @@ private:
         m_printer.CloseElement();
     }
 
-    void writeJoint(const Joint& joint)
+    void writeJoint(std::size_t index)
     {
+        const Joint& joint = linkAt(index).joint;
         // What follows another joint needs no stops of its own.
         const bool isLimited = joint.mimicOf == kNone && joint.lower < joint.upper &&
                                std::isfinite(joint.lower) && std::isfinite(joint.upper);
@@ -244,6 +262,12 @@ private:
         {
             attributes.emplace_back("range", decimal(joint.lower) + " " + decimal(joint.upper));
         }
+        const std::int32_t driver =
+            joint.mimicOf == kNone ? static_cast<std::int32_t>(index) : joint.mimicOf;
+        const auto controller = std::ranges::find(m_joints, driver) - m_joints.begin();
+        const double damping =
+            m_options.dampingTime * m_squeeze.stiffness[static_cast<std::size_t>(controller)];
+        attributes.emplace_back("armature", decimal(kArmatureSteps * m_options.timeStep * damping));
         element("joint", attributes);
     }
 
@@ -271,7 +295,7 @@ private:
                 if (hasGeometry(a) && hasGeometry(b) &&
                     std::ranges::find(m_hand.selfPairs, pair) == m_hand.selfPairs.end())
                 {
-                    element("exclude", {{"body1", linkAt(a).name}, {"body2", linkAt(b).name}});
+                    element("exclude", {{"body1", bodyName(a)}, {"body2", bodyName(b)}});
                 }
             }
         }
@@ -302,10 +326,9 @@ private:
     void writeControllers()
     {
         open("actuator", {});
-        const std::vector<std::int32_t> joints = independentJoints(tree());
-        for (std::size_t j = 0; j < joints.size(); ++j)
+        for (std::size_t j = 0; j < m_joints.size(); ++j)
         {
-            const std::string& name = linkAt(static_cast<std::size_t>(joints[j])).joint.name;
+            const std::string& name = linkAt(static_cast<std::size_t>(m_joints[j])).joint.name;
             const double stiffness = m_squeeze.stiffness[j];
             const double limit = m_squeeze.efforts[j].limit;
             element(
@@ -329,7 +352,7 @@ private:
         const std::string positions =
             decimals(m_positions) + (m_positions.empty() ? "" : " ") + "0 0 0 1 0 0 0";
         std::vector<double> held;
-        for (const std::int32_t joint : independentJoints(tree()))
+        for (const std::int32_t joint : m_joints)
         {
             held.push_back(m_grasp.positions[static_cast<std::size_t>(joint)]);
         }
@@ -349,7 +372,9 @@ private:
     const Squeeze& m_squeeze;
     const MjcfPieces& m_pieces;
     const MjcfOptions& m_options;
+    std::vector<std::int32_t> m_joints;
     std::string m_objectName = "object";
+    std::string m_worldName = "world_";
     std::vector<double> m_positions;  ///< of the joints, in the order of MuJoCo
     tinyxml2::XMLPrinter m_printer;
 };

@@ -44,7 +44,9 @@ struct MjcfOptions
 ///     posture with the squeeze's targets (not without a squeeze).
 /// There is no gravity: what is to hold the object's weight is given by the user, and the weight of
 /// the hand counts as compensated. Links without a mass, or with next to none, get 5 g and
-/// 1e-6 kg m^2. Speed limits are not written, since MuJoCo has none.
+/// 1e-6 kg m^2. Joints get the inertia of a motor (armature): damping of the controller times two
+/// time steps, without which MuJoCo shakes light fingers off. A link called "world" is "world_".
+/// Speed limits are not written, since MuJoCo has none.
 /// @param meshes  folder of the meshes, as seen from the file
 /// Throws std::invalid_argument for a grasp that was never closed, for pieces or a squeeze of
 /// another hand, and for numbers that are not positive (torsion: negative).

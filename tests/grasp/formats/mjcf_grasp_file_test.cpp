@@ -136,6 +136,26 @@ TEST(MjcfGraspFile, SaysWhatIsWrong)
     EXPECT_THROW(writeMjcfMeshes(file / "meshes", exported.pieces), std::runtime_error);
 }
 
+HandModel gripperOnALinkCalledWorld()
+{
+    HandModel hand = tests::makeGripper(false);
+    hand.robot.tree.links.front().name = "world";
+    return hand;
+}
+
+TEST(MjcfGraspFile, ALinkCalledWorldIsNotMuJoCosWorld)
+{
+    const Exported exported(gripperOnALinkCalledWorld());
+    EXPECT_THAT(exported.text(), HasSubstr("<body name=\"world_\""));
+#ifdef BULLET_CCD_HAS_MUJOCO
+    char error[1000] = "";
+    mjModel* const model =
+        mj_loadXML(exported.file().string().c_str(), nullptr, error, sizeof error);
+    EXPECT_NE(model, nullptr) << error;
+    mj_deleteModel(model);
+#endif
+}
+
 TEST(MjcfGraspFile, MuJoCoFindsTheSamePosture)
 {
 #ifndef BULLET_CCD_HAS_MUJOCO
