@@ -25,6 +25,9 @@ constexpr double kSmallestMoment = 1e-6;  // [kg m^2]
 /// The inertia of the motors, over damping times time step. MuJoCo solves contacts without the
 /// damping that it then takes implicitly, so light fingers with little else would be shaken off.
 constexpr double kArmatureSteps = 2.0;
+/// In which contacts push out what is in them, in time steps. Two is the least that MuJoCo takes;
+/// contact points that come and go then kick the object out of hands that hold it with less.
+constexpr double kContactSteps = 5.0;
 
 std::string decimal(double value, const char* format = "%.17g")
 {
@@ -177,7 +180,7 @@ private:
             {{"type", "mesh"},
              {"condim", m_options.torsion > 0.0 ? "4" : "3"},
              {"friction", decimals(Eigen::Vector3d(m_options.friction, m_options.torsion, 0.0))},
-             {"solref", decimal(2.0 * m_options.timeStep) + " 1"},
+             {"solref", decimal(kContactSteps * m_options.timeStep) + " 1"},
              {"solimp", "0.95 0.99 0.0005"}});
         m_printer.CloseElement();
     }
