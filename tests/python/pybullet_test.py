@@ -14,6 +14,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks/reference/
 import pybullet_scenes as scenes  # noqa: E402
 from pybullet_scenes import (PLATE, RING, box, concave, height, shoot, sliding_box,  # noqa: E402
                              steps, write_ring)
+from pybullet_situations import DATA, SITUATIONS, play, silence  # noqa: E402
 
 _folder = tempfile.TemporaryDirectory()  # PyBullet is loaded from it while the tests run
 try:
@@ -498,3 +499,14 @@ def test_the_library_shows_nothing_but_its_functions():
     assert sorted(names) == ["bulletCcdCounters", "bulletCcdTakeImpacts", "executePluginCommand",
                              "exitPlugin", "initPlugin", "postTickPluginCallback",
                              "preTickPluginCallback"]
+
+
+@pytest.mark.parametrize("title", [t for t, (_, _, must_be_zero) in SITUATIONS.items() if must_be_zero])
+def test_nothing_that_must_not_be_there_is_there(title, tmp_path):
+    situation, files, _ = SITUATIONS[title]
+    if files is not None and not (DATA / files).is_dir():
+        pytest.skip(f"{DATA / files} is not there")
+    with silence():
+        count, _, impacts = play(p, ccd_pybullet.enable, situation, tmp_path)
+    assert count == 0
+    assert impacts > 0 or title == "Panda picks a box"
