@@ -184,7 +184,11 @@ Json qualityToJson(const GraspQuality& quality,
 }
 
 /// Null where none was asked for, or the candidate is no grasp.
-Json squeezeToJson(const Grasp& grasp, const GraspRun& run, double mass, const HandModel& hand)
+Json squeezeToJson(const Grasp& grasp,
+                   const GraspRun& run,
+                   double mass,
+                   const HandModel& hand,
+                   const GraspObject& object)
 {
     if (!run.squeeze || grasp.reject != RejectReason::None)
     {
@@ -192,11 +196,13 @@ Json squeezeToJson(const Grasp& grasp, const GraspRun& run, double mass, const H
     }
     SqueezeOptions options = *run.squeeze;
     options.mass = options.mass.value_or(mass);
+    options.centerOfMass = object.centerOfMass;
     const Squeeze squeeze = squeezeOf(hand, grasp, options);
     Json json{{"mass_kg", *options.mass},
               {"friction", run.squeeze->friction},
               {"reason", squeeze.reason.empty() ? Json() : Json(squeeze.reason)},
               {"normal_forces_n", squeeze.normalForce},
+              {"weights_held", squeeze.weights},
               {"joints", Json::object()}};
     const KinematicTree& tree = hand.robot.tree;
     const std::vector<std::int32_t> joints = independentJoints(tree);
@@ -290,7 +296,7 @@ std::string GraspRecorder::ranked(const Grasp& grasp, int rank) const
 {
     Json json = recordOf(grasp, m_run, m_hand, m_object, {m_handHash, m_objectHash, m_mass});
     json["rank"] = rank;
-    json["squeeze"] = squeezeToJson(grasp, m_run, m_mass.mass, m_hand);
+    json["squeeze"] = squeezeToJson(grasp, m_run, m_mass.mass, m_hand, m_object);
     json["trials"] = trialsToJson(grasp, m_run);
     return json.dump();
 }

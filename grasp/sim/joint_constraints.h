@@ -8,6 +8,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace bullet_ccd::grasp
 {
@@ -43,11 +44,13 @@ struct DriveSettings
     double effort = 0.0;     ///< largest torque or force
     double stiffness = 0.0;  ///< torque per error of position
     double damping = 0.0;    ///< torque per speed
-    double maxSpeed = 0.0;   ///< at which it moves towards its target
+    double maxSpeed = 0.0;   ///< at which it moves towards its target, above 0
 };
 
 /// Torque = stiffness (target - position) - damping speed, within the effort, taken at the end of
-/// the step (implicitly), so it is stable for any stiffness.
+/// the step (implicitly), so it is stable for any stiffness. Far from the target the damping is as
+/// much larger as keeps a joint that nothing holds back from exceeding its speed; one that is
+/// blocked presses by the whole torque.
 class JointDrive : public WithinBody<btMultiBodyJointMotor>
 {
 public:
@@ -72,10 +75,12 @@ public:
                               btMultiBodyJacobianData& data,
                               const btContactSolverInfo& info) override
     {
-        const double resistance = m_settings.damping + m_timeStep * m_settings.stiffness;
         const double error = m_target - m_bodyA->getJointPos(m_linkA);
-        const double speed = resistance > 0.0 ? m_settings.stiffness * error / resistance : 0.0;
-        setVelocityTarget(std::clamp(speed, -m_settings.maxSpeed, m_settings.maxSpeed), 1.0);
+        const double pull = m_settings.stiffness * error;
+        const double resistance =
+            std::max(m_settings.damping, std::abs(pull) / m_settings.maxSpeed) +
+            m_timeStep * m_settings.stiffness;
+        setVelocityTarget(resistance > 0.0 ? pull / resistance : 0.0, 1.0);
         const int before = rows.size();
         btMultiBodyJointMotor::createConstraintRows(rows, data, info);
         if (rows.size() == before || resistance <= 0.0)

@@ -1,10 +1,11 @@
 #include "grasp/squeeze/squeeze.h"
 
 #include "bullet_ccd/math/check.h"
-#include "grasp/force/grasp_forces.h"
+#include "grasp/force/elastic_hold.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace bullet_ccd::grasp
 {
@@ -12,13 +13,25 @@ namespace
 {
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 constexpr double kLeastFirmness = 1.2;
-/// Margin to slip over the largest normal force below which contacts do not press together.
-constexpr double kLeastMargin = 1e-3;
+/// Fewer weights than this are none.
+constexpr double kLeastWeights = 1e-3;
+/// That of the skins of simulated trials [m/N].
+constexpr double kContactCompliance = 5e-5;
 
 std::string number(double value)
 {
     std::string text = std::to_string(value);
     return text.substr(0, text.find('.') + 3);
+}
+
+Eigen::Vector3d middleOf(const std::vector<GraspContact>& contacts)
+{
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const GraspContact& contact : contacts)
+    {
+        sum += contact.point;
+    }
+    return sum / static_cast<double>(contacts.size());
 }
 
 /// A joint that does not close and carries all that do: of a wrist or an arm, not of a finger.
@@ -51,19 +64,28 @@ std::vector<JointEffort> jointEfforts(const HandModel& hand)
         const bool slides = joint.type == JointType::Prismatic;
         const double mostTorque = carriesTheFingers(hand, link) ? kMostArmTorque : kMostTorque;
         const double most = slides ? kMostForce : mostTorque;
-        const bool isAssumed = !(joint.maxEffort > 0.0 && joint.maxEffort <= most);
-        const double usual = slides ? kUsualForce : kUsualTorque;
-        double limit = isAssumed ? usual : joint.maxEffort;
-        // What the URDF states of a joint that follows is what that joint may bear of the motor.
+        JointEffort effort{.isAssumed = !(joint.maxEffort > 0.0 && joint.maxEffort <= most)};
+        const auto add = [&](const Joint& moved, double multiplier)
+        {
+            const bool turns = moved.type != JointType::Prismatic;
+            const double usual = turns ? kUsualTorque : kUsualForce;
+            const double own = effort.isAssumed ? usual : moved.maxEffort;
+            effort.limit += std::abs(multiplier) * own;
+            effort.stiffness +=
+                multiplier * multiplier * own / (turns ? kFullEffortAngle : kFullEffortWay);
+        };
+        add(joint, 1.0);
         for (const Link& other : tree.links)
         {
-            if (other.joint.isMovable() && other.joint.mimicOf == link && !isAssumed &&
-                other.joint.maxEffort > 0.0 && std::isfinite(other.joint.maxEffort))
+            const bool isStated =
+                other.joint.maxEffort > 0.0 && std::isfinite(other.joint.maxEffort);
+            if (other.joint.isMovable() && other.joint.mimicOf == link &&
+                (effort.isAssumed || isStated))
             {
-                limit += std::abs(other.joint.mimicMultiplier) * other.joint.maxEffort;
+                add(other.joint, other.joint.mimicMultiplier);
             }
         }
-        efforts.push_back({.limit = limit, .isAssumed = isAssumed});
+        efforts.push_back(effort);
     }
     return efforts;
 }
@@ -93,52 +115,51 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
     {
         if (!options.efforts.empty())
         {
-            squeeze.efforts[j] = {.limit = options.efforts[j], .isAssumed = false};
+            squeeze.efforts[j].stiffness *= options.efforts[j] / squeeze.efforts[j].limit;
+            squeeze.efforts[j].limit = options.efforts[j];
+            squeeze.efforts[j].isAssumed = false;
         }
         problem.torqueLimits.push_back(squeeze.efforts[j].limit);
-        const Joint& joint = tree.links[static_cast<std::size_t>(joints[j])].joint;
-        const bool slides = joint.type == JointType::Prismatic;
-        squeeze.stiffness.push_back(squeeze.efforts[j].limit /
-                                    (slides ? kFullEffortWay : kFullEffortAngle));
+        squeeze.stiffness.push_back(squeeze.efforts[j].stiffness);
     }
     if (grasp.contacts.size() < 2)
     {
         squeeze.reason = "geometry: fewer than two contacts";
         return squeeze;
     }
-    const double needed = *options.mass * kStandardGravity / options.friction;
     problem.contacts = grasp.contacts;
     problem.law.friction = options.friction;
     problem.jacobian = handJacobian(tree, grasp.X_WH, grasp.positions, grasp.contacts);
-    problem.maxNormalForce = 0.5 * options.firmness * needed;
-    const GraspForces forces = solveGraspForces(problem, {.objective = ForceObjective::Firm});
-    double sum = 0.0;
-    double least = std::numeric_limits<double>::infinity();
-    double largest = 0.0;
-    for (const ContactForce& contact : forces.contacts)
-    {
-        sum += contact.normal;
-        largest = std::max(largest, contact.normal);
-        least = std::min(least, contact.margin);
-    }
-    if (forces.status != ForceStatus::Balanced || !(least > kLeastMargin * largest))
+    problem.reference = options.centerOfMass.value_or(middleOf(grasp.contacts));
+    const double weight = *options.mass * kStandardGravity;
+    const double needed = weight / options.friction;
+    const ElasticHold hold = holdElastically(
+        problem, squeeze.stiffness, kContactCompliance, weight, 0.5 * options.firmness);
+    const double sum = std::accumulate(hold.normals.begin(), hold.normals.end(), 0.0);
+    if (!(hold.weights > kLeastWeights))
     {
         squeeze.reason =
             "geometry: within friction " + number(options.friction) +
             " the contacts cannot press against each other so that each of them is loaded";
         return squeeze;
     }
-    if (sum < kLeastFirmness * needed)
-    {
-        squeeze.reason = "limits: the efforts allow " + number(sum) + " N of normal force where " +
-                         number(kLeastFirmness * needed) + " N are needed";
-        return squeeze;
-    }
-    const double scale = std::min(1.0, options.firmness * needed / sum);
-    squeeze.normalForce = scale * sum;
+    double scale = std::max(1.0, options.firmness * needed / sum);
     for (std::size_t j = 0; j < joints.size(); ++j)
     {
-        squeeze.torques.push_back(scale * forces.jointTorques[j]);
+        scale = std::min(scale, squeeze.efforts[j].limit / std::abs(hold.torques[j]));
+    }
+    if (scale * sum < kLeastFirmness * needed)
+    {
+        squeeze.reason = "limits: the efforts allow " + number(scale * sum) +
+                         " N of normal force where " + number(kLeastFirmness * needed) +
+                         " N are needed";
+        return squeeze;
+    }
+    squeeze.normalForce = scale * sum;
+    squeeze.weights = hold.weights;
+    for (std::size_t j = 0; j < joints.size(); ++j)
+    {
+        squeeze.torques.push_back(scale * hold.torques[j]);
         squeeze.targets.push_back(grasp.positions[static_cast<std::size_t>(joints[j])] +
                                   squeeze.torques[j] / squeeze.stiffness[j]);
     }

@@ -16,22 +16,29 @@ namespace bullet_ccd::grasp
 struct SqueezeOptions
 {
     std::optional<double> mass{};  ///< of the object [kg]
-    double friction = 0.5;         ///< Coulomb coefficient
-    /// The normal forces add up to this times weight / friction, where the efforts allow it. Two
-    /// opposite fingers need 1.
+    /// Of the object, W [m]; none: the mean of the contacts.
+    std::optional<Eigen::Vector3d> centerOfMass{};
+    double friction = 0.5;  ///< Coulomb coefficient
+    /// Half of this times its weight may pull in any direction before a contact slips, with fingers
+    /// that answer like springs (elastic_hold.h), and the normal forces add up to this times weight
+    /// / friction at least, of which two opposite fingers need 1, where the efforts allow it.
     double firmness = 4.0;
     /// Efforts of the independent joints in place of those of the hand [N m or N]; empty: none.
     std::vector<double> efforts{};
 };
 
-/// The effort of a joint, and whether it is the robot's own.
+/// The effort of a motor, and whether it is the robot's own. A motor of several joints (mimic)
+/// gives what all of them may bear, each times its multiplier.
 struct JointEffort
 {
     double limit = 0.0;  ///< [N m or N]
     /// The robot says none, 0, or more than such a joint has: kMostArmTorque for joints that turn,
-    /// do not close and carry all that close (wrists, arms), else kMostTorque or kMostForce. The
-    /// limit is kUsualTorque or kUsualForce then.
+    /// do not close and carry all that close (wrists, arms), else kMostTorque or kMostForce. Each
+    /// joint bears kUsualTorque or kUsualForce then.
     bool isAssumed = false;
+    /// Of a position controller that gives each joint its effort at an error of kFullEffortAngle or
+    /// kFullEffortWay of that joint [N m/rad or N/m].
+    double stiffness = 0.0;
 };
 inline constexpr double kMostTorque = 8.0;       ///< [N m]
 inline constexpr double kMostArmTorque = 400.0;  ///< [N m]
@@ -39,12 +46,11 @@ inline constexpr double kMostForce = 500.0;      ///< [N]
 inline constexpr double kUsualTorque = 1.0;      ///< [N m]
 inline constexpr double kUsualForce = 40.0;      ///< [N]
 
-/// One entry per independent joint (independentJoints()).
-[[nodiscard]] BULLET_CCD_API std::vector<JointEffort> jointEfforts(const HandModel& hand);
-
-/// A controller of this stiffness gives the full effort at such an error of position.
 inline constexpr double kFullEffortAngle = 0.2;  ///< [rad]
 inline constexpr double kFullEffortWay = 0.01;   ///< [m]
+
+/// One entry per independent joint (independentJoints()).
+[[nodiscard]] BULLET_CCD_API std::vector<JointEffort> jointEfforts(const HandModel& hand);
 
 /// Entries are those of independentJoints().
 struct Squeeze
@@ -55,6 +61,8 @@ struct Squeeze
     std::vector<double> stiffness;  ///< of the position controller [N m/rad or N/m]
     std::vector<double> targets;    ///< positions that make it press so [rad or m]
     double normalForce = 0.0;       ///< sum over the contacts [N]
+    /// ElasticHold::weights of the preload that was found, at most half of the firmness.
+    double weights = 0.0;
 
     [[nodiscard]] bool exists() const { return reason.empty(); }
 };

@@ -28,6 +28,7 @@ double massHeldBySqueeze(const HandModel& hand,
     const Squeeze squeeze = squeezeOf(hand,
                                       grasp,
                                       {.mass = massOf(object, asked.mass).mass,
+                                       .centerOfMass = object.centerOfMass,
                                        .friction = asked.friction,
                                        .firmness = options.firmness,
                                        .efforts = asked.efforts});

@@ -531,6 +531,7 @@ TrialResult runTrial(const HandModel& hand,
     TrialResult result;
     SqueezeOptions squeezing = options.squeeze;
     squeezing.mass = massOf(object, options.squeeze.mass).mass;
+    squeezing.centerOfMass = object.centerOfMass;
     const Squeeze squeeze = squeezeOf(hand, grasp, squeezing);
     if (!squeeze.exists())
     {

@@ -63,6 +63,7 @@ public:
           m_squeeze(squeezeOf(task.hand,
                               plan.grasp,
                               {.mass = m_options.mass,
+                               .centerOfMass = task.object.centerOfMass,
                                .friction = options.friction,
                                .firmness = options.firmness})),
           m_offsets(task.robot.tree.size(), 0.0),

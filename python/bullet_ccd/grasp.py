@@ -231,8 +231,9 @@ def _mass(grasp: Grasp, mass: Optional[float]) -> float:
 
 def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction: float = 0.5,
             firmness: float = 4.0, efforts: Optional[Dict[str, float]] = None) -> Squeeze:
-    """The torques, within the joints' efforts, that press a grasp's contacts together so that the
-    normal forces add up to firmness times weight / friction. efforts [N m or N] by joint count in
+    """The torques, within the joints' efforts, that press a grasp's contacts together so that half
+    of firmness times the weight may pull in any direction before a contact slips, and the normal
+    forces add up to firmness times weight / friction at least. efforts [N m or N] by joint count in
     place of those of the robot. Without a mass [kg] of the object, that of the plan counts."""
     answer = _core.squeeze(hand, json.dumps(grasp.record), mass=_mass(grasp, mass),
                            friction=friction, firmness=firmness, efforts=efforts or {})

@@ -96,6 +96,29 @@ TEST(Squeeze, AMotorBearsTheEffortsOfAllJointsThatItMoves)
     EXPECT_NEAR(squeeze.normalForce, 16.0, 1e-3);
 }
 
+// One motor bends a finger of three joints by 1 : 1.5 : -2; the file states nothing that a finger
+// has.
+TEST(Squeeze, AMotorOfSeveralJointsIsTakenForOneEach)
+{
+    HandModel hand = tests::makeThreeFingers();
+    std::vector<Link>& links = hand.robot.tree.links;
+    for (Link& link : links)
+    {
+        link.joint.maxEffort = 1000.0;
+    }
+    const JointEffort alone = jointEfforts(hand).front();
+    EXPECT_EQ(alone.limit, kUsualTorque);
+    EXPECT_EQ(alone.stiffness, kUsualTorque / kFullEffortAngle);
+    links[2].joint.mimicOf = 1;
+    links[2].joint.mimicMultiplier = 1.5;
+    links[3].joint.mimicOf = 1;
+    links[3].joint.mimicMultiplier = -2.0;
+    const JointEffort all = jointEfforts(hand).front();
+    EXPECT_TRUE(all.isAssumed);
+    EXPECT_EQ(all.limit, 4.5 * kUsualTorque);
+    EXPECT_EQ(all.stiffness, 7.25 * kUsualTorque / kFullEffortAngle);
+}
+
 TEST(Squeeze, SaysWhyThereIsNone)
 {
     PinchedCube weak(false, 1.0);

@@ -359,12 +359,50 @@ TEST(TrialWorld, NothingBouncesAndNothingGainsEnergy)
     EXPECT_LT(lowest, start - 0.005);
 }
 
+TEST(TrialWorld, ABlockedDrivePressesByItsWholeForceHoweverSlowItIs)
+{
+    // The other jaw keeps its place, so this one presses by stiffness times what is left of its
+    // way.
+    for (const double speed : {0.001, 0.01, 0.1})
+    {
+        const Pinch pinch(0.2, 0.5, 0.0);
+        constexpr double kStiffness = 2e3;
+        const DriveSettings settings{
+            .effort = 50.0, .stiffness = kStiffness, .damping = 40.0, .maxSpeed = speed};
+        pinch.world->drive(2, settings, 0.025);
+        pinch.settle();
+        const double error = 0.025 - pinch.world->positions()[2];
+        EXPECT_NEAR(0.5 * pinch.world->holdingForces().sum, kStiffness * error, 0.01);
+        EXPECT_GT(error, 0.004);
+    }
+}
+
+TEST(TrialWorld, AFreeDriveKeepsItsSpeed)
+{
+    const Pinch pinch(0.2, 0.5, 0.0);
+    const DriveSettings settings{
+        .effort = 50.0, .stiffness = 2e3, .damping = 40.0, .maxSpeed = 0.02};
+    pinch.world->drive(2, settings, 0.0);
+    double before = pinch.world->positions()[2];
+    double fastest = 0.0;
+    for (int k = 0; k < 360; ++k)
+    {
+        pinch.run(kStep, Eigen::Vector3d::Zero());
+        const double now = pinch.world->positions()[2];
+        fastest = std::max(fastest, std::abs(now - before) / kStep);
+        before = now;
+    }
+    EXPECT_LE(fastest, 0.02 + 1e-6);
+    EXPECT_GE(fastest, 0.015);
+    EXPECT_NEAR(before, 0.0, 1e-4);
+}
+
 TEST(TrialWorld, ACoupledJawFollowsAndSharesTheForce)
 {
     HandModel hand = tests::makeGripper(true);
     const GraspObject cube = makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
     const Eigen::Isometry3d X_WH(Eigen::Translation3d(0.0, 0.0, -0.035));
-    TrialWorld world(hand, cube, {.mass = 0.3, .friction = 0.5}, X_WH, {0.0, 0.0195, 0.0195});
+    TrialWorld world(hand, cube, {.mass = 0.2, .friction = 0.5}, X_WH, {0.0, 0.0195, 0.0195});
     world.drive(1, {.effort = 8.0, .stiffness = 1e6, .damping = 1e3, .maxSpeed = 0.1}, 0.039);
     EXPECT_THROW(world.drive(2, {}, 0.0), std::invalid_argument);
     for (int k = 0; k < 120; ++k)

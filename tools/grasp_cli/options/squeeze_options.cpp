@@ -13,10 +13,12 @@ namespace bullet_ccd::tools
 void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments)
 {
     command
-        .add_option("--firmness",
-                    arguments.firmness,
-                    "What the normal forces add up to, over weight / friction, where the efforts "
-                    "allow it.")
+        .add_option(
+            "--firmness",
+            arguments.firmness,
+            "Half of it times its weight may pull in any direction before a contact slips, "
+            "and the normal forces add up to it times weight / friction at least, where the "
+            "efforts allow it.")
         ->type_name("F")
         ->check(within(1.2, 1e3))
         ->capture_default_str()
