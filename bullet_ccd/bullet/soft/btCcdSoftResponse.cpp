@@ -14,6 +14,7 @@ namespace
 /// Sweeps of Gauss-Seidel, at most. They end when none changes a distance by more than this part of
 /// the rest distance, or a velocity by more than this part of the largest change of the first one.
 constexpr int kPathSweeps = 12;
+constexpr int kPathSweepsOfBodies = 24;  // with rigid bodies
 constexpr int kVelocitySweeps = 20;
 constexpr double kSmallChange = 1e-3;
 /// When more contacts come in, what they would move by less than this part of the rest distance
@@ -30,6 +31,9 @@ constexpr std::array<double, 2> kSigns{-1.0, 1.0};
 constexpr double kClampedMass = 10.0;
 constexpr double kClampedSlip = 0.1;
 constexpr double kOpposite = 0.7;
+/// Layers that pass it on, at most, and how much heavier (1 / this) each counts than the one above.
+constexpr int kLayers = 16;
+constexpr double kLayerShare = 0.1;
 /// What is asleep wakes up if its velocity changes by more [m/s, rad/s].
 constexpr double kWakingSpeed = 0.05;
 
@@ -512,6 +516,7 @@ void btCcdSoftResponse::findClamped()
     {
         return;
     }
+    spread(&btCcdSoftResponse::carry);
     const auto forNodes = [this](const auto& visit)
     {
         for (std::size_t i = 0; i < m_paths.size(); ++i)
@@ -544,6 +549,7 @@ void btCcdSoftResponse::findClamped()
                 known.m_share = known.m_share > 0.0 ? std::min(known.m_share, response) : response;
             }
         });
+    spread(&btCcdSoftResponse::press);
     forNodes(
         [&](std::size_t i, std::size_t k, Clamp& known)
         {
@@ -552,6 +558,80 @@ void btCcdSoftResponse::findClamped()
                 clamp(i, k, known);
             }
         });
+}
+
+void btCcdSoftResponse::spread(bool (btCcdSoftResponse::*pass)(const Path&, double))
+{
+    bool hasSpread = true;
+    for (int layer = 0; layer < kLayers && hasSpread; ++layer)
+    {
+        hasSpread = false;
+        for (std::size_t i = 0; i < m_paths.size(); ++i)
+        {
+            const auto isRigid = [](const btCcdSoftPart* part)
+            { return part != nullptr && part->m_soft == nullptr; };
+            if (std::ranges::none_of(m_touches[i].m_part, isRigid))
+            {
+                hasSpread = (this->*pass)(m_paths[i], -1.0) || hasSpread;
+                hasSpread = (this->*pass)(m_paths[i], 1.0) || hasSpread;
+            }
+        }
+    }
+}
+
+bool btCcdSoftResponse::carry(const Path& path, double side)
+{
+    const Vector3d out = -side * path.m_axes.row(0).transpose();
+    Vector3d velocity = Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        if (side * path.m_weight[k] > 0.0 && path.m_give[k] != 0.0)
+        {
+            const auto known = m_clamps.find(path.m_bent[k]);
+            if (known == m_clamps.end() || known->second.m_out.dot(out) < kOpposite)
+            {
+                return false;
+            }
+            velocity = known->second.m_velocity;
+        }
+    }
+    bool isNew = false;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        if (side * path.m_weight[k] < 0.0 && path.m_give[k] != 0.0)
+        {
+            const Clamp clamp{.m_out = out, .m_velocity = velocity};
+            isNew = m_clamps.try_emplace(path.m_bent[k], clamp).second || isNew;
+        }
+    }
+    return isNew;
+}
+
+bool btCcdSoftResponse::press(const Path& path, double side)
+{
+    const Vector3d down = -side * path.m_axes.row(0).transpose();
+    double share = 0.0;
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const auto known =
+            side * path.m_weight[k] > 0.0 ? m_clamps.find(path.m_bent[k]) : m_clamps.end();
+        if (known != m_clamps.end() && known->second.m_out.dot(down) < -kOpposite)
+        {
+            share = std::max(share, known->second.m_share);
+        }
+    }
+    bool isNew = false;
+    for (std::size_t k = 0; k < 4 && share > 0.0; ++k)
+    {
+        const auto known =
+            side * path.m_weight[k] < 0.0 ? m_clamps.find(path.m_bent[k]) : m_clamps.end();
+        if (known != m_clamps.end() && known->second.m_share == 0.0)
+        {
+            known->second.m_share = kLayerShare * share;
+            isNew = true;
+        }
+    }
+    return isNew;
 }
 
 void btCcdSoftResponse::clamp(std::size_t touch, std::size_t k, Clamp& clamp)
@@ -614,7 +694,8 @@ void btCcdSoftResponse::solvePaths(bool isFirst)
     {
         keepFromBefore(m_touches[m_solvedPaths], m_paths[m_solvedPaths]);
     }
-    for (int sweep = 0; sweep < kPathSweeps; ++sweep)
+    const int sweeps = m_movers.empty() ? kPathSweeps : kPathSweepsOfBodies;
+    for (int sweep = 0; sweep < sweeps; ++sweep)
     {
         double largest = 0.0;
         for (Path& path : m_paths)
@@ -758,6 +839,18 @@ double btCcdSoftResponse::solveVelocity(Touch& touch, const Path& path)
 
 void btCcdSoftResponse::solveVelocities()
 {
+    // What came in when paths were shortened: a node has one mass in all touches.
+    for (std::size_t i = m_solvedPaths; i < m_paths.size(); ++i)
+    {
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+            const auto known = m_clamps.find(m_paths[i].m_bent[k]);
+            if (known != m_clamps.end() && known->second.m_isClamped)
+            {
+                clamp(i, k, known->second);
+            }
+        }
+    }
     std::vector<std::size_t> pushing;
     for (std::size_t i = 0; i < m_touches.size(); ++i)
     {

@@ -182,6 +182,14 @@ private:
     /// Nodes between a rigid body and what cannot move count as heavier, so that a sweep passes on
     /// what presses them.
     void findClamped();
+    /// From contacts of soft bodies to others, by carry() or press(), as long as it is new to some.
+    void spread(bool (btCcdSoftResponse::*pass)(const Path&, double));
+    /// What lies on nodes that are carried is carried, too.
+    /// @param side  -1: A is below, 1: B is
+    [[nodiscard]] bool carry(const Path& path, double side);
+    /// What is pressed presses what carries it.
+    /// @param side  -1: A presses, 1: B does
+    [[nodiscard]] bool press(const Path& path, double side);
     void clamp(std::size_t touch, std::size_t k, Clamp& clamp);
     void addLever(std::size_t side, Mover& mover, const Touch& touch, Path& path);
     template <typename Body>

@@ -41,6 +41,8 @@ constexpr double kSlack = 0.1;
 constexpr btScalar kNoTurn = btScalar(1e-6);
 /// Cosine of the angle between a normal and a feature that counts as right.
 constexpr double kMostLean = 1e-3;
+/// Sine of the angle between two edges below which their normal says little about the surfaces.
+constexpr double kLeastCross = 0.1;
 /// Pairs of features in a step; more than that is no simulation any more.
 constexpr std::int64_t kMostPairs = 20'000'000;
 /// Evaluations for a pair of features; what needs more counts as contact.
@@ -477,11 +479,11 @@ bool btCcdSoftStep::hasPlainNormal(const DeformableContact& contact) const
     {
         return !leans(x[2] - x[1]) && !leans(x[3] - x[1]);
     }
-    // What is normal to two parallel edges may be any direction about them.
+    // What is normal to two edges that are nearly parallel may be any direction about them.
     const Vector3d edgeA = x[1] - x[0];
     const Vector3d edgeB = x[3] - x[2];
     return !leans(edgeA) && !leans(edgeB) &&
-           edgeA.cross(edgeB).norm() > kMostLean * edgeA.norm() * edgeB.norm();
+           edgeA.cross(edgeB).norm() > kLeastCross * edgeA.norm() * edgeB.norm();
 }
 
 bool btCcdSoftStep::isBlocking(const DeformableContact& contact)
@@ -747,7 +749,7 @@ void btCcdSoftStep::shortenPaths(btCcdSoftResponse& response)
                 if (isRigid && yields(*part))  // The earliest contact of the two was the first.
                 {
                     m_hasComeAlong.insert(bodyOf(*part));
-                    m_held[bodyOf(*part)].m_isStacked = true;
+                    m_held[bodyOf(*part)].m_isSlowed = true;
                 }
             }
         }
@@ -859,7 +861,9 @@ Vector3d btCcdSoftStep::baseOf(const btCcdSoftPart& soft, std::int32_t node) con
 void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
 {
     ++m_counters.m_heldBodies;
-    m_held[bodyOf(obstacle)].m_rank = 0;
+    Held& held = m_held[bodyOf(obstacle)];
+    held.m_rank = 0;
+    held.m_isSlowed = true;
     if (btMultiBody* multiBody = yieldingMultiBody(obstacle))
     {
         m_obstacles.takeBack(*multiBody, part);
@@ -911,7 +915,7 @@ bool btCcdSoftStep::comeAlong(const btCcdSoftPart& a, const btCcdSoftPart& b, co
                 m_held.try_emplace(bodyOf(*follower), Held{rankOfLeader->second.m_rank + 1})
                     .first->second;
             ++held.m_times;
-            held.m_isStacked = true;
+            held.m_isSlowed = true;
             m_hasComeAlong.insert(bodyOf(*follower));
             place({{follower->m_object, pose}});
             return true;
@@ -975,10 +979,11 @@ void btCcdSoftStep::commit(btScalar timeStep)
         if (btRigidBody* body = yieldingBody(*part))
         {
             const auto held = m_held.find(bodyOf(*part));
-            if (held != m_held.end() && held->second.m_isStacked)
+            if (held != m_held.end() && held->second.m_isSlowed)
             {
-                // Bullet's solver does not know what holds it: it must not gather speed meanwhile.
-                held->second.m_isStacked = false;
+                // What holds it may be more than a few sweeps can pass on: it must not gather
+                // speed.
+                held->second.m_isSlowed = false;
                 btVector3 linear;
                 btVector3 angular;
                 btTransformUtil::calculateVelocity(

@@ -61,7 +61,7 @@ private:
     {
         int m_rank = 0;   ///< one more than that of what it came along with; 0 if it was held back
         int m_times = 0;  ///< it came along
-        bool m_isStacked = false;  ///< it came along with, or met, another rigid one
+        bool m_isSlowed = false;  ///< it was held back, or came along with another rigid one
     };
     std::map<const void*, Held> m_held;
     std::set<const void*> m_hasComeAlong;  ///< in the round, or was held back by rigid bodies

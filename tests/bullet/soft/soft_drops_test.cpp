@@ -386,6 +386,62 @@ TEST(SoftDrops, ABoxOnAClothSlidesOnlyBeyondItsFriction)
     }
 }
 
+// Nodes that are pinned move as they are told; so does what lies on them, as fast as friction has
+// it.
+TEST(SoftDrops, APinnedClothThatMovesIsABelt)
+{
+    SoftScene scene(SoftWorld::Solver);
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 4.0, 20, 1.0);
+    cloth->m_cfg.kDF = 1;
+    btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btVector3(2, 1, 2) / 10),
+                                      makeBox({0.2, 0.1, 0.2}),
+                                      at(-1, 0.1 + kRest, 0),
+                                      1.0);
+    box->setFriction(btScalar(0.3));
+    for (int i = 0; i < 30; ++i)
+    {
+        for (int k = 0; k < cloth->m_nodes.size(); ++k)
+        {
+            cloth->setMass(k, 0);
+            cloth->m_nodes[k].m_v = btVector3(btScalar(0.5), 0, 0);
+        }
+        scene.step(1.0 / 60.0);
+        const double speed = std::min(3.0 * (i + 1) / 60.0, 0.5);  // mu g t
+        EXPECT_NEAR(double(box->getLinearVelocity().x()), speed, 0.01) << i;
+    }
+    EXPECT_NEAR(double(box->getWorldTransform().getOrigin().y()), 0.1 + kRest, 1e-4);
+}
+
+// A cloth under a box slides with it where the floor is smoother than the box.
+TEST(SoftDrops, ABoxAndTheClothBelowItSlideOnAFloor)
+{
+    const double slope = 0.3;
+    for (const double friction : {0.0, 0.2})
+    {
+        SoftScene scene(
+            SoftWorld::Solver,
+            btVector3(btScalar(10.0 * std::sin(slope)), btScalar(-10.0 * std::cos(slope)), 0));
+        addFloor(scene, Floor::Plane);
+        scene.world().getCollisionObjectArray()[0]->setFriction(btScalar(friction));
+        btSoftBody* cloth = scene.cloth(at(0, kRest, 0), 0.6, 8, 0.4);
+        cloth->m_cfg.kDF = 1;
+        const Vector3d half(0.15, 0.1, 0.15);
+        btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
+                                          makeBox(half),
+                                          at(0, 0.1 + 2 * kRest, 0),
+                                          5.0);
+        box->setFriction(btScalar(0.8));
+        for (int i = 0; i < 60; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        const double expected =
+            5.0 * (std::sin(slope) - friction * std::cos(slope)) * (1.0 + 1.0 / 60.0);
+        EXPECT_NEAR(double(box->getWorldTransform().getOrigin().x()), expected, 0.04 * expected);
+        EXPECT_NEAR(middle(*cloth).x(), expected, 0.04 * expected);
+    }
+}
+
 // Between a heavy body and a floor, light nodes pass on what presses them.
 TEST(SoftDrops, AHeavyBoxOnALightClothComesToRest)
 {
@@ -724,6 +780,28 @@ TEST(SoftDrops, ALinkThatPressesAClothOnAFloorSqueezesNothingThrough)
     EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_squeezed, 0);
     EXPECT_GT(double(press->getJointPos(0)), 0.021);
     EXPECT_LT(double(press->getJointPos(0)), 0.05);  // the cloth has folds
+}
+
+// Once the link fell through: none of the nodes could give way, so nothing was answered.
+TEST(SoftDrops, ALinkStopsAtAPinnedCloth)
+{
+    SoftScene scene(SoftWorld::Solver);
+    const TriangleMesh box = makeBox({0.1, 0.05, 0.1});
+    btMultiBody* press = scene.slider(btCcdMeshShape::fromMesh(box), box, 1.0);
+    press->setJointPos(0, btScalar(0.2));
+    scene.step(1e-3);  // The link is where it has been put before there is a cloth.
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 1.0, 6, 1.0);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        cloth->setMass(i, 0);
+    }
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_NEAR(double(press->getJointPos(0)), 0.05 + kRest, kRest);
+    EXPECT_NEAR(double(press->getJointVel(0)), 0.0, 0.05);
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
 }
 
 /// A plate of 60 cm, 4 cm thick, that goes where it is put.
