@@ -39,7 +39,8 @@ int exportGrasps(const ExportArguments& arguments)
     options.friction = arguments.friction.value_or(records.source.run.options.friction);
     SqueezeArguments squeezing = arguments.squeeze;
     squeezing.mass = options.mass;
-    const grasp::SqueezeOptions squeeze = squeezeOptionsOf(squeezing, options.friction, hand);
+    grasp::SqueezeOptions squeeze = squeezeOptionsOf(squeezing, options.friction, hand);
+    squeeze.centerOfMass = object.centerOfMass;
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
 
