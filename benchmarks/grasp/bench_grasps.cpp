@@ -34,7 +34,9 @@ constexpr const char* kBenchCriteria =
     "closings, of 100 or more, are alike; of plans, if no object is held; of hands without their\n"
     "SRDF, if one has less than 0.9 of the force closures that it has with it, all of them less\n"
     "than 0.95 in the mean, or less than 0.97 the other way round; of unknown hands, if less than\n"
-    "60 % are force closures in the mean of the hands, or less than 90 % of their objects held.";
+    "60 % are force closures in the mean of the hands, or less than 90 % of their objects held; "
+    "of\n"
+    "trials, if ours and MuJoCo agree on less than 90 % of a protocol.";
 
 struct BenchArguments : TableOptions
 {
@@ -42,6 +44,7 @@ struct BenchArguments : TableOptions
     bool shipped = true;    ///< every hand with its SRDF
     bool inferred = false;  ///< every hand without it
     ClosingReference against = ClosingReference::Sweep;
+    int best = 5;
 };
 
 /// Files of one stem may lie in several folders.
@@ -221,6 +224,18 @@ bool runPlans(const char* what,
     return run(what, arguments, judge, summarize);
 }
 
+#ifdef BULLET_CCD_HAS_MUJOCO
+bool runTrials(const BenchArguments& arguments)
+{
+    json settings = settingsOf("trials", arguments);
+    settings["mass"] = arguments.planner.mass.value_or(0.0);
+    settings["best"] = arguments.best;
+    const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
+    { return judgeTrials(hand, object, alone(arguments.planner), arguments.best); };
+    return summarizeTrials(PairRunner(arguments, judge, settings).run());
+}
+#endif
+
 using Verb = bool (*)(const BenchArguments& arguments);
 
 Program verbOf(const std::string& name, const std::string& about, Verb verb)
@@ -249,6 +264,10 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
         {
             app.add_flag("--resume", a.resume, "keep the rows that are there and add the rest")
                 ->group("Output");
+        }
+        if (name == "trials")
+        {
+            app.add_option("--best", a.best, "so many force closures of each pair, best first");
         }
         if (name == "closing")
         {
@@ -290,6 +309,9 @@ int main(int argc, char** argv)
                     "force closures of hands with their SRDF and without it",
                     [](const BenchArguments& a)
                     { return runPlans("inference", a, true, true, &summarizeInference); }),
+#ifdef BULLET_CCD_HAS_MUJOCO
+             verbOf("trials", "grasps tried in our simulation and in MuJoCo", &runTrials),
+#endif
              verbOf("thumbed",
                     "force closures of hands of which nothing but the URDF is known",
                     [](const BenchArguments& a)

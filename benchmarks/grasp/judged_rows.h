@@ -34,6 +34,14 @@ enum class ClosingReference : std::uint8_t
                                         const tools::LoadedObject& object,
                                         const grasp::PlannerOptions& options);
 
+/// Plans, and tries the best force closures by the protocols `six` and DexGraspBench's in our
+/// simulation and in MuJoCo, with the same squeezes. Needs MuJoCo.
+/// @return a row of the log
+[[nodiscard]] nlohmann::json judgeTrials(const tools::LoadedHand& hand,
+                                         const tools::LoadedObject& object,
+                                         const grasp::PlannerOptions& options,
+                                         int best);
+
 // Tables of what was judged, and whether it is good.
 
 /// Prints a line per hand of rows of judgeClosings(), and the closings that nothing explains.
@@ -54,4 +62,7 @@ inline constexpr const char* kWithoutSrdf = ", inferred";
 /// summarizePlans(), the mean rate of the hands, and how many of their objects are held.
 /// @return whether those are at least 60 % and 90 %
 [[nodiscard]] bool summarizeThumbed(const std::vector<nlohmann::json>& rows);
+/// Prints what was held in both engines by hand and object, and every grasp of which they differ.
+/// @return whether they agree on 90 % of each protocol
+[[nodiscard]] bool summarizeTrials(const std::vector<nlohmann::json>& rows);
 }  // namespace bullet_ccd::benchmarks

@@ -1,0 +1,239 @@
+#include "benchmarks/grasp/mujoco_trial.h"
+
+#include "grasp/force/grasp_forces.h"
+#include "grasp/trial/trial_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <mutex>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+namespace fs = std::filesystem;
+using grasp::TrialOutcome;
+using Axes = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+
+// Of grasp_trial.cpp.
+constexpr double kStandardGravity = 9.80665;  // [m/s^2]
+constexpr double kCloseShare = 0.1;
+constexpr double kLeastShare = 0.02;
+constexpr double kTouchTime = 0.2;   // [s]
+constexpr double kRampTime = 0.25;   // [s]
+constexpr double kSettleTime = 1.0;  // [s]
+constexpr double kRestSpeed = 5e-3;  // [m/s]
+constexpr double kRestSpin = 0.1;    // [rad/s]
+constexpr double kSkin = 1e-3;       // [m]
+
+constexpr double kFollow = 0.02;  // of the error of a torque, in a step
+
+mjModel* compiled(const grasp::HandModel& hand,
+                  const grasp::GraspObject& object,
+                  const grasp::Grasp& grasp,
+                  const grasp::Squeeze& squeeze,
+                  const grasp::MjcfPieces& pieces)
+{
+    std::string folder = (fs::temp_directory_path() / "bullet_ccd_XXXXXX").string();
+    if (mkdtemp(folder.data()) == nullptr)
+    {
+        throw std::runtime_error(folder + ": cannot be made: set TMPDIR");
+    }
+    grasp::writeMjcfMeshes(fs::path(folder) / "meshes", pieces);
+    const std::string file = folder + "/grasp.xml";
+    std::ofstream out(file);
+    grasp::writeMjcf(out, hand, object, grasp, squeeze, pieces, {.mass = 1.0});
+    out.close();
+    char error[1000] = "";
+    static std::mutex mutex;  // MuJoCo keeps the last file that it read
+    const std::scoped_lock lock(mutex);
+    mjModel* model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
+    fs::remove_all(folder);
+    if (model == nullptr)
+    {
+        throw std::runtime_error(hand.robot.name + ", " + object.name + ": MuJoCo: " + error);
+    }
+    return model;
+}
+}  // namespace
+
+MujocoTrials::MujocoTrials(const grasp::HandModel& hand,
+                           const grasp::GraspObject& object,
+                           const grasp::Grasp& grasp,
+                           const grasp::Squeeze& squeeze,
+                           const grasp::MjcfPieces& pieces)
+    : m_hand(hand),
+      m_object(object),
+      m_model(compiled(hand, object, grasp, squeeze, pieces), &mj_deleteModel),
+      m_data(mj_makeData(m_model.get()), &mj_deleteData),
+      m_joints(grasp::independentJoints(hand.robot.tree)),
+      m_body(m_model->nbody - 1),
+      m_inertia(m_model->body_inertia + 3 * m_body)
+{
+    for (const Link& link : hand.robot.tree.links)
+    {
+        const std::string name = link.joint.isMovable() ? link.joint.name : "";
+        const int joint = mj_name2id(m_model.get(), mjOBJ_JOINT, name.c_str());
+        m_places.push_back(joint < 0 ? -1 : m_model->jnt_qposadr[joint]);
+    }
+}
+
+void MujocoTrials::begin(const std::vector<double>& positions,
+                         double mass,
+                         double friction,
+                         double torsion)
+{
+    m_model->body_mass[m_body] = mass;
+    Eigen::Map<Eigen::Vector3d>(m_model->body_inertia + 3 * m_body) = mass * m_inertia;
+    for (int geom = 0; geom < m_model->ngeom; ++geom)
+    {
+        m_model->geom_friction[3 * geom] = friction;
+        m_model->geom_friction[3 * geom + 1] = torsion;
+        m_model->geom_condim[geom] = torsion > 0.0 ? 4 : 3;
+    }
+    mj_setConst(m_model.get(), m_data.get());
+    mj_resetData(m_model.get(), m_data.get());
+    for (std::size_t i = 0; i < m_places.size(); ++i)
+    {
+        if (m_places[i] >= 0)
+        {
+            m_data->qpos[m_places[i]] = positions[i];
+        }
+    }
+    mj_forward(m_model.get(), m_data.get());
+    refer();
+}
+
+void MujocoTrials::drive(std::size_t joint, double effort, double target)
+{
+    m_model->actuator_forcerange[2 * joint] = -effort;
+    m_model->actuator_forcerange[2 * joint + 1] = effort;
+    m_data->ctrl[joint] = target;
+}
+
+void MujocoTrials::step(const Eigen::Vector3d& force)
+{
+    Eigen::Map<Eigen::Vector3d>(m_data->xfrc_applied + 6 * m_body) = force;
+    mj_step(m_model.get(), m_data.get());
+}
+
+Eigen::Vector3d MujocoTrials::center() const
+{
+    return Eigen::Map<const Eigen::Vector3d>(m_data->xipos + 3 * m_body);
+}
+
+double MujocoTrials::turned() const
+{
+    return Eigen::AngleAxisd(m_axes.transpose() * Axes(m_data->xmat + 9 * m_body)).angle();
+}
+
+void MujocoTrials::refer()
+{
+    m_center = center();
+    m_axes = Axes(m_data->xmat + 9 * m_body);
+}
+
+bool MujocoTrials::isAtRest() const
+{
+    mjtNum speed[6];
+    mj_objectVelocity(m_model.get(), m_data.get(), mjOBJ_BODY, m_body, speed, 0);
+    return mju_norm3(speed + 3) < kRestSpeed && mju_norm3(speed) < kRestSpin;
+}
+
+grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
+                                     const grasp::Squeeze& squeeze,
+                                     const grasp::TrialProtocol& protocol,
+                                     double mass,
+                                     double friction,
+                                     double torsion)
+{
+    grasp::TrialResult result;
+    result.reason = squeeze.reason;
+    if (!squeeze.exists())
+    {
+        return result;
+    }
+    const grasp::TrialPosture start = grasp::heldStart(m_hand, m_object, grasp, kSkin);
+    const Eigen::Quaterniond q(start.X_WH.linear());
+    Eigen::Map<Eigen::Vector3d>(m_model->body_pos + 3) = start.X_WH.translation();
+    Eigen::Map<Eigen::Vector4d>(m_model->body_quat + 4) << q.w(), q.vec();
+    begin(start.positions, mass, friction, torsion);
+    const auto drives = [&](auto&& set)
+    {
+        for (std::size_t j = 0; j < m_joints.size(); ++j)
+        {
+            set(j, static_cast<std::size_t>(m_joints[j]));
+        }
+    };
+    const double& time = m_data->time;
+    while (time < kTouchTime)
+    {
+        const double share = std::min(1.0, 2.0 * time / kTouchTime);
+        drives(
+            [&](std::size_t j, std::size_t link)
+            {
+                const double from = start.positions[link];
+                drive(j,
+                      std::max(kCloseShare * std::abs(squeeze.torques[j]),
+                               kLeastShare * squeeze.efforts[j].limit),
+                      from + share * (grasp.positions[link] - from));
+            });
+        step(Eigen::Vector3d::Zero());
+    }
+    std::vector<double> from;
+    drives([&](std::size_t, std::size_t link) { from.push_back(m_data->qpos[m_places[link]]); });
+    while (way() <= protocol.lostWay && time < kTouchTime + kRampTime + kSettleTime &&
+           !(time > kTouchTime + 1.5 * kRampTime && isAtRest()))
+    {
+        const double share = std::min(1.0, (time - kTouchTime) / kRampTime);
+        drives(
+            [&](std::size_t j, std::size_t)
+            {
+                // Contacts give way by more than skins do, so the targets go on until the
+                // controllers press with the squeeze's torques; they never yield.
+                const double torque = share * squeeze.torques[j];
+                const double error = torque - m_data->actuator_force[j];
+                from[j] += error * torque > 0.0 ? kFollow * error / squeeze.stiffness[j] : 0.0;
+                drive(j, squeeze.efforts[j].limit, from[j] + torque / squeeze.stiffness[j]);
+            });
+        step(Eigen::Vector3d::Zero());
+    }
+    result.outcome = way() > protocol.lostWay ? TrialOutcome::Ejected
+                     : m_data->ncon == 0      ? TrialOutcome::NeverTouched
+                     : !isAtRest()            ? TrialOutcome::NotSettled
+                                              : TrialOutcome::Held;
+    refer();
+    double end = time;
+    for (const grasp::TrialPhase& phase : protocol.phases)
+    {
+        end += phase.time;
+        while (result.outcome == TrialOutcome::Held && time < end)
+        {
+            step(phase.amount * mass * kStandardGravity * phase.direction.normalized());
+            result.slip = std::max(result.slip, way());
+            result.turn = std::max(result.turn, turned());
+            const bool isHeld = result.slip <= protocol.heldWay && result.turn <= protocol.heldTurn;
+            if (!isHeld && result.reason.empty())
+            {
+                result.reason = fmt::format("first in phase {}, after {:.3g} s",
+                                            &phase - protocol.phases.data() + 1,
+                                            phase.time - end + time);
+            }
+            if (!(way() <= protocol.lostWay))
+            {
+                result.outcome = TrialOutcome::Dropped;
+            }
+        }
+    }
+    if (result.outcome == TrialOutcome::Held && !result.reason.empty())
+    {
+        result.outcome = TrialOutcome::Slipped;
+    }
+    return result;
+}
+}  // namespace bullet_ccd::benchmarks

@@ -1,0 +1,80 @@
+#include "benchmarks/grasp/mujoco_trial.h"
+
+#include "tests/grasp/planner/test_hands.h"
+
+#include <gtest/gtest.h>
+
+namespace bullet_ccd::benchmarks
+{
+namespace
+{
+using grasp::TrialOutcome;
+
+/// Two jaws press a cube of 40 mm by N each: it slips where the load is 2 mu N.
+class TwoJaws : public ::testing::TestWithParam<bool>
+{
+protected:
+    TwoJaws() : m_hand(tests::makeGripper(GetParam()))
+    {
+        for (Link& link : m_hand.robot.tree.links)
+        {
+            link.joint.maxEffort = 100.0;
+        }
+        m_grasp.X_WH.translation() = Eigen::Vector3d(0.0, 0.0, -0.035);
+        m_grasp.approach_W = Eigen::Vector3d::UnitZ();
+        m_grasp.positions = {0.0, 0.01995, 0.01995};
+        for (const SsvTree* tree : m_hand.linkTrees)
+        {
+            m_pieces.links.push_back({.pieces = {tree->mesh()}, .bulge = 0.0});
+        }
+        m_pieces.object = {.pieces = {m_cube.tree.mesh()}, .bulge = 0.0};
+        for (const double side : {-1.0, 1.0})
+        {
+            for (const double y : {-0.01, 0.01})
+            {
+                for (const double z : {-0.005, 0.02})
+                {
+                    m_grasp.contacts.push_back({.link = side < 0.0 ? 1 : 2,
+                                                .point = {0.02 * side, y, z},
+                                                .normal = {-side, 0.0, 0.0},
+                                                .gap = 5e-5});
+                }
+            }
+        }
+    }
+    /// Of a load along y, across the jaws, of so much of 2 mu N.
+    [[nodiscard]] TrialOutcome outcomeOf(double share, double mass, double friction)
+    {
+        const grasp::Squeeze squeeze =
+            squeezeOf(m_hand, m_grasp, {.mass = mass, .friction = friction});
+        EXPECT_TRUE(squeeze.exists()) << squeeze.reason;
+        grasp::TrialPhase load;
+        load.direction = Eigen::Vector3d::UnitY();
+        load.amount = share * friction * squeeze.normalForce / (mass * 9.80665);
+        return MujocoTrials(m_hand, m_cube, m_grasp, squeeze, m_pieces)
+            .run(m_grasp, squeeze, {.name = "load", .phases = {load}}, mass, friction, 0.0)
+            .outcome;
+    }
+
+    grasp::HandModel m_hand;
+    grasp::GraspObject m_cube =
+        grasp::makeGraspObject("cube", makeBox(Eigen::Vector3d::Constant(0.02)));
+    grasp::Grasp m_grasp;
+    grasp::MjcfPieces m_pieces;
+};
+
+TEST_P(TwoJaws, SlipInMuJoCoWhereTheLoadIsTwiceTheFriction)
+{
+    for (const double mass : {0.1, 1.0})
+    {
+        for (const double friction : {0.3, 0.8})
+        {
+            EXPECT_EQ(outcomeOf(0.95, mass, friction), TrialOutcome::Held) << mass << friction;
+            EXPECT_NE(outcomeOf(1.05, mass, friction), TrialOutcome::Held) << mass << friction;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(AloneAndCoupled, TwoJaws, ::testing::Bool());
+}  // namespace
+}  // namespace bullet_ccd::benchmarks
