@@ -1,5 +1,5 @@
 #include "benchmarks/grasp/judged_rows.h"
-#include "benchmarks/grasp/mujoco_trial.h"
+#include "benchmarks/reference/oracles/mujoco_trial.h"
 #include "grasp/quality/object_mass.h"
 #include "tools/grasp_cli/answers/mjcf_pieces.h"
 #include "tools/grasp_cli/plan/plan_run.h"
@@ -120,7 +120,7 @@ json judgeTrials(const tools::LoadedHand& hand,
         {.name = "six", .parts = {grasp::shippedProtocol("six")}, .friction = options.friction},
         dexGraspBench()};
     json trials = json::array();
-    std::unique_ptr<MujocoTrials> mujoco;
+    std::unique_ptr<reference::MujocoTrials> mujoco;
     for (const grasp::Grasp& grasp : grasps)
     {
         for (const Suite& suite : suites)
@@ -131,7 +131,7 @@ json judgeTrials(const tools::LoadedHand& hand,
             const grasp::Squeeze squeeze = grasp::squeezeOf(hand.hand, grasp, ours.squeeze);
             if (!mujoco)
             {
-                mujoco = std::make_unique<MujocoTrials>(
+                mujoco = std::make_unique<reference::MujocoTrials>(
                     hand.hand,
                     object.object,
                     grasp,

@@ -1,4 +1,4 @@
-#include "benchmarks/grasp/mujoco_trial.h"
+#include "benchmarks/reference/oracles/mujoco_trial.h"
 
 #include "tests/grasp/planner/test_hands.h"
 
@@ -51,7 +51,7 @@ protected:
         grasp::TrialPhase load;
         load.direction = Eigen::Vector3d::UnitY();
         load.amount = share * friction * squeeze.normalForce / (mass * 9.80665);
-        return MujocoTrials(m_hand, m_cube, m_grasp, squeeze, m_pieces)
+        return reference::MujocoTrials(m_hand, m_cube, m_grasp, squeeze, m_pieces)
             .run(m_grasp, squeeze, {.name = "load", .phases = {load}}, mass, friction, 0.0)
             .outcome;
     }

@@ -7,7 +7,7 @@
 #include <memory>
 #include <mujoco/mujoco.h>
 
-namespace bullet_ccd::benchmarks
+namespace bullet_ccd::reference
 {
 /// A hand and an object, compiled once. It refers to both. For one thread at a time.
 class MujocoTrials
@@ -52,4 +52,4 @@ private:
     Eigen::Vector3d m_center;
     Eigen::Matrix3d m_axes;
 };
-}  // namespace bullet_ccd::benchmarks
+}  // namespace bullet_ccd::reference

@@ -1,4 +1,4 @@
-#include "benchmarks/grasp/mujoco_trial.h"
+#include "benchmarks/reference/oracles/mujoco_trial.h"
 
 #include "grasp/force/grasp_forces.h"
 #include "grasp/trial/trial_start.h"
@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <unistd.h>
 
-namespace bullet_ccd::benchmarks
+namespace bullet_ccd::reference
 {
 namespace
 {
@@ -236,4 +236,4 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     }
     return result;
 }
-}  // namespace bullet_ccd::benchmarks
+}  // namespace bullet_ccd::reference
