@@ -2,6 +2,7 @@
 
 #include "grasp/force/grasp_forces.h"
 #include "grasp/formats/content_hash.h"
+#include "grasp/squeeze/hold_score.h"
 
 #include <algorithm>
 #include <cmath>
@@ -203,6 +204,7 @@ Json squeezeToJson(const Grasp& grasp,
               {"reason", squeeze.reason.empty() ? Json() : Json(squeeze.reason)},
               {"normal_forces_n", squeeze.normalForce},
               {"weights_held", squeeze.weights},
+              {"hold_score", holdScore(grasp, squeeze)},
               {"joints", Json::object()}};
     const KinematicTree& tree = hand.robot.tree;
     const std::vector<std::int32_t> joints = independentJoints(tree);

@@ -242,6 +242,23 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
         EXPECT_LE(std::abs(joint["torque"].get<double>()), joint["effort"].get<double>() + 1e-9);
     }
     EXPECT_TRUE(records[3]["trials"].is_null());
+    const std::string again = program + " plan --hand three_finger_gripper --object '" +
+                              ball.string() + "' -n 8 --pictures 0 -q --mass 0.1 -o '" +
+                              (folder.path() / "scored").string() + "' --rank ";
+    ASSERT_EQ(runProgram(again + "score").exitCode, 0);
+    EXPECT_EQ(runProgram(again + "volume").exitCode, 2);
+    double before = 1.0;
+    for (const nlohmann::json& record : jsonLines(contentOf(folder.path() / "scored/grasps.jsonl")))
+    {
+        if (!record["reject"].is_null())
+        {
+            break;
+        }
+        const double score = record["squeeze"]["hold_score"].get<double>();
+        EXPECT_LE(score, before);
+        before = score;
+    }
+    EXPECT_LT(before, 1.0);
     EXPECT_EQ(best["plan"]["mass_kg"], 0.1);
     EXPECT_EQ(best["plan"]["mass_from"], "given");
 

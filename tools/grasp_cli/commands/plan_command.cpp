@@ -1,6 +1,7 @@
 #include "grasp/formats/content_hash.h"
 #include "grasp/quality/object_mass.h"
 #include "grasp/report/report_facts.h"
+#include "grasp/squeeze/hold_score.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -20,6 +21,7 @@
 #include <fmt/format.h>
 #include <map>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +44,7 @@ struct PlanArguments
     SqueezeArguments squeeze;
     std::vector<std::string> trials;
     int tried = 10;
+    std::string rank = "epsilon";
     grasp::PlannerOptions options;
 };
 
@@ -71,6 +74,24 @@ std::string weightText(const std::vector<Grasp>& grasps, const grasp::ObjectMass
         forceClosures(grasps),
         massText(mass),
         holds(2.0));
+}
+
+/// Ranks the force closures by how likely their squeezes are to hold.
+void rankByScore(const grasp::GraspRun& description, PlanRun& run)
+{
+    grasp::SqueezeOptions squeezing = *description.squeeze;
+    squeezing.centerOfMass = run.object.object.centerOfMass;
+    std::map<std::int64_t, double> scores;
+    const auto count = static_cast<std::ptrdiff_t>(forceClosures(run.grasps));
+    for (const Grasp& grasp : std::span(run.grasps).first(static_cast<std::size_t>(count)))
+    {
+        scores[grasp.candidate] =
+            grasp::holdScore(grasp, grasp::squeezeOf(run.hand.hand, grasp, squeezing));
+    }
+    std::stable_sort(run.grasps.begin(),
+                     run.grasps.begin() + count,
+                     [&](const Grasp& a, const Grasp& b)
+                     { return scores[a.candidate] > scores[b.candidate]; });
 }
 
 /// Tries the best grasps in simulations and ranks those that held in more protocols first, the
@@ -357,6 +378,10 @@ int plan(const PlanArguments& arguments)
              .obstacles = bodies,
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
+    if (arguments.rank == "score")
+    {
+        rankByScore(description, run);
+    }
     std::pair<std::size_t, std::size_t> tried;
     if (!arguments.trials.empty())
     {
@@ -417,6 +442,15 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);
     addSqueezeOptions(*command, arguments->squeeze);
+    command
+        ->add_option("--rank",
+                     arguments->rank,
+                     "What ranks force closures: epsilon, or score, the chance by squeeze, epsilon "
+                     "and links that a simulated trial holds.")
+        ->type_name("WHAT")
+        ->check(CLI::IsMember({"epsilon", "score"}))
+        ->capture_default_str()
+        ->group("Squeeze");
     command
         ->add_option(
             "--trial",
