@@ -2,7 +2,7 @@
 
 #include "grasp/force/grasp_forces.h"
 #include "grasp/formats/content_hash.h"
-#include "grasp/squeeze/hold_score.h"
+#include "grasp/quality/hold_score.h"
 
 #include <algorithm>
 #include <cmath>
@@ -168,17 +168,19 @@ Json weightToJson(const GraspQuality& quality,
             {"effort_assumed", isAssumed}};
 }
 
-Json qualityToJson(const GraspQuality& quality,
+Json qualityToJson(const Grasp& grasp,
                    const PlannerOptions& options,
                    double mass,
                    const HandModel& hand,
                    const GraspObject& object)
 {
+    const GraspQuality& quality = grasp.quality;
     return {{"epsilon", quality.epsilon},
             {"volume", quality.volume > 0.0 ? Json(quality.volume) : Json()},
             {"force_closure", quality.forceClosure},
             {"class", quality.forceClosure ? Json(epsilonClass(quality.epsilon)) : Json()},
             {"weight", weightToJson(quality, options, mass, hand)},
+            {"hold_score", quality.largestMass ? Json(holdScore(grasp, object, mass)) : Json()},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"torque_scale_m", object.radius}};
@@ -204,7 +206,6 @@ Json squeezeToJson(const Grasp& grasp,
               {"reason", squeeze.reason.empty() ? Json() : Json(squeeze.reason)},
               {"normal_forces_n", squeeze.normalForce},
               {"weights_held", squeeze.weights},
-              {"hold_score", holdScore(grasp, squeeze)},
               {"joints", Json::object()}};
     const KinematicTree& tree = hand.robot.tree;
     const std::vector<std::int32_t> joints = independentJoints(tree);
@@ -264,7 +265,7 @@ Json recordOf(const Grasp& grasp,
         {"rank", Json()},
         {"candidate", grasp.candidate},
         {"reject", grasp.reject == RejectReason::None ? Json() : Json(toString(grasp.reject))},
-        {"quality", qualityToJson(grasp.quality, run.options, facts.mass.mass, hand, object)},
+        {"quality", qualityToJson(grasp, run.options, facts.mass.mass, hand, object)},
         {"hand_pose_in_object", closed ? poseToJson(grasp.X_WH) : Json()},
         {"joints", jointsToJson(hand.robot.tree, grasp.positions)},
         {"contacts", contactsToJson(hand, grasp.contacts)},

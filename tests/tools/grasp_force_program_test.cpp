@@ -254,7 +254,7 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
         {
             break;
         }
-        const double score = record["squeeze"]["hold_score"].get<double>();
+        const double score = record["quality"]["hold_score"].get<double>();
         EXPECT_LE(score, before);
         before = score;
     }

@@ -1,7 +1,6 @@
 #include "grasp/trial/grasp_trial.h"
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
-#include "grasp/squeeze/hold_score.h"
 #include "tests/grasp/planner/test_hands.h"
 
 #include <gtest/gtest.h>
@@ -171,23 +170,6 @@ TEST(Squeeze, EffortsThatNoFingerHasAreAssumed)
     EXPECT_EQ(effortOf(30.0).limit, 30.0);
     EXPECT_FALSE(effortOf(30.0).isAssumed);
     EXPECT_EQ(effortOf(1000.0).limit, kUsualTorque);
-}
-
-TEST(HoldScore, IsHigherForWhatHoldsMoreAndZeroWithoutASqueeze)
-{
-    PinchedCube pinched(false, 50.0);
-    pinched.grasp.quality.epsilon = 0.1;
-    Squeeze squeeze = squeezeOf(pinched.hand, pinched.grasp, kThreeHundredGrams);
-    const double score = holdScore(pinched.grasp, squeeze);
-    EXPECT_GT(score, 0.0);
-    EXPECT_LT(score, 1.0);
-    squeeze.weights *= 0.5;
-    EXPECT_LT(holdScore(pinched.grasp, squeeze), score);
-    squeeze.weights *= 2.0;
-    pinched.grasp.quality.epsilon = 0.05;
-    EXPECT_LT(holdScore(pinched.grasp, squeeze), score);
-    squeeze.reason = "limits";
-    EXPECT_EQ(holdScore(pinched.grasp, squeeze), 0.0);
 }
 
 TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)

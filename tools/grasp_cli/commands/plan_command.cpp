@@ -1,7 +1,7 @@
 #include "grasp/formats/content_hash.h"
+#include "grasp/quality/hold_score.h"
 #include "grasp/quality/object_mass.h"
 #include "grasp/report/report_facts.h"
-#include "grasp/squeeze/hold_score.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -76,17 +76,15 @@ std::string weightText(const std::vector<Grasp>& grasps, const grasp::ObjectMass
         holds(2.0));
 }
 
-/// Ranks the force closures by how likely their squeezes are to hold.
-void rankByScore(const grasp::GraspRun& description, PlanRun& run)
+/// Ranks the force closures by how likely they are to hold the object.
+void rankByScore(PlanRun& run, const std::optional<double>& given)
 {
-    grasp::SqueezeOptions squeezing = *description.squeeze;
-    squeezing.centerOfMass = run.object.object.centerOfMass;
+    const double mass = grasp::massOf(run.object.object, given).mass;
     std::map<std::int64_t, double> scores;
     const auto count = static_cast<std::ptrdiff_t>(forceClosures(run.grasps));
     for (const Grasp& grasp : std::span(run.grasps).first(static_cast<std::size_t>(count)))
     {
-        scores[grasp.candidate] =
-            grasp::holdScore(grasp, grasp::squeezeOf(run.hand.hand, grasp, squeezing));
+        scores[grasp.candidate] = grasp::holdScore(grasp, run.object.object, mass);
     }
     std::stable_sort(run.grasps.begin(),
                      run.grasps.begin() + count,
@@ -380,7 +378,7 @@ int plan(const PlanArguments& arguments)
              .stop = [&] { return stop.isInterrupted(); }});
     if (arguments.rank == "score")
     {
-        rankByScore(description, run);
+        rankByScore(run, arguments.options.mass);
     }
     std::pair<std::size_t, std::size_t> tried;
     if (!arguments.trials.empty())
@@ -445,8 +443,8 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command
         ->add_option("--rank",
                      arguments->rank,
-                     "What ranks force closures: epsilon, or score, the chance by squeeze, epsilon "
-                     "and links that a simulated trial holds.")
+                     "What ranks force closures: epsilon, or score, the chance that a simulated "
+                     "trial holds by what the efforts hold and how far apart the contacts are.")
         ->type_name("WHAT")
         ->check(CLI::IsMember({"epsilon", "score"}))
         ->capture_default_str()

@@ -6,9 +6,8 @@
 namespace bullet_ccd::grasp
 {
 inline constexpr std::array kHoldScore{
-    0.0,  // one
-    5.0,  // epsilon_root
-    1.0,  // log_weights
-    0.0,  // links
+    -1.8917,  // one
+    1.2166,  // log_mass_ratio
+    4.1445,  // spread
 };
 }  // namespace bullet_ccd::grasp
