@@ -6,8 +6,8 @@
 namespace bullet_ccd::grasp
 {
 inline constexpr std::array kHoldScore{
-    -1.8917,  // one
-    1.2166,  // log_mass_ratio
-    4.1445,  // spread
+    -1.4450,  // one
+    1.2746,  // log_mass_ratio
+    3.4235,  // spread
 };
 }  // namespace bullet_ccd::grasp
