@@ -6,8 +6,8 @@
 namespace bullet_ccd::grasp
 {
 inline constexpr std::array kHoldScore{
-    -1.4450,  // one
-    1.2746,  // log_mass_ratio
-    3.4235,  // spread
+    -1.4487,  // one
+    1.2775,   // log_mass_ratio
+    3.4303,   // spread
 };
 }  // namespace bullet_ccd::grasp
