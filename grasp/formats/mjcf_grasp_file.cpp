@@ -3,6 +3,7 @@
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/replace_file.h"
 #include "grasp/force/grasp_forces.h"
+#include "grasp/hand/xml_text.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -12,7 +13,6 @@
 #include <cstdio>
 #include <ostream>
 #include <stdexcept>
-#include <tinyxml2.h>
 #include <utility>
 
 namespace bullet_ccd::grasp
@@ -64,7 +64,7 @@ std::string bodyOf(std::size_t link)
     return "link" + std::to_string(link);
 }
 
-class GraspWriter
+class GraspWriter : XmlText
 {
 public:
     GraspWriter(const HandModel& hand,
@@ -123,25 +123,8 @@ public:
     }
 
 private:
-    using Attributes = std::vector<std::pair<const char*, std::string>>;
-
     [[nodiscard]] const KinematicTree& tree() const { return m_hand.robot.tree; }
     [[nodiscard]] const Link& linkAt(std::size_t link) const { return tree().links[link]; }
-
-    void open(const char* name, const Attributes& attributes)
-    {
-        m_printer.OpenElement(name);
-        for (const auto& [key, value] : attributes)
-        {
-            m_printer.PushAttribute(key, value.c_str());
-        }
-    }
-
-    void element(const char* name, const Attributes& attributes)
-    {
-        open(name, attributes);
-        m_printer.CloseElement();
-    }
 
     /// MuJoCo has a body of that name.
     [[nodiscard]] std::string bodyName(std::size_t link) const
@@ -379,7 +362,6 @@ private:
     std::string m_objectName = "object";
     std::string m_worldName = "world_";
     std::vector<double> m_positions;  ///< of the joints, in the order of MuJoCo
-    tinyxml2::XMLPrinter m_printer;
 };
 
 void writePiece(const std::filesystem::path& file, const TriangleMesh& mesh)

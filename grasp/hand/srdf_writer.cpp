@@ -1,10 +1,11 @@
 #include "grasp/hand/srdf_writer.h"
 
+#include "grasp/hand/xml_text.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <tinyxml2.h>
 #include <utility>
 #include <vector>
 
@@ -38,7 +39,7 @@ Eigen::Vector3d rollPitchYaw(const Eigen::Matrix3d& R)
     return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
-class HandWriter
+class HandWriter : XmlText
 {
 public:
     explicit HandWriter(const HandModel& hand) : m_hand(hand)
@@ -72,24 +73,7 @@ public:
     }
 
 private:
-    using Attributes = std::vector<std::pair<const char*, std::string>>;
-
     [[nodiscard]] const KinematicTree& tree() const { return m_hand.robot.tree; }
-
-    void open(const char* name, const Attributes& attributes)
-    {
-        m_printer.OpenElement(name);
-        for (const auto& [key, value] : attributes)
-        {
-            m_printer.PushAttribute(key, value.c_str());
-        }
-    }
-
-    void element(const char* name, const Attributes& attributes)
-    {
-        open(name, attributes);
-        m_printer.CloseElement();
-    }
 
     /// Name of the group of the joint above the link.
     [[nodiscard]] std::string groupOf(std::size_t link) const
@@ -232,7 +216,6 @@ private:
 
     const HandModel& m_hand;
     std::vector<std::size_t> m_joints;  // that move by themselves, as the links below them
-    tinyxml2::XMLPrinter m_printer;
 };
 }  // namespace
 

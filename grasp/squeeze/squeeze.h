@@ -67,13 +67,13 @@ struct Squeeze
     [[nodiscard]] bool exists() const { return reason.empty(); }
 };
 
-/// Finds contact forces that balance each other with the largest margin to slip (the objective Firm
-/// of grasp_forces.h) within the efforts, and the joint torques J^T f and targets q + J^T f /
-/// stiffness that give them. The torque of a mimic joint is that of the joint it follows. Targets
-/// may lie beyond the limits of a joint.
+/// Finds contact forces that balance each other within the efforts and hold the object in any
+/// direction (holdElastically() of force/elastic_hold.h), and the joint torques J^T f and targets
+/// q + J^T f / stiffness that give them. The torque of a mimic joint is that of the joint it
+/// follows. Targets may lie beyond the limits of a joint.
 ///
-/// There is none if the contacts cannot press against each other within friction, or if the efforts
-/// are too small for 1.2 times weight / friction. `reason` says which.
+/// There is none if the contacts hold nothing within friction, or if the efforts are too small for
+/// 1.2 times weight / friction. `reason` says which.
 /// Throws std::invalid_argument without a mass (massOf() of object_mass.h is the usual one), and
 /// for a mass or friction that is not positive.
 [[nodiscard]] BULLET_CCD_API Squeeze squeezeOf(const HandModel& hand,

@@ -638,8 +638,8 @@ def close_at(hand: Hand, object: GraspObject, pose: Pose, shift: ArrayLike = ...
              mass: Optional[float] = None) -> str:
     """Use bullet_ccd.grasp.close()."""
 
-def squeeze(hand: Hand, record: str, *, mass: float, friction: float = ..., firmness: float = ...,
-            efforts: Dict[str, float] = ...) -> Dict[str, Any]:
+def squeeze(hand: Hand, record: str, *, mass: float, center_of_mass: Sequence[float],
+            friction: float = ..., firmness: float = ..., efforts: Dict[str, float] = ...) -> Dict[str, Any]:
     """Use bullet_ccd.grasp.squeeze()."""
 
 def trial(hand: Hand, object: GraspObject, record: str, protocol: str, *, mass: float,

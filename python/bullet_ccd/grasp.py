@@ -236,7 +236,7 @@ def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction:
     forces add up to firmness times weight / friction at least. efforts [N m or N] by joint count in
     place of those of the robot. Without a mass [kg] of the object, that of the plan counts."""
     answer = _core.squeeze(hand, json.dumps(grasp.record), mass=_mass(grasp, mass),
-                           friction=friction, firmness=firmness, efforts=efforts or {})
+                           center_of_mass=grasp.record["object"]["center_of_mass_m"], friction=friction, firmness=firmness, efforts=efforts or {})
     return Squeeze(**answer)
 
 

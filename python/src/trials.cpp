@@ -9,6 +9,7 @@
 #include "python/src/module.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <pybind11/stl.h>
@@ -89,12 +90,14 @@ Grasp closedGrasp(const Hand& hand, const std::string& record)
 py::dict squeeze(const Hand& hand,
                  const std::string& record,
                  double mass,
+                 const std::array<double, 3>& centerOfMass,
                  double friction,
                  double firmness,
                  const Efforts& efforts)
 {
     const Grasp held = closedGrasp(hand, record);
-    const grasp::SqueezeOptions options = squeezeOptions(hand, mass, friction, firmness, efforts);
+    grasp::SqueezeOptions options = squeezeOptions(hand, mass, friction, firmness, efforts);
+    options.centerOfMass = Eigen::Vector3d(centerOfMass[0], centerOfMass[1], centerOfMass[2]);
     grasp::Squeeze found;
     {
         const py::gil_scoped_release release;
@@ -248,6 +251,7 @@ void addTrials(py::module_& module)
                py::arg("record"),
                py::kw_only(),
                py::arg("mass"),
+               py::arg("center_of_mass"),
                py::arg("friction") = squeezing.friction,
                py::arg("firmness") = squeezing.firmness,
                py::arg("efforts") = py::dict());

@@ -39,7 +39,9 @@ def test_a_squeeze_presses_as_firmly_as_it_is_told(held):
     hand, _, grasps = held
     answer = grasp.squeeze(hand, grasps[0], mass=0.1, friction=0.5, firmness=4)
     assert answer.reason is None and answer.torques.keys() == answer.targets.keys()
-    assert answer.normal_force == pytest.approx(4 * 0.1 * GRAVITY / 0.5, rel=1e-3)
+    assert answer.normal_force >= 4 * 0.1 * GRAVITY / 0.5 * (1 - 1e-6)
+    firmer = grasp.squeeze(hand, grasps[0], mass=0.1, friction=0.5, firmness=8)
+    assert firmer.normal_force == pytest.approx(2 * answer.normal_force, rel=1e-3)
     weak = grasp.squeeze(hand, grasps[0], mass=0.1,
                          efforts=dict.fromkeys(answer.torques, 1e-4))
     assert weak.reason is not None and not weak.torques
