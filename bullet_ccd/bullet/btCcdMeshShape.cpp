@@ -194,7 +194,6 @@ void btCcdMeshShape::setMargin(btScalar margin)
 
 void btCcdMeshShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const
 {
-    const bullet_ccd::MassProperties solid = bullet_ccd::massProperties(m_scaledTree->mesh());
-    const double density = solid.volume > 0.0 ? double(mass) / solid.volume : 0.0;
-    inertia = btCcdToBullet(Eigen::Vector3d(density * solid.inertia.diagonal()));
+    inertia = btCcdToBullet(
+        Eigen::Vector3d(bullet_ccd::inertiaAtMass(m_scaledTree->mesh(), double(mass)).diagonal()));
 }

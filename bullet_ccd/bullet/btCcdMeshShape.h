@@ -84,7 +84,8 @@ public:
     /// A margin that is negative or not finite [m] is refused likewise.
     void setMargin(btScalar margin) override;
     /// Diagonal of the inertia of the enclosed solid about its centre of mass, in the axes of the
-    /// mesh: put the mesh into its principal axes if the rest of the tensor matters.
+    /// mesh: put the mesh into its principal axes if the rest of the tensor matters. A sheet has
+    /// that of its flat bounding box.
     void calculateLocalInertia(btScalar mass, btVector3 & inertia) const override;
     const char* getName() const override
     {

@@ -163,6 +163,14 @@ void dropUnreferencedVertices(TriangleMesh& mesh)
     }
 }
 
+/// About the centre of a box of these sides [m] and of this mass [kg].
+Eigen::Matrix3d boxInertia(const Eigen::Vector3d& sides, double mass)
+{
+    const Eigen::Vector3d squared = sides.cwiseAbs2();
+    return (mass / 12.0) *
+           (Eigen::Vector3d::Constant(squared.sum()) - squared).asDiagonal().toDenseMatrix();
+}
+
 MassProperties boxMassProperties(const Eigen::AlignedBox3d& box)
 {
     MassProperties result;
@@ -170,14 +178,16 @@ MassProperties boxMassProperties(const Eigen::AlignedBox3d& box)
     {
         return result;
     }
-    const Eigen::Vector3d size = box.sizes();
-    const Eigen::Vector3d squared = size.cwiseAbs2();
-    result.volume = size.prod();
+    result.volume = box.sizes().prod();
     result.center = box.center();
-    result.inertia =
-        (result.volume / 12.0) *
-        (Eigen::Vector3d::Constant(squared.sum()) - squared).asDiagonal().toDenseMatrix();
+    result.inertia = boxInertia(box.sizes(), result.volume);
     return result;
+}
+
+bool isFlat(double volume, const Eigen::AlignedBox3d& box)
+{
+    const double diagonal = box.diagonal().norm();
+    return !(volume > kFlatVolume * diagonal * diagonal * diagonal);
 }
 
 std::string counted(std::int64_t count, const std::string& one, const std::string& many)
@@ -346,8 +356,7 @@ MassProperties massProperties(const TriangleMesh& mesh)
         second += (determinant / 120.0) * (a * a.transpose() + b * b.transpose() +
                                            c * c.transpose() + sum * sum.transpose());
     }
-    const double diagonal = box.diagonal().norm();
-    if (!(volume > kFlatVolume * diagonal * diagonal * diagonal))
+    if (isFlat(volume, box))
     {
         return boxMassProperties(box);
     }
@@ -358,6 +367,14 @@ MassProperties massProperties(const TriangleMesh& mesh)
     result.center = origin + center;
     result.inertia = central.trace() * Eigen::Matrix3d::Identity() - central;
     return result;
+}
+
+Eigen::Matrix3d inertiaAtMass(const TriangleMesh& mesh, double mass)
+{
+    const Eigen::AlignedBox3d box = bounds(mesh);
+    const MassProperties solid = massProperties(mesh);
+    return isFlat(solid.volume, box) ? boxInertia(box.sizes(), mass)
+                                     : Eigen::Matrix3d(solid.inertia * (mass / solid.volume));
 }
 
 Eigen::AlignedBox3d bounds(const TriangleMesh& mesh)

@@ -74,6 +74,10 @@ BULLET_CCD_API MeshRepair repairMesh(TriangleMesh& mesh);
 /// gets those of its bounding box; isWatertight() tells whether it is closed.
 [[nodiscard]] BULLET_CCD_API MassProperties massProperties(const TriangleMesh& mesh);
 
+/// Inertia [kg m^2] of the body of massProperties() at this mass [kg], about its centre, mesh axes.
+/// Finite for sheets, too: a mesh without volume counts as its flat bounding box.
+[[nodiscard]] BULLET_CCD_API Eigen::Matrix3d inertiaAtMass(const TriangleMesh& mesh, double mass);
+
 /// Axis-aligned bounds of all vertices [m].
 [[nodiscard]] BULLET_CCD_API Eigen::AlignedBox3d bounds(const TriangleMesh& mesh);
 

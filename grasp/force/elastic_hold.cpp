@@ -14,7 +14,7 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-/// What a newton of normal force costs, where a weight that is held gains 1: it decides between
+/// What normal forces of one weight cost, where a weight that is held gains 1: it decides between
 /// preloads that hold the same.
 constexpr double kPriceOfForce = 1e-4;
 /// Part of the load that the springs may leave unbalanced.
@@ -86,8 +86,9 @@ ElasticHold holdElastically(const ForceProblem& problem,
                 weight > 0.0 && asked > 0.0,
             "elastic hold: stiffness, compliance, weight and what is asked must be positive");
     const auto count = static_cast<Eigen::Index>(problem.contacts.size());
-    ElasticHold hold{.normals = std::vector<double>(problem.contacts.size(), 0.0),
-                     .torques = std::vector<double>(stiffness.size(), 0.0)};
+    ElasticHold hold{
+        .forces = std::vector<Eigen::Vector3d>(problem.contacts.size(), Eigen::Vector3d::Zero()),
+        .torques = std::vector<double>(stiffness.size(), 0.0)};
     if (count == 0)
     {
         return hold;
@@ -146,7 +147,7 @@ ElasticHold holdElastically(const ForceProblem& problem,
             program.cones.sizes.push_back(d);
         }
         program.G(row, n) = most;
-        program.c[i * d] = kPriceOfForce * weight;
+        program.c[i * d] = kPriceOfForce;
         row += d;
     }
     const ConeSolution solution = solve(program);
@@ -158,7 +159,10 @@ ElasticHold holdElastically(const ForceProblem& problem,
     const Eigen::VectorXd torques = hand.torques * solution.x.head(n);
     for (Eigen::Index i = 0; i < count; ++i)
     {
-        hold.normals[static_cast<std::size_t>(i)] = weight * solution.x[i * d];
+        const auto k = static_cast<std::size_t>(i);
+        hold.forces[k] =
+            weight * contactBasis(problem.contacts[k], law, problem.reference, 1.0).topRows<3>() *
+            solution.x.segment(i * d, d);
     }
     for (std::size_t j = 0; j < hold.torques.size(); ++j)
     {

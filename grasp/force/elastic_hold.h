@@ -25,8 +25,8 @@ struct ElasticHold
     /// or a joint that needs more than its limit; at most what was asked for. It is a lower bound
     /// for the elastic hand: the worst direction of every contact is taken for all of its friction.
     double weights = 0.0;
-    std::vector<double> normals;  ///< of the preload, one entry per contact [N]
-    std::vector<double> torques;  ///< of the preload, one entry per joint [N m or N]
+    std::vector<Eigen::Vector3d> forces;  ///< of the preload on the object, one per contact, W [N]
+    std::vector<double> torques;          ///< of the preload, one entry per joint [N m or N]
 };
 
 /// The preload that holds most, or what was asked for with the least sum of normal forces.

@@ -3,6 +3,7 @@
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/replace_file.h"
 #include "grasp/force/grasp_forces.h"
+#include "grasp/hand/least_inertia.h"
 #include "grasp/hand/xml_text.h"
 
 #include <Eigen/Eigenvalues>
@@ -19,9 +20,6 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-// MuJoCo refuses moving bodies without mass. They get what the simulated trials give them.
-constexpr double kSmallestMass = 5e-3;    // [kg]
-constexpr double kSmallestMoment = 1e-6;  // [kg m^2]
 /// The inertia of the motors, over damping times time step. MuJoCo solves contacts without the
 /// damping that it then takes implicitly, so light fingers with little else would be shaken off.
 constexpr double kArmatureSteps = 2.0;
@@ -192,7 +190,7 @@ private:
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia);
         const Eigen::Matrix3d& R = principal.eigenvectors();
         const Eigen::Matrix3d I =
-            R * principal.eigenvalues().cwiseMax(kSmallestMoment).asDiagonal() * R.transpose();
+            R * principal.eigenvalues().cwiseMax(kLeastLinkMoment).asDiagonal() * R.transpose();
         element("inertial",
                 {{"pos", decimals(center)},
                  {"mass", decimal(mass)},
@@ -222,7 +220,7 @@ private:
             writeJoint(index);
             m_positions.push_back(m_grasp.positions[index]);
         }
-        writeInertial(link.centerOfMass, std::max(link.mass, kSmallestMass), link.inertia);
+        writeInertial(link.centerOfMass, std::max(link.mass, kLeastLinkMass), link.inertia);
         writeGeoms(bodyOf(index), m_pieces.links[index]);
         for (std::size_t below = index + 1; below < tree().size(); ++below)
         {
@@ -261,9 +259,9 @@ private:
     {
         open("body", {{"name", m_objectName}});
         element("freejoint", {});
-        const MassProperties solid = massProperties(m_object.tree.mesh());
-        writeInertial(
-            m_object.centerOfMass, m_options.mass, solid.inertia * (m_options.mass / solid.volume));
+        writeInertial(m_object.centerOfMass,
+                      m_options.mass,
+                      inertiaAtMass(m_object.tree.mesh(), m_options.mass));
         writeGeoms("object", m_pieces.object);
         m_printer.CloseElement();
     }

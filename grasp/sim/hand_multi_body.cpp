@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/math/check.h"
+#include "grasp/hand/least_inertia.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -11,16 +12,11 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-// Bullet divides by masses and moments. A link without any, or with next to none, gets those of a
-// small part of a finger, which is less than what a geared motor adds to a joint.
-constexpr double kSmallestMass = 5e-3;    // [kg]
-constexpr double kSmallestMoment = 1e-6;  // [kg m^2]
-
 struct Inertial
 {
     Eigen::Isometry3d X_LI = Eigen::Isometry3d::Identity();
-    double mass = kSmallestMass;
-    Eigen::Vector3d moments = Eigen::Vector3d::Constant(kSmallestMoment);
+    double mass = kLeastLinkMass;
+    Eigen::Vector3d moments = Eigen::Vector3d::Constant(kLeastLinkMoment);
 };
 
 Inertial inertialOf(const Link& link)
@@ -33,8 +29,8 @@ Inertial inertialOf(const Link& link)
         inertial.X_LI.linear().col(2) *= -1.0;
     }
     inertial.X_LI.translation() = link.centerOfMass;
-    inertial.mass = std::max(link.mass, kSmallestMass);
-    inertial.moments = principal.eigenvalues().cwiseMax(kSmallestMoment);
+    inertial.mass = std::max(link.mass, kLeastLinkMass);
+    inertial.moments = principal.eigenvalues().cwiseMax(kLeastLinkMoment);
     return inertial;
 }
 

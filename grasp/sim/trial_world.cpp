@@ -157,15 +157,14 @@ TrialWorld::Body TrialWorld::makeBody(const SsvTree& tree,
     Eigen::Vector3d moments = Eigen::Vector3d::Zero();
     if (mass > 0.0)
     {
-        const MassProperties solid = massProperties(tree.mesh());
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(solid.inertia *
-                                                                       (mass / solid.volume));
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(
+            inertiaAtMass(tree.mesh(), mass));
         body.X_OI.linear() = principal.eigenvectors();
         if (body.X_OI.linear().determinant() < 0.0)
         {
             body.X_OI.linear().col(2) *= -1.0;
         }
-        body.X_OI.translation() = centerOfMass.value_or(solid.center);
+        body.X_OI.translation() = centerOfMass.value_or(massProperties(tree.mesh()).center);
         moments = principal.eigenvalues().cwiseMax(1e-15);
     }
     body.mesh = std::make_unique<btCcdMeshShape>(

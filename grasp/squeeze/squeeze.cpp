@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace bullet_ccd::grasp
 {
@@ -15,9 +14,6 @@ constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 constexpr double kLeastFirmness = 1.2;
 /// Fewer weights than this are none.
 constexpr double kLeastWeights = 1e-3;
-/// That of the skins of simulated trials [m/N].
-constexpr double kContactCompliance = 5e-5;
-
 std::string number(double value)
 {
     std::string text = std::to_string(value);
@@ -134,8 +130,12 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
     const double weight = *options.mass * kStandardGravity;
     const double needed = weight / options.friction;
     const ElasticHold hold = holdElastically(
-        problem, squeeze.stiffness, kContactCompliance, weight, 0.5 * options.firmness);
-    const double sum = std::accumulate(hold.normals.begin(), hold.normals.end(), 0.0);
+        problem, squeeze.stiffness, 1.0 / kSkinStiffness, weight, 0.5 * options.firmness);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < hold.forces.size(); ++i)
+    {
+        sum += hold.forces[i].dot(grasp.contacts[i].normal);
+    }
     if (!(hold.weights > kLeastWeights))
     {
         squeeze.reason =

@@ -46,6 +46,8 @@ inline constexpr double kMostForce = 500.0;      ///< [N]
 inline constexpr double kUsualTorque = 1.0;      ///< [N m]
 inline constexpr double kUsualForce = 40.0;      ///< [N]
 
+/// Of a contact point on skins that hardly give way [N/m]: what squeezes and trials count on.
+inline constexpr double kSkinStiffness = 2e4;
 inline constexpr double kFullEffortAngle = 0.2;  ///< [rad]
 inline constexpr double kFullEffortWay = 0.01;   ///< [m]
 

@@ -58,8 +58,8 @@ struct TrialOptions
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< for the object, in its frame, of any length
     std::uint64_t seed = 1;                         ///< of errors of the pose
     double skin = 1e-3;                             ///< [m]
-    double skinStiffness = 2e4;  ///< of a contact point that hardly gives way [N/m]
-    StopCondition stop{};        ///< looked at before every step
+    double skinStiffness = kSkinStiffness;  ///< of a contact point that hardly gives way [N/m]
+    StopCondition stop{};                   ///< looked at before every step
 };
 
 /// What one pull came to.

@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/math/stop_condition.h"
+#include "grasp/squeeze/squeeze.h"
 #include "grasp/task/pick_place.h"
 
 #include <functional>
@@ -20,9 +21,9 @@ struct ExecutionOptions
     double firmness = 12.0;        ///< PickPlaceOptions::firmness
     /// One entry per obstacle [kg]: those above 0 are free; empty: all are fixed.
     std::vector<double> obstacleMasses{};
-    double rate = 240.0;            ///< steps per second
-    double skin = 1e-3;             ///< as TrialOptions::skin [m]
-    double skinStiffness = 2e4;     ///< as TrialOptions::skinStiffness [N/m]
+    double rate = 240.0;                    ///< steps per second
+    double skin = 1e-3;                     ///< as TrialOptions::skin [m]
+    double skinStiffness = kSkinStiffness;  ///< as TrialOptions::skinStiffness [N/m]
     double placeTolerance = 0.01;   ///< of the object's centre of mass from where it is to be [m]
     double othersTolerance = 5e-3;  ///< that no free obstacle moves farther than [m]
     StopCondition stop{};           ///< looked at before every step

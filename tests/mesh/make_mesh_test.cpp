@@ -62,6 +62,13 @@ TEST(MakeMesh, BoxHasTheVolumeAndInertiaOfABox)
     EXPECT_NEAR(mass.center.norm(), 0.0, kRounding);
     const Eigen::Matrix3d expected = Eigen::Vector3d(6.5, 5.0, 2.5).asDiagonal();  // V/12 (b² + c²)
     EXPECT_TRUE(mass.inertia.isApprox(expected, kRounding)) << mass.inertia;
+    EXPECT_TRUE(inertiaAtMass(box, 3.0).isApprox(0.5 * expected, kRounding));
+    // Of a sheet, which has no volume.
+    TriangleMesh sheet = box;
+    transformMesh(sheet, Eigen::Affine3d(Eigen::Scaling(1.0, 1.0, 0.0)));
+    const Eigen::Matrix3d flat = Eigen::Vector3d(1.0, 0.25, 1.25).asDiagonal();
+    EXPECT_EQ(massProperties(sheet).volume, 0.0);
+    EXPECT_TRUE(inertiaAtMass(sheet, 3.0).isApprox(flat, kRounding));
 }
 
 TEST(MakeMesh, SphereWithoutSubdivisionIsTheRegularIcosahedron)

@@ -33,19 +33,36 @@ constexpr double kSkin = 1e-3;       // [m]
 
 constexpr double kFollow = 0.02;  // of the error of a torque, in a step
 
+/// MuJoCo reads meshes from files alone. What is written here goes with it, whatever happens.
+struct ScratchFolder
+{
+    std::string path = (fs::temp_directory_path() / "bullet_ccd_XXXXXX").string();
+
+    ScratchFolder()
+    {
+        if (mkdtemp(path.data()) == nullptr)
+        {
+            throw std::runtime_error(path + ": cannot be made: set TMPDIR");
+        }
+    }
+    ~ScratchFolder()
+    {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+};
+
 mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::GraspObject& object,
                   const grasp::Grasp& grasp,
                   const grasp::Squeeze& squeeze,
                   const grasp::MjcfPieces& pieces)
 {
-    std::string folder = (fs::temp_directory_path() / "bullet_ccd_XXXXXX").string();
-    if (mkdtemp(folder.data()) == nullptr)
-    {
-        throw std::runtime_error(folder + ": cannot be made: set TMPDIR");
-    }
-    grasp::writeMjcfMeshes(fs::path(folder) / "meshes", pieces);
-    const std::string file = folder + "/grasp.xml";
+    const ScratchFolder scratch;
+    grasp::writeMjcfMeshes(fs::path(scratch.path) / "meshes", pieces);
+    const std::string file = scratch.path + "/grasp.xml";
     std::ofstream out(file);
     grasp::writeMjcf(out, hand, object, grasp, squeeze, pieces, {.mass = 1.0});
     out.close();
@@ -53,7 +70,6 @@ mjModel* compiled(const grasp::HandModel& hand,
     static std::mutex mutex;  // MuJoCo keeps the last file that it read
     const std::scoped_lock lock(mutex);
     mjModel* model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
-    fs::remove_all(folder);
     if (model == nullptr)
     {
         throw std::runtime_error(hand.robot.name + ", " + object.name + ": MuJoCo: " + error);

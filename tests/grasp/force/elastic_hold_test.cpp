@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <random>
 
 namespace bullet_ccd::grasp
 {
@@ -57,9 +57,58 @@ struct Jaws
     }
 };
 
-double sum(const std::vector<double>& numbers)
+double normals(const ElasticHold& hold)
 {
-    return std::accumulate(numbers.begin(), numbers.end(), 0.0);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < hold.forces.size(); ++i)
+    {
+        sum += hold.forces[i].x() * (i < 4 ? 1.0 : -1.0);
+    }
+    return sum;
+}
+
+/// What the contacts answer to a force at the centre, by the springs themselves: unknown are the
+/// motion of the object and of the joints, and every contact is a spring between a point of the
+/// object and one of its jaw.
+struct Answer
+{
+    std::vector<Eigen::Vector3d> forces;
+    Eigen::Vector2d torques;
+};
+
+Answer answerOf(const Jaws& jaws, const Eigen::Vector3d& load)
+{
+    using Jacobian = Eigen::Matrix<double, 3, 8>;
+    constexpr double kStiff = 1.0 / kCompliance;
+    std::vector<Jacobian> stretches;  // of a contact, by the motion of the object and the joints
+    Eigen::Matrix<double, 8, 8> system = Eigen::Matrix<double, 8, 8>::Zero();
+    for (std::size_t i = 0; i < jaws.problem.contacts.size(); ++i)
+    {
+        const Eigen::Vector3d arm = jaws.problem.contacts[i].point - jaws.problem.reference;
+        Jacobian stretch = Jacobian::Zero();
+        stretch.leftCols<3>().setIdentity();
+        stretch.middleCols<3>(3) << 0.0, arm.z(), -arm.y(), -arm.z(), 0.0, arm.x(), arm.y(),
+            -arm.x(), 0.0;
+        for (std::size_t j = 0; j < 2; ++j)
+        {
+            stretch.col(static_cast<Eigen::Index>(6 + j)) =
+                -jaws.problem.jacobian[8 * j + i].head<3>();
+        }
+        stretches.push_back(stretch);
+        system += kStiff * stretch.transpose() * stretch;
+    }
+    system(6, 6) += jaws.stiffness[0];
+    system(7, 7) += jaws.stiffness[1];
+    Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero();
+    right.head<3>() = load;
+    const Eigen::Matrix<double, 8, 1> motion = system.ldlt().solve(right);
+    Answer answer{.forces = {},
+                  .torques = {-jaws.stiffness[0] * motion[6], -jaws.stiffness[1] * motion[7]}};
+    for (const Jacobian& stretch : stretches)
+    {
+        answer.forces.emplace_back(-kStiff * (stretch * motion));
+    }
+    return answer;
 }
 
 // Of a weight across the jaws, each of the 8 contacts takes an eighth by friction; of one along
@@ -72,7 +121,7 @@ TEST(ElasticHold, OfTwoJawsIsThatOfTheWorstDirection)
         const ElasticHold hold = Jaws(1e4).hold(asked);
         EXPECT_NEAR(hold.weights, asked, 1e-5 * asked);
         const double needed = asked * kElasticWeight * (1.0 + kElasticMu) / kElasticMu;
-        EXPECT_NEAR(sum(hold.normals), needed, 1e-4 * needed);
+        EXPECT_NEAR(normals(hold), needed, 1e-4 * needed);
         for (const double torque : hold.torques)
         {
             EXPECT_NEAR(torque, 0.5 * needed, 1e-4 * needed);
@@ -89,6 +138,18 @@ TEST(ElasticHold, IsLimitedByTheEfforts)
         const double expected =
             effort / (kElasticWeight * ((1.0 + kElasticMu) / (2.0 * kElasticMu) + 0.5));
         EXPECT_NEAR(hold.weights, expected, 1e-4 * expected);
+    }
+}
+
+// The unit of the weight does not matter: tons are held as grams are.
+TEST(ElasticHold, ScalesWithTheWeight)
+{
+    for (const double scale : {1e-3, 1e3, 1e6})
+    {
+        const Jaws jaws(1e4 * scale);
+        const ElasticHold hold =
+            holdElastically(jaws.problem, jaws.stiffness, kCompliance, scale * kElasticWeight, 2.0);
+        EXPECT_NEAR(hold.weights, 2.0, 1e-5);
     }
 }
 
@@ -125,6 +186,32 @@ TEST(ElasticHold, KeepsEveryContactInItsConeInEveryDirection)
     ASSERT_GT(hold.weights, 0.1);
     EXPECT_LE(std::abs(hold.torques[0]), 8.0 * (1.0 + 1e-6));
     EXPECT_LE(std::abs(hold.torques[1]), 8.0 * (1.0 + 1e-6));
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 2000; ++k)
+    {
+        const Eigen::Vector3d direction(normal(random), normal(random), normal(random));
+        const Answer answer =
+            answerOf(jaws, hold.weights * kElasticWeight * direction.normalized());
+        Eigen::Vector3d all = hold.weights * kElasticWeight * direction.normalized();
+        for (std::size_t i = 0; i < 8; ++i)
+        {
+            all += answer.forces[i];
+            const Eigen::Vector3d force = hold.forces[i] + answer.forces[i];
+            const Eigen::Vector3d& n = jaws.problem.contacts[i].normal;
+            const double margin = kElasticMu * force.dot(n) - (force - force.dot(n) * n).norm();
+            EXPECT_GE(margin, -1e-6);
+            nearest = std::min(nearest, margin);
+        }
+        EXPECT_LT(all.norm(), 1e-6);
+        for (std::size_t j = 0; j < 2; ++j)
+        {
+            EXPECT_LE(std::abs(hold.torques[j] + answer.torques[static_cast<Eigen::Index>(j)]),
+                      8.0 * (1.0 + 1e-6));
+        }
+    }
+    EXPECT_LT(nearest, 0.1 * kElasticWeight);  // it is not far from slipping either
     // More is asked: as much is held.
     EXPECT_NEAR(jaws.hold(50.0).weights, hold.weights, 1e-4 * hold.weights);
     // Stronger motors hold more, smaller friction less.

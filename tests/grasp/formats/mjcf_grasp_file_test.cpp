@@ -118,6 +118,23 @@ TEST(MjcfGraspFile, SaysWhatItsPiecesAre)
                 HasSubstr("1 of the object, up to 0.25 mm"));
 }
 
+TEST(MjcfGraspFile, ASheetHasInertia)
+{
+    Exported exported(tests::makeGripper(true));
+    TriangleMesh sheet;
+    sheet.vertices = {{0.0, 0.0, 0.0}, {0.04, 0.0, 0.0}, {0.04, 0.03, 0.0}, {0.0, 0.03, 0.0}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    exported.object = makeGraspObject("sheet", std::move(sheet));
+    exported.options.mass = 0.12;
+    const std::string text = exported.text();
+    const std::string attribute = "fullinertia=\"";
+    std::istringstream numbers(text.substr(text.rfind(attribute) + attribute.size()));
+    Eigen::Vector3d moments = Eigen::Vector3d::Zero();
+    numbers >> moments.x() >> moments.y() >> moments.z();
+    const Eigen::Vector3d expected(9e-6, 16e-6, 25e-6);  // m / 12 (b^2 + c^2)
+    EXPECT_TRUE(moments.isApprox(expected, 1e-12)) << moments;
+}
+
 TEST(MjcfGraspFile, SaysWhatIsWrong)
 {
     Exported exported(tests::makeGripper(true));

@@ -322,6 +322,26 @@ TEST(TrialWorld, DropsWhatIsTooSlipperyOrNotHeld)
     EXPECT_NEAR(open.world->objectCenter().y(), -fall(kGravity, 0.1), 1e-6);
 }
 
+TEST(TrialWorld, ASheetFallsAsEverything)
+{
+    TriangleMesh sheet;
+    sheet.vertices = {
+        {0.0, -0.02, -0.02}, {0.0, 0.02, -0.02}, {0.0, 0.02, 0.02}, {0.0, -0.02, 0.02}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const GraspObject object = makeGraspObject("sheet", std::move(sheet));
+    const HandModel hand = tests::makeGripper(false);
+    TrialWorld world(hand,
+                     object,
+                     {.mass = 0.01, .friction = 0.5},
+                     Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, -0.035)),
+                     {0.0, 0.0, 0.0});
+    for (int k = 0; k < 24; ++k)
+    {
+        world.step(kStep, Eigen::Vector3d(0.0, -kGravity, 0.0), kNoForce);
+    }
+    EXPECT_NEAR(world.objectCenter().y(), -fall(kGravity, 0.1), 1e-6);
+}
+
 TEST(TrialWorld, ATableHoldsByFrictionUpToItsAngle)
 {
     constexpr double kFriction = 0.4;

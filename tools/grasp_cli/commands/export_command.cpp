@@ -1,3 +1,4 @@
+#include "bullet_ccd/math/replace_file.h"
 #include "tools/grasp_cli/answers/mjcf_pieces.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -6,9 +7,9 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 namespace bullet_ccd::tools
@@ -52,13 +53,12 @@ int exportGrasps(const ExportArguments& arguments)
         const grasp::Grasp& grasp = records.grasps[index];
         const grasp::Squeeze found = grasp::squeezeOf(hand, grasp, squeeze);
         const fs::path file = folder / fmt::format("grasp_{:02}.xml", index + 1);
-        std::ofstream out(file);
-        grasp::writeMjcf(out, hand, object, grasp, found, pieces, options);
-        out.close();
-        if (!out)
+        std::ostringstream model;
+        grasp::writeMjcf(model, hand, object, grasp, found, pieces, options);
+        if (const std::error_code error = replaceFile(file, {model.str()}))
         {
-            throw std::runtime_error(file.string() +
-                                     ": cannot be written: give a folder that can, with --output");
+            throw std::runtime_error(file.string() + ": " + error.message() +
+                                     ": give a folder that can be written, with --output");
         }
         fmt::print(
             "{}{}\n", file.string(), found.exists() ? "" : ": without a squeeze: " + found.reason);
@@ -104,17 +104,7 @@ void addExportCommand(CLI::App& app, int& exitCode)
         ->type_name("FOLDER")
         ->required()
         ->group("Output");
-    addMassOption(
-        *command, arguments->mass, 1e-6, "The mass of the object [kg]. Default: that of the plan.")
-        ->group("Squeeze");
-    addSqueezeOptions(*command, arguments->squeeze);
-    command
-        ->add_option("--friction",
-                     arguments->friction,
-                     "Coulomb's coefficient of all contacts. Default: that of the plan.")
-        ->type_name("MU")
-        ->check(within(1e-6, 10.0))
-        ->group("Model");
+    addRecordSqueezeOptions(*command, arguments->mass, arguments->friction, arguments->squeeze);
     command
         ->add_option("--torsion",
                      arguments->mjcf.torsion,

@@ -342,17 +342,7 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->type_name("NAME")
         ->capture_default_str()
         ->group("Load");
-    addMassOption(
-        *command, arguments->mass, 1e-6, "The mass of the object [kg]. Default: that of the plan.")
-        ->group("Squeeze");
-    addSqueezeOptions(*command, arguments->squeeze);
-    command
-        ->add_option("--friction",
-                     arguments->friction,
-                     "Coulomb's coefficient of all contacts. Default: that of the plan.")
-        ->type_name("MU")
-        ->check(within(1e-6, 10.0))
-        ->group("Load");
+    addRecordSqueezeOptions(*command, arguments->mass, arguments->friction, arguments->squeeze);
     command
         ->add_option("--surface-friction",
                      arguments->surfaceFriction,

@@ -2,6 +2,7 @@
 
 #include "grasp/force/grasp_forces.h"
 #include "tools/grasp_cli/options/effort_option.h"
+#include "tools/grasp_cli/options/mass_option.h"
 #include "tools/support/option_values.h"
 #include "tools/support/text_table.h"
 
@@ -34,6 +35,23 @@ void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments)
         ->type_name("E")
         ->check(parsedBy(parseEffort))
         ->group("Squeeze");
+}
+
+void addRecordSqueezeOptions(CLI::App& command,
+                             std::optional<double>& mass,
+                             std::optional<double>& friction,
+                             SqueezeArguments& arguments)
+{
+    addMassOption(command, mass, 1e-6, "The mass of the object [kg]. Default: that of the plan.")
+        ->group("Squeeze");
+    command
+        .add_option("--friction",
+                    friction,
+                    "Coulomb's coefficient of all contacts. Default: that of the plan.")
+        ->type_name("MU")
+        ->check(within(1e-6, 10.0))
+        ->group("Squeeze");
+    addSqueezeOptions(command, arguments);
 }
 
 std::vector<std::string> independentJointNames(const KinematicTree& tree)

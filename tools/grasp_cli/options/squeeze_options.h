@@ -1,4 +1,4 @@
-/// Options of squeezes, shared by `grasp plan` and `grasp trial`.
+/// Options of squeezes, shared by `grasp plan`, `grasp trial` and `grasp export`.
 #pragma once
 
 #include "bullet_ccd/io/robot_file.h"
@@ -20,6 +20,12 @@ struct SqueezeArguments
 
 /// Adds --firmness and --effort; the commands have --mass, each with its own words.
 void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments);
+
+/// Adds these, and --mass and --friction for what otherwise a plan says.
+void addRecordSqueezeOptions(CLI::App& command,
+                             std::optional<double>& mass,
+                             std::optional<double>& friction,
+                             SqueezeArguments& arguments);
 
 /// Throws std::runtime_error for a joint that the robot does not have, or an effort that is 0.
 [[nodiscard]] grasp::SqueezeOptions squeezeOptionsOf(const SqueezeArguments& arguments,
