@@ -27,10 +27,12 @@ public:
 
     explicit btCcdPushes(btDiscreteDynamicsWorld& world) : m_world(world) {}
 
-    /// Remembers all poses, at the end of a step, if anything touches.
-    void noteEnd()
+    /// Remembers all poses, at the end of a step, if anything touches, or may be deep in contact in
+    /// the next step without having touched in this one.
+    /// @param kinematic there are objects that move so: contacts see them where they will be
+    void noteEnd(bool kinematic)
     {
-        if (mayPush())
+        if (mayPush() || (kinematic && m_world.getSolverInfo().m_splitImpulse != 0))
         {
             notePoses();
         }

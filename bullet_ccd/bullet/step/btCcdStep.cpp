@@ -10,6 +10,7 @@
 #include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
+#include <array>
 
 namespace
 {
@@ -293,7 +294,7 @@ void btCcdStep::rollBack(btScalar timeStep)
         takeBack(timeStep);
         m_triggers.end();
     }
-    m_pushes.noteEnd();
+    m_pushes.noteEnd(m_stepper.tracker().seesKinematic());
     m_stepper.endStep();
     m_counters.m_unsupported = m_stepper.unsupported();
     m_triggers.tell(m_listener);
@@ -377,6 +378,10 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
             }
             continue;
         }
+        if (carryAlong(impact, remaining))
+        {
+            continue;
+        }
         if (steps.m_count <= kStuck || event.m_gaveUp)
         {
             holdBoth(impact);
@@ -411,9 +416,12 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
             push(impact, remaining, true);
         }
     }
-    for (btCollisionObject* object : m_pushed)
+    for (auto pushed = m_pushed.begin(); pushed != m_pushed.end(); ++pushed)
     {
-        goOn(object, remaining);
+        if (std::find(m_pushed.begin(), pushed, *pushed) == pushed)
+        {
+            goOn(*pushed, remaining);
+        }
     }
     m_pushed.clear();
 }
@@ -449,8 +457,7 @@ void btCcdStep::push(const btCcdImpact& impact, btScalar remaining, bool isStuck
             part(impact, btScalar(0));
             m_pushed.push_back(object);
         }
-        else if (body.m_rigidBody != nullptr && fate.m_yield != btCcdYield::Held &&
-                 carry(impact, side, *other, remaining))
+        else if (body.m_rigidBody != nullptr && carry(impact, side, *other, remaining))
         {
             m_pushed.push_back(object);
         }
@@ -460,6 +467,37 @@ void btCcdStep::push(const btCcdImpact& impact, btScalar remaining, bool isStuck
             squeeze(impact, object);
         }
     }
+}
+
+/// What a body that is carried runs into is carried along, too: held, it would hold that body, and
+/// the kinematic object would run it over. False if neither is carried, or that cannot be.
+bool btCcdStep::carryAlong(const btCcdImpact& impact, btScalar remaining)
+{
+    const std::array<btCollisionObject*, 2> objects{impact.m_objectA, impact.m_objectB};
+    if (!std::ranges::all_of(objects,
+                             [](btCollisionObject* object)
+                             {
+                                 const btCcdBody body = btCcdBody::of(object);
+                                 return body.isFree() && body.m_rigidBody != nullptr;
+                             }))
+    {
+        return false;
+    }
+    const std::array fates{&m_fates[btCcdBody::of(objects[0])],
+                           &m_fates[btCcdBody::of(objects[1])]};
+    // The one that is farther from what carries it can give way.
+    const int side = fates[0]->m_carrier == nullptr || (fates[1]->m_carrier != nullptr &&
+                                                        fates[0]->m_chain > fates[1]->m_chain)
+                         ? 0
+                         : 1;
+    const Fate& carried = *fates[std::size_t(1 - side)];
+    if (carried.m_carrier == nullptr || !carry(impact, side, *carried.m_carrier, remaining))
+    {
+        return false;
+    }
+    fates[std::size_t(side)]->m_chain = carried.m_chain + 1;
+    m_pushed.insert(m_pushed.end(), objects.begin(), objects.end());
+    return true;
 }
 
 /// Answers as a world does, in the middle of the step, and everything in the island goes on from
@@ -487,8 +525,10 @@ bool btCcdStep::solveBack(const std::vector<btCcdImpact>& impacts,
     {
         if (ends.erase(object) != 0)
         {
+            keepCarried(btCcdBody::of(object));
             m_stepper.changed(*object);
             goOn(object, remaining);
+            std::erase(m_pushed, object);
         }
     }
     for (const auto& [object, end] : ends)
@@ -600,7 +640,7 @@ void btCcdStep::suspendStockClamping()
 void btCcdStep::end()
 {
     m_triggers.end();
-    m_pushes.noteEnd();
+    m_pushes.noteEnd(m_stepper.tracker().seesKinematic());
     m_stepper.endStep();
     for (const auto& [body, threshold] : m_stockThresholds)
     {
@@ -921,17 +961,21 @@ void btCcdStep::tell(const btCollisionObject* object, btCcdYield how, const btCc
 void btCcdStep::keepStopped(const btCcdBody& body)
 {
     const auto known = m_fates.find(body);
-    if (known == m_fates.end() || !known->second.m_yield)
+    if (known != m_fates.end() && isStopped(known->second))
     {
-        return;
+        btCcdStop(body);
     }
-    Fate& fate = known->second;
-    if (fate.m_yield == btCcdYield::Carried)
+    keepCarried(body);
+}
+
+/// Nor does it throw what is carried.
+void btCcdStep::keepCarried(const btCcdBody& body)
+{
+    const auto known = m_fates.find(body);
+    if (known != m_fates.end() && known->second.m_yield == btCcdYield::Carried)
     {
-        fate.m_own->restore();
-        return;
+        known->second.m_own->restore();
     }
-    btCcdStop(body);
 }
 
 void btCcdStep::solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer)

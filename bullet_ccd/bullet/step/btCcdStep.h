@@ -72,6 +72,7 @@ private:
         std::optional<btCcdVelocities> m_own;    // before it was stopped
         std::optional<btCcdVelocities> m_after;  // of what is carried
         const btCollisionObject* m_carrier = nullptr;
+        int m_chain = 0;  // of bodies between the carrier and what it carries
     };
 
     btDiscreteDynamicsWorld& m_world;
@@ -139,6 +140,7 @@ private:
     void squeeze(const btCcdImpact& impact, btCollisionObject* object);
     void tell(const btCollisionObject* object, btCcdYield how, const btCcdImpact& impact);
     void keepStopped(const btCcdBody& body);
+    void keepCarried(const btCcdBody& body);
     [[nodiscard]] static bool isStopped(const Fate& fate)
     {
         return fate.m_yield && fate.m_yield != btCcdYield::Carried;
@@ -148,6 +150,7 @@ private:
     void answerBack(const btCcdStepper::Event& event, btScalar remaining);
     [[nodiscard]] bool isFirstPush(const btCcdImpact& impact);
     void push(const btCcdImpact& impact, btScalar remaining, bool isStuck);
+    bool carryAlong(const btCcdImpact& impact, btScalar remaining);
     bool solveBack(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer, btScalar remaining);
     void goOn(btCollisionObject* object, btScalar remaining);
     void countHold(const btCcdBody& body, btScalar remaining);

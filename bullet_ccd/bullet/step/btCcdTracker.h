@@ -195,6 +195,8 @@ public:
     [[nodiscard]] bool seesStockClamping() const { return m_isClamped; }
     /// True if there is an object without contact response.
     [[nodiscard]] bool seesTriggers() const { return m_hasTriggers; }
+    /// That are active, in this step.
+    [[nodiscard]] bool seesKinematic() const { return !m_ways.empty(); }
     [[nodiscard]] bool isTeleported(const btCollisionObject& object) const
     {
         return m_teleported.count(&object) != 0;

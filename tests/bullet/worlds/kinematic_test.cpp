@@ -112,6 +112,54 @@ TEST_P(Kinematic, LiftIsNotCrossedByWhatMovesAlongWithIt)
     }
 }
 
+TEST_P(Kinematic, LayersThatLandOnEachOtherOnALiftStayLayers)
+{
+    // Bullet's contacts see the lift up to 33 cm ahead, so that the lowest layer is pushed up into
+    // the others in the first step, and they land while the lift runs into what they land on.
+    constexpr double kTop = 0.005;
+    constexpr double kHalf = 0.05;
+    for (const double speed : {1.0, 3.0, 4.0, 6.0, 10.0, 20.0})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -9.81));
+        btRigidBody* lift = scene.body(scene.boxMesh(vec(2, 2, kTop)), 0.0, poseAt(vec(0, 0, 0)));
+        lift->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        lift->setActivationState(DISABLE_DEACTIVATION);
+        std::vector<btRigidBody*> layers;
+        for (int i = 0; i < 6; ++i)
+        {
+            const int layer = i % 3;
+            // The layers of one of the two columns are faster.
+            const double gap = i < 3 ? 0.005 : 0.02;
+            const double height = kTop + 0.015 + kHalf + layer * (2.0 * kHalf + gap);
+            layers.push_back(scene.body(scene.boxMesh(vec(kHalf, kHalf, kHalf)),
+                                        1.0,
+                                        poseAt(vec(i < 3 ? -0.5 : 0.5, 0, height))));
+            layers.back()->setLinearVelocity(vec(0, 0, i < 3 ? speed : 0.0));
+        }
+        double height = 0.0;
+        for (int step = 0; step < 80; ++step)
+        {
+            lift->setWorldTransform(poseAt(vec(0, 0, height)));
+            scene.step(kFrame);
+            for (std::size_t i = 0; i < layers.size(); ++i)
+            {
+                const bool isLowest = i % 3 == 0;
+                const btRigidBody& below = isLowest ? *lift : *layers[i - 1];
+                const double apart = double(layers[i]->getWorldTransform().getOrigin().distance(
+                    below.getWorldTransform().getOrigin()));
+                const double above = double(layers[i]->getWorldTransform().getOrigin().z() -
+                                            below.getWorldTransform().getOrigin().z());
+                ASSERT_GT(isLowest ? above : apart, (isLowest ? kTop : kHalf) + kHalf)
+                    << speed << " m/s, step " << step << ", layer " << i;
+            }
+            height += speed * kFrame;
+        }
+        EXPECT_EQ(scene.counters().m_squeezed, 0);
+        EXPECT_EQ(scene.counters().m_overlaps, 0);
+    }
+}
+
 TEST_P(Kinematic, ObjectStaysWhereItHasBeenPutWhileOthersArePushedOutOfIt)
 {
     Scene scene(GetParam(), WorldClass::Rigid);
