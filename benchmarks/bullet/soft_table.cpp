@@ -2,6 +2,7 @@
 /// check, and what the check costs beside the rest of the same steps.
 #include "benchmarks/reference/bullet/soft_scene.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/sandbox.h"
 #include "benchmarks/support/table.h"
@@ -28,6 +29,7 @@ struct Arguments
     double seconds = 0.4;
     double stockSeconds = 5.0;
     bool quick = false;
+    std::string checkpoint = {};
     std::vector<std::string> floors{"box", "plate", "ball", "torus", "cup", "figure"};
 };
 
@@ -122,11 +124,54 @@ Outcome drop(SoftWorld kind,
     return outcome;
 }
 
+/// Both worlds on the same drop; without the columns of stock Bullet where that crashes.
+nlohmann::json measured(
+    const Arguments& arguments, const std::string& floor, int cloths, double speed, double rate)
+{
+    const auto stock = benchmarks::sandboxedAnswer<Outcome>(
+        1e4, [&] { return drop(SoftWorld::Stock, arguments, floor, speed, rate, cloths); });
+    const Outcome ours = drop(SoftWorld::Solver, arguments, floor, speed, rate, cloths);
+    nlohmann::json row{{"floor", floor},
+                       {"cloths", cloths},
+                       {"speed", int(speed)},
+                       {"rate", int(rate)},
+                       {"through", ours.verdict.through},
+                       {"crossing", ours.verdict.crossing},
+                       {"isClean", ours.verdict.isClean()},
+                       {"rest", ours.milliseconds},
+                       {"check", ours.check},
+                       {"worst", ours.worst},
+                       {"toRest", ours.check / ours.milliseconds}};
+    if (stock.end == benchmarks::SandboxEnd::Answered)
+    {
+        row["lost"] = stock.answer.verdict.through;
+        row["stock"] = stock.answer.milliseconds;
+        row["toStock"] = ours.check / stock.answer.milliseconds;
+    }
+    return row;
+}
+
+/// Times of drops in which stock Bullet did not crash [ms of a step].
+struct Sum
+{
+    double check = 0.0;
+    double stock = 0.0;
+    double rest = 0.0;
+
+    void add(const nlohmann::json& row)
+    {
+        check += row["check"].get<double>();
+        stock += row["stock"].get<double>();
+        rest += row["rest"].get<double>();
+    }
+};
+
 bool run(const Arguments& arguments)
 {
+    const char* const precision = sizeof(btScalar) == 4 ? "single" : "double";
     fmt::print("cloth of {} triangles, {} precision; ms of processor time a step\n",
                2 * arguments.cells * arguments.cells,
-               sizeof(btScalar) == 4 ? "single" : "double");
+               precision);
     const Table table(
         "floor:<6|cloths:>6|m/s=speed:>4|1/s=rate:>4|stock through=lost:>13|"
         "through:>7|crossing:>8|stock ms=stock:>8.2f|rest ms=rest:>8.2f|"
@@ -134,46 +179,60 @@ bool run(const Arguments& arguments)
     using Doubles = std::vector<double>;
     const Doubles speeds = arguments.quick ? Doubles{20.0} : Doubles{1.0, 5.0, 20.0, 50.0};
     const Doubles rates = arguments.quick ? Doubles{60.0} : Doubles{30.0, 60.0, 120.0, 240.0};
+    const std::string file = arguments.checkpoint + "." + precision;
+    const nlohmann::json settings{{"precision", precision},
+                                  {"cells", arguments.cells},
+                                  {"seconds", arguments.seconds},
+                                  {"stockSeconds", arguments.stockSeconds}};
+    const bool isKept = !arguments.checkpoint.empty();
+    nlohmann::json rows = nlohmann::json::object();
+    if (isKept)
+    {
+        rows = benchmarks::loadCheckpoint(file, settings).value_or(rows);
+    }
     int wrong = 0;
-    double mean = 0.0;  // of the floors: checks over stock steps
+    double mean = 0.0;  // of the floors, one cloth and two: checks over stock steps
     for (const std::string& floor : arguments.floors)
     {
-        std::array<double, 3> sum{};  // of check, stock and rest, where stock Bullet does not crash
+        std::array<Sum, 3> sums;  // all, of one cloth, of two
         for (int i = 0; i < 2 * int(speeds.size() * rates.size()); ++i)
         {
             const double rate = rates[std::size_t(i) % rates.size()];
             const double speed = speeds[std::size_t(i) / rates.size() % speeds.size()];
             const int cloths = 1 + i / int(speeds.size() * rates.size());
-            const auto stock = benchmarks::sandboxedAnswer<Outcome>(
-                1e4, [&] { return drop(SoftWorld::Stock, arguments, floor, speed, rate, cloths); });
-            const Outcome ours = drop(SoftWorld::Solver, arguments, floor, speed, rate, cloths);
-            nlohmann::json row{{"floor", floor},
-                               {"cloths", cloths},
-                               {"speed", int(speed)},
-                               {"rate", int(rate)},
-                               {"through", ours.verdict.through},
-                               {"crossing", ours.verdict.crossing},
-                               {"rest", ours.milliseconds},
-                               {"check", ours.check},
-                               {"worst", ours.worst},
-                               {"toRest", ours.check / ours.milliseconds}};
-            if (stock.end == benchmarks::SandboxEnd::Answered)
+            nlohmann::json& row = rows[fmt::format("{} {} {} {}", floor, cloths, speed, rate)];
+            if (row.is_null())
             {
-                row["lost"] = stock.answer.verdict.through;
-                row["stock"] = stock.answer.milliseconds;
-                row["toStock"] = ours.check / stock.answer.milliseconds;
-                sum[0] += ours.check;
-                sum[1] += stock.answer.milliseconds;
-                sum[2] += ours.milliseconds;
+                row = measured(arguments, floor, cloths, speed, rate);
+                if (isKept)
+                {
+                    benchmarks::saveCheckpoint(file, settings, rows);
+                }
             }
             table.print(row);
-            wrong += ours.verdict.isClean() ? 0 : 1;
+            wrong += row["isClean"].get<bool>() ? 0 : 1;
+            if (row.contains("stock"))
+            {
+                sums[0].add(row);
+                sums[std::size_t(cloths)].add(row);
+            }
         }
-        mean += sum[0] / sum[1] / double(arguments.floors.size());
-        fmt::print("{}: all checks / stock steps = {:.2f}, ", floor, sum[0] / sum[1]);
-        fmt::print("/ the rest of the steps = {:.2f}\n", sum[0] / sum[2]);
+        const auto toStock = [&](std::size_t i) { return sums[i].check / sums[i].stock; };
+        mean += (toStock(1) + toStock(2)) / (2.0 * double(arguments.floors.size()));
+        fmt::print("{}, {}: checks / stock steps = {:.2f} with one cloth, {:.2f} with two, ",
+                   floor,
+                   precision,
+                   toStock(1),
+                   toStock(2));
+        fmt::print("{:.2f} of all; / the rest of the steps = {:.2f} of all\n",
+                   toStock(0),
+                   sums[0].check / sums[0].rest);
     }
-    fmt::print("mean of the floors: checks / stock steps = {:.2f}\n", mean);
+    fmt::print(
+        "mean of {} floors with one cloth and two, {} precision: checks / stock steps = {:.2f}\n",
+        arguments.floors.size(),
+        precision,
+        mean);
     fmt::print("{} drops with something through, crossing or not finite\n", wrong);
     return wrong == 0;
 }
@@ -193,6 +252,9 @@ int main(int argc, char** argv)
                       &arguments.stockSeconds,
                       "after which a drop in stock Bullet ends [s]"},
                      {"--floors", &arguments.floors, "box, plate, ball, torus, cup, figure"},
-                     {"--quick", &arguments.quick, "one speed and one rate"}},
+                     {"--quick", &arguments.quick, "one speed and one rate"},
+                     {"--checkpoint",
+                      &arguments.checkpoint,
+                      "keeps finished drops in this file: the next run does not repeat them"}},
          .run = [&] { return run(arguments); }});
 }

@@ -3,6 +3,7 @@
 #include "benchmarks/peers/bullet_peer.h"
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/reference/catalogue/cases.h"
+#include "benchmarks/reference/catalogue/catalogue.h"
 #include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/queries/soak_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
@@ -247,7 +248,7 @@ struct CatalogueOptions
 {
     double limit = 30.0;      ///< seconds for a case
     double peerLimit = 30.0;  ///< and for a peer, at most
-    std::string only = {};    ///< one case, by its id
+    std::string only = {};    ///< cases, by their id or group
 };
 
 /// What a code that is asked for a time may be early, and rounding of its times.
@@ -379,7 +380,7 @@ json runCatalogue(const CatalogueOptions& options)
     std::vector<std::map<std::string, int>> sums(methods.size());
     for (const RigidCase& tested : rigidCases())
     {
-        if (!options.only.empty() && options.only != tested.id)
+        if (!tested.id.starts_with(options.only))
         {
             continue;
         }
@@ -421,10 +422,19 @@ json runCatalogue(const CatalogueOptions& options)
         }
         fmt::print("{}: {}\n", methods[i].name, counts);
     }
-    if (table["cases"].empty())
+    bool isAny = !table["cases"].empty();
+    for (const CatalogueRow& row : catalogueRows())
+    {
+        if (!options.only.empty() && row.id.starts_with(options.only) && row.where != kIsCase)
+        {
+            fmt::print("{}: {}: a property, held by the test {}\n", row.id, row.title, row.where);
+            isAny = true;
+        }
+    }
+    if (!isAny)
     {
         throw std::invalid_argument("--only " + options.only +
-                                    ": no such case: see benchmarks/reference/catalogue");
+                                    ": no such case or group: see benchmarks/reference/catalogue");
     }
     for (const json& failure : table["failures"])
     {
@@ -462,7 +472,7 @@ int main(int argc, char** argv)
              "case.",
          .options = {{"-o,--output", &output, "JSON file to write"},
                      {"--limit", &options.limit, "seconds of processor time that a case may take"},
-                     {"--only", &options.only, "one case, by its id"},
+                     {"--only", &options.only, "a case by its id, or a group by its letter"},
                      {"--quick", &quick, "two seconds for a case of a peer"}},
          .run = run});
 }

@@ -2,7 +2,7 @@
 /// README.md and are read from there.
 ///
 /// The letter of an id is its group. Rows with cases (cases.h) run through all methods; the others
-/// are properties, tested where they are named, or need bodies that deform.
+/// are properties, tested where they are named.
 #pragma once
 
 #include <string>
@@ -16,11 +16,10 @@ struct CatalogueRow
     std::string id;
     std::string group;  ///< its title
     std::string title;  ///< the set-up and what is hard about it
-    std::string where;  ///< kIsCase, kDeformable, or "`Suite.Name`", a test, for a property
+    std::string where;  ///< kIsCase, or "`Suite.Name`", a test, for a property
 };
 
 inline constexpr std::string_view kIsCase = "case, all methods";
-inline constexpr std::string_view kDeformable = "comes with deformable bodies";
 
 /// All rows, ordered by id. Throws std::runtime_error if README.md is not where it was when this
 /// was compiled.

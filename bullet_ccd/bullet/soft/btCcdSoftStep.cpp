@@ -121,7 +121,6 @@ btTransform carried(const btTransform& pose, const btCcdSoftPart& carrier)
 }
 
 /// True if more than rounding is between the two.
-
 bool isTurned(const btTransform& from, const btTransform& to)
 {
     btScalar most = 0;
@@ -274,7 +273,7 @@ void btCcdSoftStep::run(const btAlignedObjectArray<btSoftBody*>& bodies, btScala
         return;
     }
     keepForDrawing(near.contacts);
-    answerOnce(firstOf(near.contacts), false, response);
+    answerFirst(near.contacts, false, response);
     m_counters.m_contacts += std::int64_t(near.contacts.size());
     if (near.contacts.empty() && !isAnyLeftOut && response.isEmpty())
     {
@@ -353,14 +352,47 @@ void btCcdSoftStep::answer(const DeformableContact& contact,
                  isForced);
 }
 
-void btCcdSoftStep::answerOnce(const std::vector<DeformableContact>& contacts,
-                               bool isForced,
-                               btCcdSoftResponse& response)
+void btCcdSoftStep::answerFirst(const std::vector<DeformableContact>& contacts,
+                                bool isForced,
+                                btCcdSoftResponse& response)
 {
+    std::vector<double> last(m_parts.size(), 1.0);  // time of what counts as first, by part
+    const auto partsOf = [](const DeformableContact& contact) {
+        return std::array{std::size_t(contact.bodyA), std::size_t(contact.bodyB)};
+    };
+    std::map<const void*, double> earliest;  // by body; its parts go on as one
+    for (const DeformableContact& contact : contacts)
+    {
+        for (const std::size_t part : partsOf(contact))
+        {
+            last[part] = std::min(last[part], contact.time);
+        }
+    }
+    for (std::size_t i = 0; i < m_parts.size(); ++i)
+    {
+        if (yieldingBody(*m_parts[i]) != nullptr)
+        {
+            double& time = earliest.try_emplace(bodyOf(*m_parts[i]), 1.0).first->second;
+            time = std::min(time, last[i]);
+        }
+    }
+    for (std::size_t i = 0; i < m_parts.size(); ++i)
+    {
+        const btCcdSoftPart& part = *m_parts[i];
+        const auto known = earliest.find(bodyOf(part));
+        last[i] = 1.0;
+        if (known != earliest.end())
+        {
+            const double way =
+                double(part.m_startPose.getOrigin().distance(part.m_endPose.getOrigin()));
+            last[i] = known->second + kWindow * m_keep / std::max(way, m_keep);
+        }
+    }
     SamePoints points(contacts.size());
     for (const DeformableContact& contact : contacts)
     {
-        if (points.isNew(contact))
+        const auto isFirst = [&](std::size_t part) { return contact.time <= last[part]; };
+        if (std::ranges::all_of(partsOf(contact), isFirst) && points.isNew(contact))
         {
             answer(contact, isForced, response);
         }
@@ -615,49 +647,6 @@ void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
     }
 }
 
-std::vector<DeformableContact> btCcdSoftStep::firstOf(
-    const std::vector<DeformableContact>& contacts) const
-{
-    const auto bodiesOf = [this](const DeformableContact& contact)
-    {
-        return std::array{yieldingBody(*m_parts[std::size_t(contact.bodyA)]),
-                          yieldingBody(*m_parts[std::size_t(contact.bodyB)])};
-    };
-    std::map<const btRigidBody*, double> last;  // time of what counts as first
-    for (const DeformableContact& contact : contacts)
-    {
-        for (const btRigidBody* body : bodiesOf(contact))
-        {
-            if (body != nullptr)
-            {
-                const auto known = last.try_emplace(body, contact.time).first;
-                known->second = std::min(known->second, contact.time);
-            }
-        }
-    }
-    for (const btCcdSoftPart* part : m_parts)
-    {
-        const auto known = last.find(yieldingBody(*part));
-        if (known != last.end())
-        {
-            const double way =
-                double(part->m_startPose.getOrigin().distance(part->m_endPose.getOrigin()));
-            known->second += kWindow * m_keep / std::max(way, m_keep);
-        }
-    }
-    std::vector<DeformableContact> first;
-    std::ranges::copy_if(contacts,
-                         std::back_inserter(first),
-                         [&](const DeformableContact& contact)
-                         {
-                             return std::ranges::all_of(
-                                 bodiesOf(contact),
-                                 [&](const btRigidBody* body)
-                                 { return body == nullptr || contact.time <= last.at(body); });
-                         });
-    return first;
-}
-
 void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
 {
     for (int i = 0; i <= kBendings; ++i)
@@ -680,7 +669,7 @@ void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
             break;
         }
         ++m_counters.m_rounds;
-        answerOnce(firstOf(left), i == kBendings, response);
+        answerFirst(left, i == kBendings, response);
     }
     shortenPaths(response);
 }

@@ -88,15 +88,13 @@ private:
     void answer(const bullet_ccd::DeformableContact& contact,
                 bool isForced,
                 btCcdSoftResponse& response);
-    /// Those between the same two points only once.
-    void answerOnce(const std::vector<bullet_ccd::DeformableContact>& contacts,
-                    bool isForced,
-                    btCcdSoftResponse& response);
-    /// Less those of rigid bodies with something near already that come near later in the step:
-    /// on their way through what is near, where normals may be any. Once that has turned their way
-    /// aside they are found again, if they are there.
-    [[nodiscard]] std::vector<bullet_ccd::DeformableContact> firstOf(
-        const std::vector<bullet_ccd::DeformableContact>& contacts) const;
+    /// Those between the same two points only once. Left out are those of rigid bodies with
+    /// something near already that come near later in the step: on their way through what is near,
+    /// where normals may be any. Once that has turned their way aside they are found again, if they
+    /// are there.
+    void answerFirst(const std::vector<bullet_ccd::DeformableContact>& contacts,
+                     bool isForced,
+                     btCcdSoftResponse& response);
     [[nodiscard]] bool isTested(const btCcdSoftPart& a, const btCcdSoftPart& b) const;
     [[nodiscard]] bool isHeld(const btCcdSoftPart& part) const;
     /// Of colliders neither of which is soft: they have met before, where both went freely.
