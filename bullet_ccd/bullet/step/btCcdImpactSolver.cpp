@@ -523,11 +523,12 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
         reach(*impact.m_objectA);
         reach(*impact.m_objectB);
     }
+    const std::size_t met = m_reached.size();
     for (std::size_t i = 0; i < m_reached.size(); ++i)
     {
         const btCollisionObject& object = at(m_reached[i]);
         reachJoined(object);
-        reachTouching(object);
+        reachTouching(object, i < met);
     }
     std::sort(m_reached.begin(), m_reached.end());
     m_objects.clear();
@@ -606,9 +607,10 @@ void btCcdImpactSolver::reachJoined(const btCollisionObject& object)
 }
 
 /// Every contact is found from the end that is reached first.
-void btCcdImpactSolver::reachTouching(const btCollisionObject& object)
+/// @param met its contacts are those of the present time
+void btCcdImpactSolver::reachTouching(const btCollisionObject& object, bool met)
 {
-    btDispatcher& dispatcher = *m_world.getDispatcher();
+    auto& dispatcher = static_cast<btCollisionDispatcher&>(*m_world.getDispatcher());
     btManifoldArray manifolds;
     const int index = object.getWorldArrayIndex();
     for (const int other : m_touching[std::size_t(index)])
@@ -620,13 +622,20 @@ void btCcdImpactSolver::reachTouching(const btCollisionObject& object)
         {
             continue;
         }
-        const btBroadphasePair* pair = m_world.getPairCache()->findPair(
+        btBroadphasePair* pair = m_world.getPairCache()->findPair(
             const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle()),
             partner.getBroadphaseHandle());
         if (pair == nullptr || pair->m_algorithm == nullptr ||
             !dispatcher.needsResponse(&object, &partner))
         {
             continue;
+        }
+        if (partner.isKinematicObject() && !met)
+        {
+            // Bullet has found the contacts of the two where the kinematic one is to be.
+            m_progress.bring(object);
+            m_progress.bring(partner);
+            dispatcher.getNearCallback()(*pair, dispatcher, m_world.getDispatchInfo());
         }
         manifolds.resize(0);
         pair->m_algorithm->getAllContactManifolds(manifolds);

@@ -77,7 +77,7 @@ private:
     void collect(const std::vector<btCcdImpact>& impacts);
     void reach(const btCollisionObject& object);
     void reachJoined(const btCollisionObject& object);
-    void reachTouching(const btCollisionObject& object);
+    void reachTouching(const btCollisionObject& object, bool met);
     [[nodiscard]] bool isContactKnown(const btCcdImpact& impact) const;
     void addMissingContacts(const std::vector<btCcdImpact>& impacts);
     void addContactsOfOverlap(const btCcdImpact& impact);

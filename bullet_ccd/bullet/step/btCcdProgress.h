@@ -40,6 +40,11 @@ public:
     /// asks for its pose.
     void bring(const btCollisionObject& object)
     {
+        if (m_placeKinematic && object.isKinematicObject())
+        {
+            m_placeKinematic(object);
+            return;
+        }
         if (m_place)
         {
             m_place(object);
@@ -61,6 +66,11 @@ public:
     }
     /// While a motion that is done is looked at: how an object gets there; empty: it stays.
     void setPlace(const std::function<void(const btCollisionObject&)>& place) { m_place = place; }
+    /// How a kinematic object gets there; empty: it stays.
+    void setPlaceKinematic(const std::function<void(const btCollisionObject&)>& place)
+    {
+        m_placeKinematic = place;
+    }
     void bringAll()
     {
         const btAlignedObjectArray<btRigidBody*>& bodies = m_world.getNonStaticRigidBodies();
@@ -83,6 +93,7 @@ private:
     btCcdSpins& m_spins;
     const Integrate* m_integrate = nullptr;
     std::function<void(const btCollisionObject&)> m_place;
+    std::function<void(const btCollisionObject&)> m_placeKinematic;
     btScalar m_now = 0;
     std::vector<btScalar> m_times;  // by index in the world
 

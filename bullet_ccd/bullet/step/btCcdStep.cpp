@@ -46,49 +46,33 @@ constexpr int kPushes = 2;
 constexpr int kSolvings = 12;
 constexpr btScalar kDrag = btScalar(0.5);
 
-/// The kinematic objects of impacts, where they are in the middle of the step: Bullet leaves them
-/// where the step began for it. One that moves without a velocity gets that of its way.
+/// The kinematic objects that an impact or the solver comes by, where they are in the middle of the
+/// step: Bullet leaves them where the step began for it. One that moves without a velocity gets
+/// that of its way.
 class KinematicInPlace
 {
 public:
     KinematicInPlace(const std::vector<btCcdImpact>& impacts,
                      btCcdStepper& stepper,
+                     btCcdProgress& progress,
                      btScalar remaining)
+        : m_stepper(stepper), m_progress(progress), m_remaining(remaining)
     {
+        m_progress.setPlaceKinematic([this](const btCollisionObject& object) { place(object); });
         for (const btCcdImpact& impact : impacts)
         {
-            for (btCollisionObject* object : {impact.m_objectA, impact.m_objectB})
-            {
-                btRigidBody* body = btRigidBody::upcast(object);
-                const btCcdObjectMotion* motion = body != nullptr && body->isKinematicObject()
-                                                      ? stepper.motionOf(*body)
-                                                      : nullptr;
-                if (motion == nullptr)
-                {
-                    continue;
-                }
-                m_saved.push_back({body,
-                                   body->getWorldTransform(),
-                                   body->getLinearVelocity(),
-                                   body->getAngularVelocity()});
-                body->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
-                const auto* rigid = std::get_if<bullet_ccd::RigidMotion>(&motion->m_motion);
-                if (rigid != nullptr && remaining > btScalar(0) && isStill(*body))
-                {
-                    body->setLinearVelocity(btCcdToBullet(rigid->v_W) / remaining);
-                    body->setAngularVelocity(btCcdToBullet(rigid->w_W) / remaining);
-                }
-            }
+            place(*impact.m_objectA);
+            place(*impact.m_objectB);
         }
     }
-    /// In reverse: a body in two impacts has been saved twice.
     ~KinematicInPlace()
     {
-        for (auto saved = m_saved.rbegin(); saved != m_saved.rend(); ++saved)
+        m_progress.setPlaceKinematic({});
+        for (const Saved& saved : m_saved)
         {
-            saved->m_body->setWorldTransform(saved->m_pose);
-            saved->m_body->setLinearVelocity(saved->m_velocity);
-            saved->m_body->setAngularVelocity(saved->m_spin);
+            saved.m_body->setWorldTransform(saved.m_pose);
+            saved.m_body->setLinearVelocity(saved.m_velocity);
+            saved.m_body->setAngularVelocity(saved.m_spin);
         }
     }
     KinematicInPlace(const KinematicInPlace&) = delete;
@@ -102,7 +86,37 @@ private:
         btVector3 m_velocity;
         btVector3 m_spin;
     };
+    btCcdStepper& m_stepper;
+    btCcdProgress& m_progress;
+    btScalar m_remaining;
     std::vector<Saved> m_saved;
+
+    void place(const btCollisionObject& object)
+    {
+        btRigidBody* body = btRigidBody::upcast(const_cast<btCollisionObject*>(&object));
+        if (body == nullptr || !body->isKinematicObject() ||
+            std::ranges::any_of(m_saved, [=](const Saved& saved) { return saved.m_body == body; }))
+        {
+            return;
+        }
+        m_saved.push_back({body,
+                           body->getWorldTransform(),
+                           body->getLinearVelocity(),
+                           body->getAngularVelocity()});
+        // Asking for its motion comes here again.
+        const btCcdObjectMotion* motion = m_stepper.motionOf(*body);
+        if (motion == nullptr)
+        {
+            return;
+        }
+        body->setWorldTransform(btCcdToBullet(btCcdShapePoseAt(*motion, 0.0)));
+        const auto* rigid = std::get_if<bullet_ccd::RigidMotion>(&motion->m_motion);
+        if (rigid != nullptr && m_remaining > btScalar(0) && isStill(*body))
+        {
+            body->setLinearVelocity(btCcdToBullet(rigid->v_W) / m_remaining);
+            body->setAngularVelocity(btCcdToBullet(rigid->w_W) / m_remaining);
+        }
+    }
 
     [[nodiscard]] static bool isStill(const btRigidBody& body)
     {
@@ -313,7 +327,7 @@ void btCcdStep::takeBack(btScalar timeStep)
         {
             m_stepper.advance(event.m_time);
             const btScalar remaining = timeStep - event.m_time;
-            const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
+            const KinematicInPlace kinematic(event.m_impacts, m_stepper, m_progress, remaining);
             for (const btCcdImpact& impact : event.m_impacts)
             {
                 placeBack(impact.m_objectA);
@@ -680,7 +694,7 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
         m_progress.bring(*impact.m_objectA);
         m_progress.bring(*impact.m_objectB);
     }
-    const KinematicInPlace kinematic(event.m_impacts, m_stepper, remaining);
+    const KinematicInPlace kinematic(event.m_impacts, m_stepper, m_progress, remaining);
     std::vector<btCcdImpact> bouncing;
     std::vector<btCcdImpact> again;
     std::vector<btCcdImpact> lying;
