@@ -1,354 +1,327 @@
 #include "grasp/sim/contact_program.h"
 
+#include <Eigen/LU>
+
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <limits>
 #include <numeric>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr double kFirstWeight = 0.03;  // relative to the diagonal
-constexpr int kFirstPatience = 10;     // iterations before the weight may change ..
-constexpr double kUnbalanced = 5.0;    // .. where one residual is that much above the other
-constexpr double kWeightFactor = 3.0;
-constexpr int kMostRounds = 8;  // in which bounded rows may change sides
-constexpr int kPatience = 5;    // times more iterations, for contacts alone
+/// Compliance of the method, relative to the mobility of a row: at first, how it shrinks, and the
+/// least. Newton's method finds its way the better the larger it is, and the impulses follow the
+/// faster the smaller it is.
+struct Grains
+{
+    double first;
+    double factor;
+    double least;
+};
+constexpr std::array<Grains, 2> kAttempts{Grains{0.1, 0.3, 1e-6}, Grains{1.0, 0.5, 1e-6}};
+constexpr double kSmallestGrain = 1e-9;  // of rows that nothing can move [1/kg]
+constexpr double kUnlimited = 1e15;      // bounds that are none
+constexpr double kLeastShare = 1e-6;     // of its mobility that a row has for itself
+constexpr double kFollow = 0.1;          // error at which impulses follow, of what they follow by
+constexpr int kHalvings = 5;             // of a Newton step
+constexpr double kDecrease = 0.5;        // of the error, that a step promises at least
 
-/// The point of the cone |(y, z)| <= mu x that is nearest to the contact's impulse.
-void projectOnCone(Eigen::Ref<Eigen::Vector3d> impulse, double mu)
+/// Rows that move the same bodies, directly or through others, and these bodies' velocities.
+struct Part
 {
-    const double sideways = std::hypot(impulse[1], impulse[2]);
-    if (sideways <= mu * impulse[0])
-    {
-        return;
-    }
-    if (mu * sideways <= -impulse[0])
-    {
-        impulse.setZero();
-        return;
-    }
-    const double normal = (impulse[0] + mu * sideways) / (1.0 + mu * mu);
-    impulse.tail<2>() *= mu * normal / sideways;
-    impulse[0] = normal;
-}
+    std::vector<Eigen::Index> rows;
+    std::vector<Eigen::Index> columns;
+};
 
-void project(const ContactProgram& program, Eigen::VectorXd& x)
+/// In ascending order; a contact as a whole. Bullet groups bodies by boxes that overlap, so a
+/// program may be of many things that do not touch.
+std::vector<Part> partsOf(const ContactProgram& program)
 {
+    const Eigen::Index n = program.J.rows();
     const Eigen::Index bounded = program.lower.size();
-    x.head(bounded) = x.head(bounded).cwiseMax(program.lower).cwiseMin(program.upper);
-    for (std::size_t k = 0; k < program.friction.size(); ++k)
-    {
-        const Eigen::Index row = bounded + 3 * static_cast<Eigen::Index>(k);
-        projectOnCone(x.segment<3>(row), program.friction[k]);
-    }
-}
-
-/// Gauss-Seidel: what Bullet's own sweeps do, on the matrix, from nothing.
-void sweep(const ContactProgram& program, Eigen::VectorXd& x, const ContactProgramOptions& options)
-{
-    const Eigen::MatrixXd& A = program.A;
-    const Eigen::Index bounded = program.lower.size();
-    x.setZero();
-    Eigen::VectorXd lacking = program.b;
-    double moved = 0.0;
-    const auto set = [&](Eigen::Index row, double value)
-    {
-        const double change = value - x[row];
-        x[row] = value;
-        lacking -= change * A.col(row);
-        moved = std::max(moved, std::abs(change) * A(row, row));
-    };
-    for (int round = 0; round < options.maxIterations; ++round)
-    {
-        moved = 0.0;
-        for (Eigen::Index i = 0; i < bounded; ++i)
-        {
-            set(i, std::clamp(x[i] + lacking[i] / A(i, i), program.lower[i], program.upper[i]));
-        }
-        for (std::size_t k = 0; k < program.friction.size(); ++k)
-        {
-            const Eigen::Index i = bounded + 3 * static_cast<Eigen::Index>(k);
-            set(i, std::max(0.0, x[i] + lacking[i] / A(i, i)));
-            const double step = 1.0 / std::max(A(i + 1, i + 1), A(i + 2, i + 2));
-            const Eigen::Vector2d tangent = x.segment<2>(i + 1) + step * lacking.segment<2>(i + 1);
-            const double limit = program.friction[k] * x[i];
-            const double scale = tangent.norm() > limit ? limit / tangent.norm() : 1.0;
-            set(i + 1, scale * tangent[0]);
-            set(i + 2, scale * tangent[1]);
-        }
-        if (moved < options.accuracy)
-        {
-            return;
-        }
-    }
-}
-/// Rows that move each other, directly or through others, in ascending order; a contact as a whole.
-/// Bullet groups bodies by boxes that overlap, so a program may be of many things that do not
-/// touch.
-std::vector<std::vector<Eigen::Index>> partsOf(const ContactProgram& program)
-{
-    const Eigen::Index n = program.A.rows();
-    const Eigen::Index bounded = program.lower.size();
-    std::vector<Eigen::Index> first(static_cast<std::size_t>(n));  // row of the same part
+    const auto index = [](Eigen::Index i) { return static_cast<std::size_t>(i); };
+    std::vector<Eigen::Index> first(index(n));  // row of the same part
     std::iota(first.begin(), first.end(), Eigen::Index{0});
     const auto find = [&](Eigen::Index i)
     {
-        while (first[static_cast<std::size_t>(i)] != i)
+        while (first[index(i)] != i)
         {
-            i = first[static_cast<std::size_t>(i)];
+            i = first[index(i)] = first[index(first[index(i)])];
         }
         return i;
     };
-    for (Eigen::Index j = 0; j < n; ++j)
+    const auto join = [&](Eigen::Index i, Eigen::Index j)
     {
-        for (Eigen::Index i = 0; i < j; ++i)
+        const auto [low, high] = std::minmax({find(i), find(j)});
+        first[index(high)] = low;
+    };
+    for (Eigen::Index i = bounded; i < n; i += 3)
+    {
+        join(i, i + 1);
+        join(i, i + 2);
+    }
+    std::vector<Eigen::Index> rowOf(index(program.J.cols()), -1);
+    for (Eigen::Index k = 0; k < program.J.cols(); ++k)
+    {
+        for (Eigen::Index i = 0; i < n; ++i)
         {
-            const bool isOneContact = i >= bounded && (i - bounded) / 3 == (j - bounded) / 3;
-            if (program.A(i, j) != 0.0 || isOneContact)
+            // Either may be the one that shows it: joints of a chain move each other.
+            if (program.J(i, k) != 0.0 || program.W(i, k) != 0.0)
             {
-                const Eigen::Index a = find(i);
-                const Eigen::Index b = find(j);
-                first[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+                rowOf[index(k)] = rowOf[index(k)] < 0 ? i : rowOf[index(k)];
+                join(rowOf[index(k)], i);
             }
         }
     }
-    std::vector<std::vector<Eigen::Index>> parts;
-    std::vector<std::size_t> number(static_cast<std::size_t>(n));
+    std::vector<Part> parts;
+    std::vector<std::size_t> number(index(n));
     for (Eigen::Index i = 0; i < n; ++i)
     {
         const Eigen::Index root = find(i);
         if (root == i)
         {
-            number[static_cast<std::size_t>(i)] = parts.size();
+            number[index(i)] = parts.size();
             parts.emplace_back();
         }
-        parts[number[static_cast<std::size_t>(root)]].push_back(i);
+        parts[number[index(root)]].rows.push_back(i);
+    }
+    for (std::size_t k = 0; k < rowOf.size(); ++k)
+    {
+        if (rowOf[k] >= 0)
+        {
+            parts[number[index(find(rowOf[k]))]].columns.push_back(static_cast<Eigen::Index>(k));
+        }
     }
     return parts;
 }
-}  // namespace
 
-ContactProgramSolver::ContactProgramSolver()
-    : m_weight(kFirstWeight), m_contactsWeight(kFirstWeight)
+/// One part and its iterates. Velocities are those of the rows.
+class PartSolver
 {
-}
+public:
+    PartSolver(const ContactProgram& program, const Part& part)
+        : m_J(program.J(part.rows, part.columns)),
+          m_W(program.W(part.rows, part.columns)),
+          m_compliance(program.compliance(part.rows)),
+          m_b(program.b(part.rows)),
+          m_mobility(m_J.cwiseProduct(m_W).rowwise().sum())
+    {
+        const Eigen::Index all = program.lower.size();
+        m_bounded = std::ranges::count_if(part.rows, [&](Eigen::Index i) { return i < all; });
+        const std::vector<Eigen::Index> limited(part.rows.begin(), part.rows.begin() + m_bounded);
+        m_lower = program.lower(limited);
+        m_upper = program.upper(limited);
+        for (auto k = static_cast<std::size_t>(m_bounded); k < part.rows.size(); k += 3)
+        {
+            m_friction.push_back(
+                program.friction[static_cast<std::size_t>((part.rows[k] - all) / 3)]);
+        }
+        keepCouplings();
+        for (Eigen::Index i = m_bounded; i < m_mobility.size(); i += 3)
+        {
+            m_mobility.segment<3>(i).setConstant(m_mobility.segment<3>(i).mean());
+        }
+    }
+
+    /// Improves x. Returns false if the iterations do not suffice.
+    bool solve(Eigen::VectorXd& x,
+               const Grains& grains,
+               const ContactProgramOptions& options,
+               int& iterations)
+    {
+        const double accuracy = 0.5 * options.accuracy;
+        x = within(x);
+        Eigen::VectorXd multipliers = x;  // of the velocities that are tried
+        double grain = grains.first;
+        setGrain(grain, x);
+        for (int k = 0; k <= options.maxIterations;)
+        {
+            const Eigen::VectorXd velocity = m_J * (m_W.transpose() * multipliers);
+            const Eigen::VectorXd wish = (m_aim - velocity).cwiseQuotient(m_R);
+            const Eigen::VectorXd missing = within(wish) - multipliers;
+            const Eigen::VectorXd next = within(multipliers);
+            const double error = m_R.cwiseProduct(missing).cwiseAbs().maxCoeff();
+            const double outside =
+                (m_J * (m_W.transpose() * (next - multipliers))).cwiseAbs().maxCoeff();
+            const double way = m_grain.cwiseProduct(next - x).cwiseAbs().maxCoeff();
+            if (std::max({error, outside, way}) <= accuracy)
+            {
+                x = next;
+                return true;
+            }
+            if (std::max(error, outside) <= std::max(accuracy, kFollow * way) && way > accuracy)
+            {
+                x = next;
+                grain = std::max(grain * grains.factor, grains.least);
+                setGrain(grain, x);
+                continue;
+            }
+            multipliers += newtonStep(multipliers, wish, missing);
+            ++k;
+            ++iterations;
+        }
+        return false;
+    }
+
+private:
+    /// How a row moves while couplings, which have no limit, keep their place: links of a chain
+    /// that carry each other have much of their mobility in common.
+    void keepCouplings()
+    {
+        std::vector<Eigen::Index> couplings;
+        for (Eigen::Index i = 0; i < m_bounded; ++i)
+        {
+            if (m_lower[i] <= -kUnlimited && m_upper[i] >= kUnlimited)
+            {
+                couplings.push_back(i);
+            }
+        }
+        if (couplings.empty())
+        {
+            return;
+        }
+        const Eigen::MatrixXd J = m_J(couplings, Eigen::all);
+        Eigen::MatrixXd A = J * m_W(couplings, Eigen::all).transpose();
+        const Eigen::VectorXd share = (kLeastShare * A.diagonal()).cwiseMax(kSmallestGrain);
+        A.diagonal() += m_compliance(couplings) + share;
+        const Eigen::MatrixXd inverse = A.inverse();
+        const Eigen::MatrixXd across = m_J * m_W(couplings, Eigen::all).transpose();
+        const Eigen::VectorXd kept = (across * inverse).cwiseProduct(across).rowwise().sum();
+        m_mobility = (m_mobility - kept).cwiseMax(kLeastShare * m_mobility);
+        m_mobility(couplings) = inverse.diagonal().cwiseInverse();
+    }
+
+    /// What the impulses may be, as near to these as the law of friction has it.
+    [[nodiscard]] Eigen::VectorXd within(const Eigen::VectorXd& wish) const
+    {
+        Eigen::VectorXd result(wish.size());
+        result.head(m_bounded) = wish.head(m_bounded).cwiseMax(m_lower).cwiseMin(m_upper);
+        for (std::size_t k = 0; k < m_friction.size(); ++k)
+        {
+            const Eigen::Index i = m_bounded + 3 * static_cast<Eigen::Index>(k);
+            const double normal = std::max(0.0, wish[i]);
+            const double sideways = wish.segment<2>(i + 1).norm();
+            const double most = m_friction[k] * normal;
+            result[i] = normal;
+            result.segment<2>(i + 1) =
+                (sideways > most ? most / sideways : 1.0) * wish.segment<2>(i + 1);
+        }
+        return result;
+    }
+
+    void setGrain(double grain, const Eigen::VectorXd& x)
+    {
+        m_grain = (grain * m_mobility).cwiseMax(kSmallestGrain);
+        m_R = m_compliance + m_grain;
+        m_aim = m_b + m_grain.cwiseProduct(x);
+    }
+
+    /// How the impulses follow the velocities of the bodies, negative.
+    [[nodiscard]] Eigen::MatrixXd slopes(const Eigen::VectorXd& wish) const
+    {
+        Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m_J.rows(), m_J.cols());
+        for (Eigen::Index i = 0; i < m_bounded; ++i)
+        {
+            if (wish[i] > m_lower[i] && wish[i] < m_upper[i])
+            {
+                result.row(i) = m_J.row(i) / m_R[i];
+            }
+        }
+        for (std::size_t k = 0; k < m_friction.size(); ++k)
+        {
+            const Eigen::Index i = m_bounded + 3 * static_cast<Eigen::Index>(k);
+            const double most = m_friction[k] * wish[i];
+            if (wish[i] <= 0.0)
+            {
+                continue;
+            }
+            Eigen::Matrix3d slope = m_R.segment<3>(i).cwiseInverse().asDiagonal();
+            const double sideways = wish.segment<2>(i + 1).norm();
+            if (sideways > most)
+            {
+                const Eigen::Vector2d along = wish.segment<2>(i + 1) / sideways;
+                const Eigen::Matrix2d across =
+                    Eigen::Matrix2d::Identity() - along * along.transpose();
+                slope.bottomRightCorner<2, 2>() =
+                    (most / sideways) * across * slope.bottomRightCorner<2, 2>();
+                slope.bottomLeftCorner<2, 1>() = m_friction[k] * slope(0, 0) * along;
+            }
+            result.middleRows<3>(i).noalias() = slope * m_J.middleRows<3>(i);
+        }
+        return result;
+    }
+
+    /// With a search along it for where the velocities disagree less, by energy.
+    [[nodiscard]] Eigen::VectorXd newtonStep(const Eigen::VectorXd& multipliers,
+                                             const Eigen::VectorXd& wish,
+                                             const Eigen::VectorXd& missing) const
+    {
+        const Eigen::MatrixXd slopeJ = slopes(wish);
+        Eigen::MatrixXd H = m_W.transpose() * slopeJ;
+        H.diagonal().array() += 1.0;
+        const Eigen::VectorXd bodies = H.partialPivLu().solve(m_W.transpose() * missing);
+        const Eigen::VectorXd step = missing - slopeJ * bodies;
+        const Eigen::VectorXd rows = (m_J * bodies).cwiseQuotient(m_R);
+        const auto energy = [&](const Eigen::VectorXd& impulses)
+        { return impulses.dot(m_J * (m_W.transpose() * impulses)); };
+        const double before = energy(missing);
+        double least = std::numeric_limits<double>::infinity();
+        double best = 1.0;
+        double way = 1.0;
+        for (int k = 0; k <= kHalvings; ++k, way *= 0.5)
+        {
+            const double here = energy(within(wish - way * rows) - multipliers - way * step);
+            if (here < least)
+            {
+                least = here;
+                best = way;
+            }
+            if (here <= (1.0 - kDecrease * way) * before)
+            {
+                break;
+            }
+        }
+        return best * step;
+    }
+
+    Eigen::MatrixXd m_J;
+    Eigen::MatrixXd m_W;
+    Eigen::VectorXd m_compliance;
+    Eigen::VectorXd m_b;
+    Eigen::VectorXd m_mobility;
+    Eigen::VectorXd m_lower;
+    Eigen::VectorXd m_upper;
+    std::vector<double> m_friction;
+    Eigen::Index m_bounded = 0;
+
+    Eigen::VectorXd m_grain;
+    Eigen::VectorXd m_R;    ///< compliance and grain
+    Eigen::VectorXd m_aim;  ///< velocity at which no impulse is needed
+};
+}  // namespace
 
 int ContactProgramSolver::solve(const ContactProgram& program,
                                 Eigen::VectorXd& x,
                                 const ContactProgramOptions& options)
 {
-    const std::vector<std::vector<Eigen::Index>> parts = partsOf(program);
-    if (parts.size() == 1)
-    {
-        return solvePart(program, x, options);
-    }
-    const Eigen::Index bounded = program.lower.size();
     int iterations = 0;
-    for (const std::vector<Eigen::Index>& rows : parts)
+    for (const Part& part : partsOf(program))
     {
-        const auto own = std::ranges::count_if(rows, [&](Eigen::Index i) { return i < bounded; });
-        const std::vector<Eigen::Index> limited(rows.begin(), rows.begin() + own);
-        ContactProgram part{.A = program.A(rows, rows),
-                            .b = program.b(rows),
-                            .lower = program.lower(limited),
-                            .upper = program.upper(limited),
-                            .friction = {}};
-        for (std::size_t k = limited.size(); k < rows.size(); k += 3)
-        {
-            part.friction.push_back(
-                program.friction[static_cast<std::size_t>((rows[k] - bounded) / 3)]);
-        }
-        Eigen::VectorXd y = x(rows);
-        iterations += solvePart(part, y, options);
-        x(rows) = y;
+        PartSolver solver(program, part);
+        Eigen::VectorXd y;
+        const bool isDone =
+            std::ranges::any_of(kAttempts,
+                                [&](const Grains& grains)
+                                {
+                                    y = x(part.rows);
+                                    return solver.solve(y, grains, options, iterations);
+                                });
+        m_failures += isDone ? 0 : 1;
+        x(part.rows) = y;
     }
     return iterations;
-}
-
-int ContactProgramSolver::solvePart(const ContactProgram& program,
-                                    Eigen::VectorXd& x,
-                                    const ContactProgramOptions& options)
-{
-    ContactProgramOptions patient = options;
-    patient.maxIterations *= kPatience;
-    if (program.lower.size() == 0)
-    {
-        int iterations = 0;
-        if (!alternate(program, x, patient, m_contactsWeight, iterations))
-        {
-            giveUp(program, x, options);
-        }
-        return iterations;
-    }
-    // What bodies need changes slowly: what the last one needed is tried first.
-    int total = 0;
-    const Eigen::VectorXd start = x;
-    for (const bool eliminates : {m_eliminates, !m_eliminates})
-    {
-        int iterations = 0;
-        x = start;
-        const bool isDone = eliminates ? eliminate(program, x, patient, iterations)
-                                       : alternate(program, x, options, m_weight, iterations);
-        total += iterations;
-        if (isDone)
-        {
-            m_eliminates = eliminates;
-            return total;
-        }
-    }
-    giveUp(program, x, options);
-    return total;
-}
-
-void ContactProgramSolver::giveUp(const ContactProgram& program,
-                                  Eigen::VectorXd& x,
-                                  const ContactProgramOptions& options)
-{
-    // What was come to is no solution, and what was learned is wrong.
-    m_weight = m_contactsWeight = kFirstWeight;
-    ++m_failures;
-    sweep(program, x, options);
-}
-
-bool ContactProgramSolver::eliminate(const ContactProgram& program,
-                                     Eigen::VectorXd& x,
-                                     const ContactProgramOptions& options,
-                                     int& iterations)
-{
-    const Eigen::Index bounded = program.lower.size();
-    const Eigen::Index contacts = program.A.rows() - bounded;
-    const auto ofContacts = Eigen::seqN(bounded, contacts);
-    x.head(bounded) = x.head(bounded).cwiseMax(program.lower).cwiseMin(program.upper);
-    std::vector<bool> isFree;
-    for (Eigen::Index i = 0; i < bounded; ++i)
-    {
-        isFree.push_back(x[i] > program.lower[i] && x[i] < program.upper[i]);
-    }
-    ContactProgram reduced{
-        .A = {}, .b = {}, .lower = {}, .upper = {}, .friction = program.friction};
-    for (int round = 0; round < kMostRounds; ++round)
-    {
-        std::vector<Eigen::Index> free;
-        Eigen::VectorXd fixed = Eigen::VectorXd::Zero(x.size());
-        for (Eigen::Index i = 0; i < bounded; ++i)
-        {
-            if (isFree[static_cast<std::size_t>(i)])
-            {
-                free.push_back(i);
-            }
-            else
-            {
-                fixed[i] = x[i];
-            }
-        }
-        const Eigen::VectorXd b = program.b - program.A * fixed;
-        const Eigen::LLT<Eigen::MatrixXd> own(program.A(free, free));
-        const Eigen::MatrixXd across = program.A(free, ofContacts);
-        const Eigen::MatrixXd answer = own.solve(across);
-        reduced.A = program.A(ofContacts, ofContacts) - across.transpose() * answer;
-        reduced.A.diagonal() = reduced.A.diagonal().cwiseMax(1e-12);
-        const Eigen::VectorXd ownB = b(free);
-        reduced.b = b(ofContacts) - answer.transpose() * ownB;
-        Eigen::VectorXd y = x(ofContacts);
-        int more = 0;
-        if (contacts > 0 && !alternate(reduced, y, options, m_contactsWeight, more))
-        {
-            iterations += more;
-            return false;
-        }
-        iterations += more;
-        x(ofContacts) = y;
-        const Eigen::VectorXd answers = own.solve(Eigen::VectorXd(ownB - across * y));
-        x(free) = answers;
-        const Eigen::VectorXd lacking = program.b - program.A * x;
-        bool isDone = x.allFinite();
-        for (Eigen::Index i = 0; i < bounded; ++i)
-        {
-            const double within = std::clamp(x[i], program.lower[i], program.upper[i]);
-            const bool wasFree = isFree[static_cast<std::size_t>(i)];
-            const bool leaves =
-                !wasFree && ((x[i] <= program.lower[i] && lacking[i] > options.accuracy) ||
-                             (x[i] >= program.upper[i] && lacking[i] < -options.accuracy));
-            if (wasFree ? within != x[i] : leaves)
-            {
-                isFree[static_cast<std::size_t>(i)] = !wasFree;
-                isDone = false;
-            }
-            x[i] = within;
-        }
-        if (isDone)
-        {
-            return true;
-        }
-    }
-    return false;
-}
-
-bool ContactProgramSolver::alternate(const ContactProgram& program,
-                                     Eigen::VectorXd& x,
-                                     const ContactProgramOptions& options,
-                                     double& weight,
-                                     int& iterations) const
-{
-    const Eigen::MatrixXd& A = program.A;
-    const Eigen::Index bounded = program.lower.size();
-    const Eigen::Index n = A.rows();
-    // One scale for the rows of a contact, so that its cone stays round.
-    Eigen::VectorXd scale = A.diagonal();
-    for (Eigen::Index i = bounded; i < n; i += 3)
-    {
-        scale.segment<3>(i).setConstant(scale.segment<3>(i).mean());
-    }
-    Eigen::VectorXd weights;
-    Eigen::LLT<Eigen::MatrixXd> factor;
-    const auto factorise = [&]
-    {
-        weights = weight * scale;
-        Eigen::MatrixXd K = A;
-        K.diagonal() += weights;
-        factor.compute(K);
-    };
-    factorise();
-
-    Eigen::VectorXd z = x;                  // within bounds and cones
-    Eigen::VectorXd v = A * x - program.b;  // the velocities that the constraints leave
-    Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);
-    int patience = kFirstPatience;  // grows, so that the weight settles
-    int sinceChange = 0;
-    for (iterations = 0; iterations < options.maxIterations; ++iterations)
-    {
-        for (std::size_t k = 0; k < program.friction.size(); ++k)
-        {
-            const Eigen::Index i = bounded + 3 * static_cast<Eigen::Index>(k);
-            shift[i] = program.friction[k] * std::hypot(v[i + 1], v[i + 2]);
-        }
-        x = factor.solve(Eigen::VectorXd(program.b - shift + weights.cwiseProduct(z) + v));
-        const Eigen::VectorXd before = z;
-        z = x - v.cwiseQuotient(weights);
-        project(program, z);
-        v -= weights.cwiseProduct(x - z);
-        const double primal = scale.cwiseProduct(x - z).cwiseAbs().maxCoeff();
-        const double dual = weights.cwiseProduct(z - before).cwiseAbs().maxCoeff();
-        if (!std::isfinite(primal) || !std::isfinite(dual))
-        {
-            return false;
-        }
-        if (primal < options.accuracy && dual < options.accuracy)
-        {
-            x = z;
-            return true;
-        }
-        if (++sinceChange >= patience &&
-            (primal > kUnbalanced * dual || dual > kUnbalanced * primal))
-        {
-            weight *= primal > dual ? kWeightFactor : 1.0 / kWeightFactor;
-            weight = std::clamp(weight, 1e-6, 1e3);
-            factorise();
-            sinceChange = 0;
-            patience += kFirstPatience;
-        }
-    }
-    return false;
 }
 }  // namespace bullet_ccd::grasp

@@ -7,8 +7,6 @@ namespace bullet_ccd::grasp
 namespace
 {
 constexpr int kIterations = 200;
-// Bullet switches off rows that nothing can move; on the matrix they get a grain of mobility.
-constexpr double kSmallestMobility = 1e-9;
 /// A contact that did not press, and whose gap would have to close at such a speed to press in this
 /// step, takes no part [m/s].
 constexpr double kFarSpeed = 0.05;
@@ -22,23 +20,20 @@ bool isFar(const Row& normal)
 }
 }  // namespace
 
-/// The rows of an island as a dense system. Columns are the velocities of multibodies as Bullet
-/// orders them, then six of each solver body.
+/// The rows of an island. Columns are the velocities of multibodies as Bullet orders them, then six
+/// of each solver body.
 struct HoldingSolver::Island
 {
-    Eigen::MatrixXd J;
-    Eigen::MatrixXd W;  ///< M^-1 J^T, transposed
-    Eigen::VectorXd softness;
-    Eigen::VectorXd start;
     ContactProgram program;
+    Eigen::VectorXd start;
 
     Island(Eigen::Index bounded, Eigen::Index contacts, Eigen::Index columns)
-        : J(Eigen::MatrixXd::Zero(bounded + 3 * contacts, columns)),
-          W(J),
-          softness(J.rows()),
-          start(J.rows())
     {
-        program.b.resize(J.rows());
+        const Eigen::Index n = bounded + 3 * contacts;
+        program.J = program.W = Eigen::MatrixXd::Zero(n, columns);
+        program.compliance.resize(n);
+        program.b.resize(n);
+        start.resize(n);
         program.lower.resize(bounded);
         program.upper.resize(bounded);
         program.friction.reserve(static_cast<std::size_t>(contacts));
@@ -49,7 +44,7 @@ struct HoldingSolver::Island
     {
         const double mobility = row.m_jacDiagABInv > 0.0 ? 1.0 / row.m_jacDiagABInv : 0.0;
         program.b[i] = row.m_rhs * mobility;
-        softness[i] = row.m_cfm * mobility;
+        program.compliance[i] = row.m_cfm * mobility;
         start[i] = row.m_appliedImpulse;
     }
 
@@ -63,18 +58,11 @@ struct HoldingSolver::Island
         const btVector3 linear = normal * body.internalGetInvMass();
         for (int k = 0; k < 3; ++k)
         {
-            J(i, column + k) += normal[k];
-            J(i, column + 3 + k) += cross[k];
-            W(i, column + k) += linear[k];
-            W(i, column + 3 + k) += angular[k];
+            program.J(i, column + k) += normal[k];
+            program.J(i, column + 3 + k) += cross[k];
+            program.W(i, column + k) += linear[k];
+            program.W(i, column + 3 + k) += angular[k];
         }
-    }
-
-    void complete()
-    {
-        program.A = J * W.transpose();
-        program.A.diagonal() += softness;
-        program.A.diagonal() = program.A.diagonal().cwiseMax(kSmallestMobility);
     }
 };
 
@@ -278,8 +266,9 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
             {
                 for (int k = 0; k < body->getNumDofs() + 6; ++k)
                 {
-                    island.J(i, velocity + k) += m_data.m_jacobians[jacobian + k];
-                    island.W(i, velocity + k) += m_data.m_deltaVelocitiesUnitImpulse[jacobian + k];
+                    island.program.J(i, velocity + k) += m_data.m_jacobians[jacobian + k];
+                    island.program.W(i, velocity + k) +=
+                        m_data.m_deltaVelocitiesUnitImpulse[jacobian + k];
                 }
             }
             else if (solverBody >= 0)
@@ -338,8 +327,6 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
             island.program.friction.push_back(row.m_friction);
         }
     }
-    island.complete();
-
     Eigen::VectorXd x = island.start;
     ++m_counters.solves;
     m_counters.iterations += m_program.solve(

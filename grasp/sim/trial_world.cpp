@@ -258,14 +258,15 @@ void TrialWorld::removeTable()
     }
 }
 
-/// The stiffness is that of all points of the object, by the deepest one before the step.
+/// The stiffness is that of all points of the object, by the largest force of a point in the step
+/// before: by the depths, skins that are deep would get hard, so be less deep, so get soft again.
 void TrialWorld::hardenSkins()
 {
     if (m_stiffness <= 0.0)
     {
         return;
     }
-    double deepest = 0.0;
+    double largest = 0.0;
     for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
     {
         const btPersistentManifold& manifold = *m_dispatcher.getManifoldByIndexInternal(i);
@@ -274,10 +275,12 @@ void TrialWorld::hardenSkins()
                                 manifold.getBody1() == m_object.rigid.get();
         for (int k = 0; isOfObject && k < manifold.getNumContacts(); ++k)
         {
-            deepest = std::max(deepest, -manifold.getContactPoint(k).getDistance() - kRestBelow);
+            largest = std::max(largest, double(manifold.getContactPoint(k).getAppliedImpulse()));
         }
     }
-    const double room = std::max(kHardest, 1.0 - deepest / (kSkinDepth * 2.0 * m_margin));
+    // The room that is left, of the depth, where stiffness (1 - room) depth / room^2 = force.
+    const double load = largest / (m_timeStep * m_stiffness * kSkinDepth * 2.0 * m_margin);
+    const double room = std::max(kHardest, 2.0 / (1.0 + std::sqrt(1.0 + 4.0 * load)));
     const double stiffness = m_stiffness / (room * room);
     m_object.rigid->setContactStiffnessAndDamping(stiffness, kSkinTime * stiffness);
     // Points that are there already have what they were made with.
@@ -301,8 +304,8 @@ void TrialWorld::step(double timeStep,
                       const Eigen::Vector3d& force,
                       const Eigen::Vector3d& moment)
 {
-    m_timeStep = timeStep;
     hardenSkins();
+    m_timeStep = timeStep;
     for (JointDrive* drive : m_drives)
     {
         if (drive != nullptr)

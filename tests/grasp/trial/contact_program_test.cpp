@@ -15,7 +15,9 @@ namespace
 Eigen::VectorXd impulseOnBlock(const Eigen::Vector3d& velocity, double friction)
 {
     ContactProgram program;
-    program.A = Eigen::Matrix3d::Identity() / 2.0;
+    program.J = Eigen::Matrix3d::Identity();
+    program.W = program.J / 2.0;
+    program.compliance = Eigen::Vector3d::Zero();
     program.b = -velocity;
     program.friction = {friction};
     Eigen::VectorXd x = Eigen::VectorXd::Zero(3);
@@ -43,7 +45,8 @@ TEST(ContactProgram, BlockOnAFloorObeysCoulomb)
 void expectLaws(const ContactProgram& program, const Eigen::VectorXd& x, int& sliding)
 {
     constexpr double kTolerance = 1e-6;
-    const Eigen::VectorXd v = program.A * x - program.b;
+    const Eigen::VectorXd v =
+        program.J * (program.W.transpose() * x) + program.compliance.cwiseProduct(x) - program.b;
     for (Eigen::Index i = 0; i < program.lower.size(); ++i)
     {
         EXPECT_GE(x[i], program.lower[i]);
@@ -82,9 +85,9 @@ TEST(ContactProgram, RandomProgramsObeyTheirLaws)
         const Eigen::Index contacts = 1 + trial % 5;
         const Eigen::Index n = bounded + 3 * contacts;
         const auto noise = [&] { return uniform(random); };
-        const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(n, n + 2, noise);
         ContactProgram program;
-        program.A = J * J.transpose();
+        program.J = program.W = Eigen::MatrixXd::NullaryExpr(n, n + 2, noise);
+        program.compliance = Eigen::VectorXd::Zero(n);
         program.b = Eigen::VectorXd::NullaryExpr(n, noise);
         program.lower = Eigen::VectorXd::Constant(bounded, -0.1);
         program.upper = Eigen::VectorXd::Constant(bounded, 0.2);
@@ -118,7 +121,8 @@ ContactProgram programOfAChain(std::uint32_t seed)
         J.row(i) = 4.0 * J.row(0) + 0.3 * J.row(i);
     }
     ContactProgram program;
-    program.A = J * J.transpose();
+    program.J = program.W = J;
+    program.compliance = Eigen::VectorXd::Zero(kRows);
     program.b = Eigen::VectorXd::NullaryExpr(kRows, noise);
     program.lower = Eigen::VectorXd::Constant(kBounded, -1e30);
     program.upper = Eigen::VectorXd::Constant(kBounded, 1e30);
@@ -151,15 +155,14 @@ TEST(ContactProgram, WhatDoesNotMoveEachOtherIsSolvedAlone)
 {
     // A pair of blocks, one on the other, at its solution, and a block that comes to no end.
     ContactProgram program;
-    program.A = Eigen::MatrixXd::Zero(9, 9);
-    program.A.topLeftCorner<3, 3>().setIdentity();
-    program.A.block<3, 3>(3, 3) = 2.0 * Eigen::Matrix3d::Identity();
-    program.A.block<3, 3>(0, 3) = program.A.block<3, 3>(3, 0) = -Eigen::Matrix3d::Identity();
-    program.A.bottomRightCorner<3, 3>().setIdentity();
+    program.J = Eigen::MatrixXd::Identity(9, 9);
+    program.J.block<3, 3>(3, 0) = -Eigen::Matrix3d::Identity();
+    program.W = program.J;
+    program.compliance = Eigen::VectorXd::Zero(9);
     Eigen::VectorXd x(9);
     x << 2.0, 0.1, 0.0, 1.0, 0.1, 0.1, 100.0, -40.0, 40.0;
     const Eigen::VectorXd pair = x.head<6>();
-    program.b = program.A * x;
+    program.b = program.J * (program.W.transpose() * x);
     program.b.tail<3>() << 1.0, 4.0, 0.0;
     program.friction = {0.5, 0.5, 0.5};
     ContactProgramSolver solver;
@@ -171,7 +174,8 @@ TEST(ContactProgram, WhatDoesNotMoveEachOtherIsSolvedAlone)
 TEST(ContactProgram, GivesUpWithinTheCone)
 {
     ContactProgram program;
-    program.A = Eigen::Matrix3d::Identity();
+    program.J = program.W = Eigen::Matrix3d::Identity();
+    program.compliance = Eigen::Vector3d::Zero();
     program.b = Eigen::Vector3d(1.0, 4.0, 0.0);
     program.friction = {0.5};
     Eigen::VectorXd x = Eigen::Vector3d(100.0, -40.0, 40.0);
