@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_sort.h>
@@ -56,31 +57,64 @@ void checkQuery(std::span<const DeformableBody> bodies, const DeformableOptions&
     }
 }
 
+/// A body where a sweep along x has it.
+struct SweptBody
+{
+    Eigen::AlignedBox3d box;  ///< of the whole step, widened by half of what is looked for
+    std::size_t body = 0;
+};
+
+/// All pairs of bodies whose boxes come near, and of one body with itself: by a sweep, so that many
+/// bodies that are far from each other cost little.
 void pairSurfaces(std::span<const DeformableBody> bodies,
                   const DeformableOptions& options,
                   std::uint8_t idle,
                   std::vector<SurfacePair>& pairs)
 {
     pairs.clear();
+    const auto addPair = [&](std::size_t i, std::size_t j)
+    {
+        const DeformableSurface::Data& a = bodies[i].surface->data();
+        const DeformableSurface::Data& b = bodies[j].surface->data();
+        if ((a.idle(0) & b.idle(0) & idle) != 0 || (i == j && !bodies[i].selfCollision) ||
+            (options.isPairExempt &&
+             options.isPairExempt(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j))))
+        {
+            return;
+        }
+        const double separation =
+            options.minimumSeparation + bodies[i].deviation + bodies[j].deviation;
+        pairs.push_back(surfacePair(a, b, separation, separation + options.tolerance));
+        pairs.back().bodyA = static_cast<std::int32_t>(i);
+        pairs.back().bodyB = static_cast<std::int32_t>(j);
+        pairs.back().idle = idle;
+    };
+    std::vector<SweptBody> swept;
     for (std::size_t i = 0; i < bodies.size(); ++i)
     {
-        for (std::size_t j = i; j < bodies.size(); ++j)
+        Eigen::AlignedBox3d box = bodies[i].surface->data().bounds;
+        const double reach =
+            bodies[i].deviation + 0.5 * (options.minimumSeparation + options.tolerance);
+        const double rounding =
+            1e-15 * box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff();
+        const Eigen::Vector3d wider = Eigen::Vector3d::Constant(1.0001 * reach + rounding);
+        swept.push_back({{box.min() - wider, box.max() + wider}, i});
+    }
+    std::ranges::sort(swept,
+                      [](const SweptBody& a, const SweptBody& b)
+                      { return a.box.min().x() < b.box.min().x(); });
+    std::vector<const SweptBody*> open;  // that the sweep has not left behind
+    for (const SweptBody& now : swept)
+    {
+        std::erase_if(
+            open, [&](const SweptBody* other) { return other->box.max().x() < now.box.min().x(); });
+        open.push_back(&now);
+        for (const SweptBody* other : open)
         {
-            if ((i == j && !bodies[i].selfCollision) ||
-                (options.isPairExempt &&
-                 options.isPairExempt(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j))))
+            if (other->box.intersects(now.box))
             {
-                continue;
+                addPair(std::min(other->body, now.body), std::max(other->body, now.body));
             }
-            const double separation =
-                options.minimumSeparation + bodies[i].deviation + bodies[j].deviation;
-            pairs.push_back(surfacePair(bodies[i].surface->data(),
-                                        bodies[j].surface->data(),
-                                        separation,
-                                        separation + options.tolerance));
-            pairs.back().bodyA = static_cast<std::int32_t>(i);
-            pairs.back().bodyB = static_cast<std::int32_t>(j);
-            pairs.back().idle = idle;
         }
     }
 }

@@ -218,7 +218,8 @@ struct DeformableOptions
     std::int64_t maxIterationsOfPair = 10'000;
     int threads = 1;
     /// Pairs of bodies, the lower index first, for which this is true are not tested. A body
-    /// against itself is such a pair as well; all are tested if it is empty.
+    /// against itself is such a pair as well; all are tested if it is empty. Asked only of pairs
+    /// whose boxes come near in the step.
     std::function<bool(std::int32_t, std::int32_t)> isPairExempt = nullptr;
     /// Contacts for which this is true do not count: pins, seams between bodies. Called from all
     /// threads, and only for contacts; none is exempt if it is empty.

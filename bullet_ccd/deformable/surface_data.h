@@ -8,6 +8,7 @@
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cstdint>
@@ -46,7 +47,8 @@ struct DeformableSurface::Data
     std::vector<std::uint8_t> vertexIdle;  ///< bits: kRests, kUnchanged
     std::vector<std::uint8_t> patchIdle;   ///< bits that all of its vertices have
     std::vector<std::uint8_t> nodeIdle;
-    bool isUnchanged = false;  ///< all of it
+    bool isUnchanged = false;    ///< all of it
+    Eigen::AlignedBox3d bounds;  ///< of all places at both ends
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double halfExtent = 0.0;  ///< the largest of the three
 

@@ -90,6 +90,7 @@ void placeVertices(std::span<const Eigen::Vector3d> start,
         all.extend(box);
     }
     const Eigen::Vector3d c = 0.5 * all.min() + 0.5 * all.max();
+    data.bounds = all;
     data.centre = c;
     data.halfExtent = 0.5 * all.sizes().maxCoeff();
 }

@@ -2,6 +2,7 @@
 /// instruction set of the machine, and what they refuse.
 #include "bullet_ccd/deformable/deformable_toi.h"
 
+#include "benchmarks/reference/scenes/shapes.h"
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "bullet_ccd/toi/rigid_toi.h"
@@ -14,7 +15,9 @@
 #include <cstdlib>
 #include <gmock/gmock.h>
 #include <limits>
+#include <set>
 #include <string>
+#include <utility>
 
 namespace bullet_ccd::tests
 {
@@ -344,6 +347,61 @@ TEST(DeformableContacts, LeaveOutWhatIsExempt)
     expectSame(
         deformableContacts(bodies.bodies, {.isExempt = isExempt}, work).contacts, left, "masked");
     EXPECT_EQ(deformableToi(bodies.bodies, {.isExempt = isExempt}, work).time, left.front().time);
+}
+
+// A heap of small bodies in a room: each near few others, so that the work grows with their number.
+TEST(DeformableContacts, OfManyBodiesAreLookedForAmongNeighbours)
+{
+    Random random(31);
+    std::vector<MovingMesh> meshes;
+    for (int i = 0; i < 300; ++i)
+    {
+        const Eigen::Vector3d place = random.uniform(0.0, 20.0) * random.direction();
+        MovingMesh moving{.mesh = reference::octahedron(), .end = {}};
+        for (Eigen::Vector3d& x : moving.mesh.vertices)
+        {
+            x = place + (i % 100 == 0 ? 8.0 : 0.9) * x;
+        }
+        moving.end = moving.mesh.vertices;
+        const Eigen::Vector3d way = 2.0 * random.direction();
+        std::ranges::for_each(moving.end, [&](Eigen::Vector3d& x) { x += way; });
+        meshes.push_back(moving);
+    }
+    Bodies bodies(meshes, false);
+    for (std::size_t i = 0; i < bodies.bodies.size(); i += 7)
+    {
+        bodies.bodies[i].deviation = 0.3;
+    }
+    DeformableOptions options{.tolerance = 0.05, .minimumSeparation = 0.1};
+    DeformableWorkspace work;
+    // Two at a time there is nothing to sort out.
+    std::vector<std::pair<std::int32_t, std::int32_t>> expected;
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+    {
+        for (std::size_t j = i + 1; j < meshes.size(); ++j)
+        {
+            const std::vector<DeformableBody> two{bodies.bodies[i], bodies.bodies[j]};
+            if (!deformableContacts(two, options, work).contacts.empty())
+            {
+                expected.emplace_back(i, j);
+            }
+        }
+    }
+    int asked = 0;
+    options.isPairExempt = [&asked](std::int32_t a, std::int32_t b)
+    {
+        EXPECT_LE(a, b);
+        ++asked;
+        return false;
+    };
+    std::set<std::pair<std::int32_t, std::int32_t>> found;
+    for (const DeformableContact& c : deformableContacts(bodies.bodies, options, work).contacts)
+    {
+        found.insert(std::minmax(c.bodyA, c.bodyB));
+    }
+    EXPECT_GT(expected.size(), 100U);
+    EXPECT_THAT(found, testing::ElementsAreArray(expected));
+    EXPECT_LT(asked, 15000);  // of 44,850
 }
 
 TEST(DeformableContacts, ThatAreTooManyAreNeverCalledFree)

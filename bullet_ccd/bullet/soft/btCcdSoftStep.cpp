@@ -15,6 +15,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 #include <utility>
 
 using bullet_ccd::DeformableContact;
@@ -593,7 +594,7 @@ bool btCcdSoftStep::areClosedIn(const DeformableContact& contact) const
 void btCcdSoftStep::addPressed(std::vector<DeformableContact>& left)
 {
     m_pressed.clear();
-    std::map<const btCollisionObject*, std::size_t> parts;
+    std::unordered_map<const btCollisionObject*, std::size_t> parts;
     for (std::size_t i = m_softParts; i < m_parts.size() && !m_held.empty(); ++i)
     {
         parts.emplace(m_parts[i]->m_object, i);
