@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -12,16 +12,15 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-/// Compliance of the method, relative to the mobility of a row: at first, how it shrinks, and the
-/// least. Newton's method finds its way the better the larger it is, and the impulses follow the
-/// faster the smaller it is.
-struct Grains
-{
-    double first;
-    double factor;
-    double least;
-};
-constexpr std::array<Grains, 2> kAttempts{Grains{0.1, 0.3, 1e-6}, Grains{1.0, 0.5, 1e-6}};
+// The compliance of the method, relative to the mobility of a row. Newton's method finds its way
+// the better the larger it is, and the impulses follow the faster the smaller it is: so it shrinks
+// from one minimum to the next, and where it has shrunk too fast to find one, it grows again.
+constexpr double kFirstGrain = 0.1;
+constexpr double kShrinks = 0.2;
+constexpr double kGrows = 100.0;
+constexpr double kLeastGrain = 1e-4;
+constexpr double kLargestGrain = 10.0;
+constexpr int kPatience = 8;             // Newton steps to a minimum
 constexpr double kSmallestGrain = 1e-9;  // of rows that nothing can move [1/kg]
 constexpr double kUnlimited = 1e15;      // bounds that are none
 constexpr double kLeastShare = 1e-6;     // of its mobility that a row has for itself
@@ -127,16 +126,15 @@ public:
     }
 
     /// Improves x. Returns false if the iterations do not suffice.
-    bool solve(Eigen::VectorXd& x,
-               const Grains& grains,
-               const ContactProgramOptions& options,
-               int& iterations)
+    bool solve(Eigen::VectorXd& x, const ContactProgramOptions& options, int& iterations)
     {
         const double accuracy = 0.5 * options.accuracy;
         x = within(x);
         Eigen::VectorXd multipliers = x;  // of the velocities that are tried
-        double grain = grains.first;
+        double grain = kFirstGrain;
+        double shrinks = kShrinks;
         setGrain(grain, x);
+        int steps = 0;  // to this minimum
         for (int k = 0; k <= options.maxIterations;)
         {
             const Eigen::VectorXd velocity = m_J * (m_W.transpose() * multipliers);
@@ -152,16 +150,26 @@ public:
                 x = next;
                 return true;
             }
-            if (std::max(error, outside) <= std::max(accuracy, kFollow * way) && way > accuracy)
+            if (error <= std::max(accuracy, kFollow * way) && way > accuracy)
             {
                 x = next;
-                grain = std::max(grain * grains.factor, grains.least);
+                grain = std::max(grain * shrinks, kLeastGrain);
                 setGrain(grain, x);
+                steps = 0;
                 continue;
             }
-            multipliers += newtonStep(multipliers, wish, missing);
             ++k;
             ++iterations;
+            if (++steps <= kPatience)
+            {
+                multipliers += newtonStep(multipliers, wish, missing);
+                continue;
+            }
+            multipliers = x;
+            grain = std::min(kGrows * grain, kLargestGrain);
+            shrinks = std::sqrt(shrinks);
+            setGrain(grain, x);
+            steps = 0;
         }
         return false;
     }
@@ -310,16 +318,8 @@ int ContactProgramSolver::solve(const ContactProgram& program,
     int iterations = 0;
     for (const Part& part : partsOf(program))
     {
-        PartSolver solver(program, part);
-        Eigen::VectorXd y;
-        const bool isDone =
-            std::ranges::any_of(kAttempts,
-                                [&](const Grains& grains)
-                                {
-                                    y = x(part.rows);
-                                    return solver.solve(y, grains, options, iterations);
-                                });
-        m_failures += isDone ? 0 : 1;
+        Eigen::VectorXd y = x(part.rows);
+        m_failures += PartSolver(program, part).solve(y, options, iterations) ? 0 : 1;
         x(part.rows) = y;
     }
     return iterations;

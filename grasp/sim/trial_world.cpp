@@ -23,6 +23,9 @@ constexpr int kSceneGroup = 8;
 constexpr double kTableDepth = 0.05;   // half of it [m]
 constexpr double kTableSizes = 2.0;    // half its width, over the diagonal of the object's box
 constexpr double kRestBelow = 2e-5;    // [m]
+/// Contacts that are farther from that do not press in this step, if bodies come no faster than
+/// 0.06 m/s; faster ones are stopped by the continuous world.
+constexpr double kProcessed = 2.5e-4;  // [m]
 constexpr double kRestingWay = 0.02;   // of the gap, by which contacts may be old
 constexpr double kSkinTime = 0.005;    // damping over stiffness of skins [s]
 constexpr double kSkinDepth = 0.7;     // of the gap, that skins never give way by
@@ -101,6 +104,7 @@ TrialWorld::TrialWorld(const HandModel& hand,
         {
             m_multiBody.meshes[i]->setMargin(m_margin);
             m_multiBody.colliders[i]->setFriction(std::sqrt(m_friction));
+            m_multiBody.colliders[i]->setContactProcessingThreshold(kProcessed);
             m_world.addCollisionObject(m_multiBody.colliders[i].get(),
                                        kHandGroup,
                                        kHandGroup | kObjectGroup | kSceneGroup);
@@ -175,6 +179,7 @@ TrialWorld::Body TrialWorld::makeBody(const SsvTree& tree,
     body.rigid = std::make_unique<btRigidBody>(
         rigidInfo(mass, *body.shape, btCcdToBullet(moments), btCcdToBullet(X_WB * body.X_OI)));
     body.rigid->setFriction(std::sqrt(m_friction));
+    body.rigid->setContactProcessingThreshold(kProcessed);
     body.rigid->setActivationState(DISABLE_DEACTIVATION);
     return body;
 }

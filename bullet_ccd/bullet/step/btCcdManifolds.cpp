@@ -168,6 +168,8 @@ public:
         : m_a(btCcdToEigen(a.getWorldTransform())),
           m_b(btCcdToEigen(b.getWorldTransform())),
           m_asked(asked),
+          m_processed(std::min(double(a.getCollisionObject()->getContactProcessingThreshold()),
+                               double(b.getCollisionObject()->getContactProcessingThreshold()))),
           m_former(former),
           m_scratch(scratch)
     {
@@ -178,7 +180,8 @@ public:
     {
         std::vector<Contact>& raw = m_scratch.m_work.raw;
         const double shell = shellOf(a, b);
-        const double reach = std::max(shell, btCcdManifolds::kLeastReach) + m_asked;
+        const double reach =
+            std::max(std::min(shell, m_processed), btCcdManifolds::kLeastReach) + m_asked;
         const std::size_t first = raw.size();
         const Eigen::Vector3d middleA = m_a * (a.X_SG * a.m_tree->origin());
         const Eigen::Vector3d middleB = m_b * (b.X_SG * b.m_tree->origin());
@@ -289,6 +292,7 @@ private:
     Eigen::Isometry3d m_a;
     Eigen::Isometry3d m_b;
     double m_asked;
+    double m_processed;  ///< depths below minus that are of no use to the solver
     Eigen::Vector3d m_former;
     Scratch& m_scratch;
     double m_reach = 0.0;

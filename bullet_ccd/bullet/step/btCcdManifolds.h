@@ -22,8 +22,9 @@ struct btCollisionObjectWrapper;
 /// Depth is counted from the shell: a point at distance d of the surfaces has depth d - m, m the
 /// sum of both margins, so that the solver, which lets a pair close to depth 0, leaves room that
 /// the time of impact guards. Points are given for d <= 2 m (for d <= m + kLeastReach if the
-/// margins are smaller), plus what the result asks for (m_closestPointDistanceThreshold). Without
-/// margins m is kLeastShell.
+/// margins are smaller), plus what the result asks for (m_closestPointDistanceThreshold); where
+/// the objects have a contact processing threshold below m, it takes the place of the second m.
+/// Without margins m is kLeastShell.
 ///
 /// Surfaces that intersect, or are so near that their contacts have no direction, get the contacts
 /// that they have where one of them has been moved out of the other: the way that they came, or the

@@ -647,6 +647,29 @@ TEST(Manifolds, AContactTestReachesAsFarAsItAsks)
     EXPECT_NEAR(far.m_least, 0.02 - kShell, 1e-6);
 }
 
+TEST(Manifolds, WhatTheSolverDoesNotProcessIsNotLookedFor)
+{
+    // How many points there are at a distance, by the threshold of either body.
+    const auto count = [](double distance, double ofGround, double ofBox)
+    {
+        ManifoldScene scene(false);
+        btRigidBody& ground = scene.addMesh(raggedFloor(20, 0.5), 0, Vector3d::Zero());
+        btRigidBody& box =
+            scene.addMesh(makeBox({0.05, 0.05, 0.05}), 1, {0.01, 0.02, 0.05 + distance});
+        ground.setContactProcessingThreshold(btScalar(ofGround));
+        box.setContactProcessingThreshold(btScalar(ofBox));
+        scene.world->performDiscreteCollisionDetection();
+        return scene.points().size();
+    };
+    constexpr double kAny = 1e9;
+    EXPECT_EQ(count(1.7 * kShell, kAny, kAny), 4U);
+    EXPECT_EQ(count(1.7 * kShell, 0.5 * kShell, kAny), 0U);
+    EXPECT_EQ(count(1.7 * kShell, kAny, 0.5 * kShell), 0U);
+    EXPECT_EQ(count(1.4 * kShell, kAny, 0.5 * kShell), 4U);
+    // Whatever it is, what touches is held.
+    EXPECT_EQ(count(1.1 * kShell, 0.0, -1.0), 4U);
+}
+
 int started = 0;
 int ended = 0;
 int destroyed = 0;
