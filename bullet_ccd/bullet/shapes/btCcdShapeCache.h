@@ -46,6 +46,13 @@ struct btCcdTriangleId
 
 class btCcdTiles;
 
+/// A shape without triangles, with its radius, and where it is in the mesh frame of a part.
+struct btCcdExactShape
+{
+    bullet_ccd::ConvexShape m_shape;
+    Eigen::Isometry3d X_GE = Eigen::Isometry3d::Identity();
+};
+
 /// One body of a collision shape: the points within m_radius of a mesh. A sphere is a point and a
 /// radius, a capsule a segment and a radius: no tessellation.
 struct btCcdShapePart
@@ -76,10 +83,10 @@ struct btCcdShapePart
     double m_coreRadius = 0.0;  ///< [m]
     double m_depth = 0.0;       ///< every point of the core is at least this far inside [m]
 
-    /// The same two as exact shapes, with their radii, where the shape is simple enough: queries of
-    /// these take a hundredth of the time.
-    std::optional<bullet_ccd::ConvexShape> m_exact;
-    std::optional<bullet_ccd::ConvexShape> m_exactCore;
+    /// The same two as exact shapes where the shape is simple enough: queries of these take a
+    /// hundredth of the time.
+    std::optional<btCcdExactShape> m_exact;
+    std::optional<btCcdExactShape> m_exactCore;
 };
 
 /// Pose in the shape of the part's mesh, as something at `point_S` (shape frame) meets it. That is

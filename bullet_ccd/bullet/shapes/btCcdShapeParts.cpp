@@ -51,13 +51,16 @@ const btVector3& everywhere()
     return kLarge;
 }
 
-/// Turns a mesh about z into one about the given axis, pointing the same way.
+/// Turns what is about z to the given axis, pointing the same way.
+Eigen::Isometry3d toAxis(int axis)
+{
+    return Eigen::Isometry3d(bullet_ccd::rotationBetween(
+        Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Unit(Eigen::Index(axis))));
+}
+
 TriangleMesh alongAxis(TriangleMesh mesh, int axis)
 {
-    bullet_ccd::transformMesh(
-        mesh,
-        Eigen::Affine3d(bullet_ccd::rotationBetween(Eigen::Vector3d::UnitZ(),
-                                                    Eigen::Vector3d::Unit(Eigen::Index(axis)))));
+    bullet_ccd::transformMesh(mesh, Eigen::Affine3d(toAxis(axis)));
     return mesh;
 }
 
@@ -112,18 +115,19 @@ double depthOf(const TriangleMesh& core, const TriangleMesh& polytope)
 }
 
 /// Nothing for what has so many corners that a hierarchy is faster.
-std::optional<bullet_ccd::ConvexShape> exactHull(const TriangleMesh& polytope, double radius)
+std::optional<btCcdExactShape> exactHull(const TriangleMesh& polytope, double radius)
 {
     constexpr std::size_t kMostCorners = 32;
     if (polytope.vertices.size() == 1)
     {
-        return bullet_ccd::sphereShape(radius);
+        return btCcdExactShape{bullet_ccd::sphereShape(radius),
+                               Eigen::Isometry3d(Eigen::Translation3d(polytope.vertices.front()))};
     }
     if (polytope.vertices.size() > kMostCorners)
     {
         return std::nullopt;
     }
-    return bullet_ccd::hullShape(polytope.vertices).rounded(radius);
+    return btCcdExactShape{bullet_ccd::hullShape(polytope.vertices).rounded(radius)};
 }
 
 /// A convex polytope swept by a ball of radius r. If all of its planes are at least d from an inner
@@ -177,8 +181,10 @@ btCcdShapePart capsulePart(const btCapsuleShape& capsule, btCcdTreeStore& trees)
     part.m_core = part.m_tree;
     part.m_coreRadius = 0.5 * part.m_radius;
     part.m_depth = btCcdCoreDepth(part.m_radius);
-    const auto exact = [&end](double radius) {
-        return bullet_ccd::hullShape(std::array<Eigen::Vector3d, 2>{-end, end}).rounded(radius);
+    const auto exact = [&end](double radius)
+    {
+        return btCcdExactShape{
+            bullet_ccd::hullShape(std::array<Eigen::Vector3d, 2>{-end, end}).rounded(radius)};
     };
     part.m_exact = exact(part.m_radius);
     part.m_exactCore = exact(part.m_coreRadius);
@@ -193,8 +199,8 @@ btCcdShapePart boxPart(const Eigen::Vector3d& half, btCcdTreeStore& trees)
     const Eigen::Vector3d core = half.array() - 0.5 * inner;
     part.m_core = trees.tree(bullet_ccd::makeBox(core));
     part.m_depth = btCcdCoreDepth(inner);
-    part.m_exact = bullet_ccd::boxShape(half);
-    part.m_exactCore = bullet_ccd::boxShape(core);
+    part.m_exact = btCcdExactShape{bullet_ccd::boxShape(half)};
+    part.m_exactCore = btCcdExactShape{bullet_ccd::boxShape(core)};
     return part;
 }
 
@@ -242,21 +248,46 @@ btCcdTriangleCollector collectTriangles(const btStridingMeshInterface& mesh,
     return collector;
 }
 
+/// The core is inset by half of the depth of the middle, which is a little more than that of the
+/// polyhedron.
 btCcdShapePart cylinderPart(const btCylinderShape& cylinder, btCcdTreeStore& trees)
 {
     const int axis = cylinder.getUpAxis();
-    const double height = 2.0 * double(cylinder.getHalfExtentsWithMargin()[axis]);
+    const double half = double(cylinder.getHalfExtentsWithMargin()[axis]);
     const double radius = double(cylinder.getRadius());
-    return convexPart(
-        alongAxis(bullet_ccd::makeCylinder(radius, height, kRoundSegments), axis), 0.0, trees);
+    btCcdShapePart part = convexPart(
+        alongAxis(bullet_ccd::makeCylinder(radius, 2.0 * half, kRoundSegments), axis), 0.0, trees);
+    part.m_exact = btCcdExactShape{bullet_ccd::cylinderShape(radius, half), toAxis(axis)};
+    if (part.m_core != nullptr)
+    {
+        const double inset = 0.5 * std::min(radius, half);
+        part.m_exactCore =
+            btCcdExactShape{bullet_ccd::cylinderShape(radius - inset, half - inset), toAxis(axis)};
+    }
+    return part;
 }
 
+/// The same: the core is the cone scaled by a half about the centre of its inscribed sphere.
 btCcdShapePart conePart(const btConeShape& cone, btCcdTreeStore& trees)
 {
+    const int axis = cone.getConeUpIndex();
     const double half = 0.5 * double(cone.getHeight());
-    const TriangleMesh mesh = bullet_ccd::makeRevolved(
-        {{0.0, -half}, {double(cone.getRadius()), -half}, {0.0, half}}, kRoundSegments);
-    return convexPart(alongAxis(mesh, cone.getConeUpIndex()), double(cone.getMargin()), trees);
+    const double radius = double(cone.getRadius());
+    const double margin = double(cone.getMargin());
+    const TriangleMesh mesh =
+        bullet_ccd::makeRevolved({{0.0, -half}, {radius, -half}, {0.0, half}}, kRoundSegments);
+    btCcdShapePart part = convexPart(alongAxis(mesh, axis), margin, trees);
+    part.m_exact =
+        btCcdExactShape{bullet_ccd::coneShape(radius, half).rounded(margin), toAxis(axis)};
+    if (part.m_core != nullptr)
+    {
+        const double inscribed = 2.0 * radius * half / (radius + std::hypot(radius, 2.0 * half));
+        const Eigen::Translation3d middle(0.0, 0.0, inscribed - half);
+        part.m_exactCore = btCcdExactShape{
+            bullet_ccd::coneShape(0.5 * radius, 0.5 * half).rounded(part.m_coreRadius),
+            toAxis(axis) * Eigen::Translation3d(0.5 * middle.translation())};
+    }
+    return part;
 }
 
 btCcdShapePart planePart(const btStaticPlaneShape& plane)

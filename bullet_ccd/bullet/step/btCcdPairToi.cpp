@@ -63,7 +63,7 @@ struct Layer
 {
     const SsvTree& m_tree;
     double m_radius;
-    const bullet_ccd::ConvexShape* m_exact;  // null: only the hierarchy is known
+    const btCcdExactShape* m_exact;  // null: only the hierarchy is known
 };
 
 Layer surfaceOf(const btCcdShapePart& part)
@@ -123,10 +123,10 @@ FirstContactResult ask(
     const bullet_ccd::RigidMotion* motionB = exactMotionOf(parts.m_motionB, b);
     if (motionA != nullptr && motionB != nullptr)
     {
-        const FirstContactResult first =
-            askExact({a.m_exact, *motionA, parts.m_motionA.X_BS * parts.X_AG},
-                     {b.m_exact, *motionB, parts.m_motionB.X_BS * parts.X_BG},
-                     options);
+        const FirstContactResult first = askExact(
+            {&a.m_exact->m_shape, *motionA, parts.m_motionA.X_BS * parts.X_AG * a.m_exact->X_GE},
+            {&b.m_exact->m_shape, *motionB, parts.m_motionB.X_BS * parts.X_BG * b.m_exact->X_GE},
+            options);
         if (!gaveUp(first.status))
         {
             return first;
@@ -153,11 +153,12 @@ double distanceAtStart(const Parts& parts, const Layer& a, const Layer& b, doubl
     const double radii = a.m_radius + b.m_radius;
     if (a.m_exact != nullptr && b.m_exact != nullptr)
     {
+        const Eigen::Isometry3d X_FE = b.m_exact->X_GE.inverse() * X_BA * a.m_exact->X_GE;
         bullet_ccd::Simplex simplex;
         const bullet_ccd::ClosestPoints closest =
-            bullet_ccd::closestPoints(*a.m_exact,
-                                      *b.m_exact,
-                                      {X_BA.linear(), X_BA.translation()},
+            bullet_ccd::closestPoints(a.m_exact->m_shape,
+                                      b.m_exact->m_shape,
+                                      {X_FE.linear(), X_FE.translation()},
                                       radii + bound,
                                       false,
                                       simplex);

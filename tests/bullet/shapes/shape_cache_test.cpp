@@ -3,6 +3,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
 #include "bullet_ccd/bullet/shapes/btCcdShapeOutline.h"
+#include "bullet_ccd/convex/support.h"
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
@@ -26,6 +27,7 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <malloc.h>
 
@@ -84,6 +86,14 @@ double support(const TriangleMesh& mesh, double radius, const Eigen::Vector3d& d
         largest = std::max(largest, direction.dot(vertex));
     }
     return largest + radius;
+}
+
+/// The same over an exact shape.
+double support(const btCcdExactShape& exact, const Eigen::Vector3d& direction)
+{
+    const Eigen::Vector3d inE = exact.X_GE.linear().transpose() * direction;
+    return direction.dot(exact.X_GE.translation()) + supportHeight(exact.m_shape, inE) +
+           exact.m_shape.radius;
 }
 
 /// Fills in shapes of all convex kinds, of random sizes.
@@ -207,6 +217,13 @@ TEST(ShapeCache, EveryPointOfACoreIsAsDeepInsideAsStated)
             const double inner = support(part.m_core->mesh(), part.m_coreRadius, n);
             ASSERT_GE(outer - inner, part.m_depth) << shape.getName();
             slack = std::min(slack, outer - inner - part.m_depth);
+            if (part.m_exact && part.m_exactCore)
+            {
+                const double exact = support(*part.m_exact, n);
+                ASSERT_GE(exact - support(*part.m_exactCore, n), part.m_depth) << shape.getName();
+                ASSERT_NEAR(exact, outer, 1e-3 * std::abs(outer) + 1e-9) << shape.getName();
+                ASSERT_GE(exact, outer - 1e-9) << shape.getName();
+            }
         }
         // Not needlessly shallow: about half the size.
         EXPECT_LT(slack, part.m_depth + 0.1) << shape.getName();
