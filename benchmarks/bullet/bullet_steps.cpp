@@ -7,7 +7,9 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
@@ -116,6 +118,20 @@ void addPileOf(Scene& scene, int count)
             [](int, btRigidBody& body) { body.setLinearVelocity(vec(0, -5, 0)); });
 }
 
+/// The same of cylinders and cones, tilted.
+void addRoundPile(Scene& scene, int count)
+{
+    addPileOf(scene, count);
+    btCollisionShape* drum = scene.keep(std::make_unique<btCylinderShape>(vec(0.5, 0.25, 0.5)));
+    btCollisionShape* cone = scene.keep(std::make_unique<btConeShape>(btScalar(0.5), btScalar(1)));
+    for (int i = 0; i < count; ++i)
+    {
+        btCollisionObject* body = scene.world().getCollisionObjectArray()[i + 1];
+        body->setCollisionShape(i % 2 == 0 ? drum : cone);
+        body->getWorldTransform().setRotation({vec(1, i % 3, i % 5).normalized(), btScalar(i)});
+    }
+}
+
 /// Cubes that stand on the ground side by side, awake.
 void addStanding(Scene& scene, int count)
 {
@@ -157,6 +173,7 @@ std::vector<StepScene> stepScenes()
             scene("flying", 1000, 60, addFlock),
             scene("flying", 3000, 30, addFlock),
             scene("pile", 1000, 120, addPileOf),
+            scene("round pile", 800, 90, addRoundPile),
             scene("standing", 3000, 30, addStanding),
             scene("wall hit", 400, 60, addWall),
             scene("wall hit", 1000, 60, addWall)};
