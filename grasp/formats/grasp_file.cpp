@@ -290,12 +290,37 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     return grasp;
 }
 
+/// Fails for a line that is no JSON from its character `at` on: NaN and such have a key.
+[[noreturn]] void failAt(const std::string& line, std::size_t at, const Place& place)
+{
+    constexpr const char* kBeside = " \t,:[]{}\"";
+    const std::size_t begin = at == 0 ? 0 : line.find_last_of(kBeside, at) + 1;
+    const std::size_t colon = line.rfind("\":", begin);
+    if (at < line.size() && begin <= at && colon != std::string::npos && colon > 0)
+    {
+        const std::size_t key = line.rfind('"', colon - 1) + 1;
+        const std::string word = line.substr(begin, line.find_first_of(kBeside, at) - begin);
+        fail(place,
+             "key \"" + line.substr(key, colon - key) + "\": unexpected value " +
+                 word.substr(0, 60) + ": correct it or plan again");
+    }
+    fail(place, "not a JSON record: the line is damaged or cut off; plan again");
+}
+
 Json recordFrom(const std::string& line, const Place& place)
 {
-    Json json = Json::parse(line, nullptr, false);
-    if (json.is_discarded())
+    Json json;
+    try
     {
-        fail(place, "not a JSON record: the line is damaged or cut off; plan again");
+        json = Json::parse(line);
+    }
+    catch (const Json::parse_error& error)
+    {
+        failAt(line, error.byte - 1, place);
+    }
+    catch (const Json::out_of_range&)  // 1e999
+    {
+        fail(place, "a number is too large: correct it or plan again");
     }
     const auto schema = value<std::string>(json, "schema", place);
     if (schema != kGraspSchema)

@@ -170,6 +170,12 @@ TEST_F(GraspForceProgram, EffortsOfSingleJointsCount)
     EXPECT_THAT(unknown.err, HasSubstr(joint));
     EXPECT_EQ(run("force", "--effort much").exitCode, 2);
     EXPECT_EQ(run("force", "--effort a=-1").exitCode, 2);
+    for (const std::string none : {"0", "finger=0", "inf"})  // nothing squeezes without a limit
+    {
+        const Outcome zero = run("trial", "--effort " + none);
+        EXPECT_EQ(zero.exitCode, 2);
+        EXPECT_THAT(zero.err, HasSubstr("--effort: " + none + " is no effort"));
+    }
 }
 
 TEST_F(GraspForceProgram, ChoicesThatTheFileDoesNotHaveExitWith3)

@@ -382,6 +382,16 @@ TEST_F(GraspFile, ErrorsNameFileAndLine)
     EXPECT_THAT(changed("bullet_ccd.grasp/1", "other/9"), HasSubstr(at + ":2: schema \"other/9\""));
     EXPECT_THAT(changed("\"candidate\":1", "\"candidate\":\"x\""),
                 HasSubstr(at + ":2: key \"candidate\": unexpected value \"x\""));
+    // Python's writer puts words where JSON has none.
+    for (const std::string word : {"NaN", "Infinity", "-Infinity", "nan", "inf"})
+    {
+        EXPECT_THAT(changed("\"candidate\":1", "\"candidate\":" + word),
+                    HasSubstr(at + ":2: key \"candidate\": unexpected value " + word + ": "));
+        EXPECT_THAT(changed("\"position_m\":[", "\"position_m\":[0.5, " + word + ","),
+                    HasSubstr(at + ":2: key \"position_m\": unexpected value " + word + ": "));
+    }
+    EXPECT_THAT(changed("\"candidate\":1", "\"candidate\":1e999"),
+                HasSubstr(at + ":2: a number is too large"));
     EXPECT_THAT(changed("\"link\":\"palm\"", "\"link\":\"elbow\""),
                 HasSubstr(at + ":2: link \"elbow\" is not a link of three_fingers"));
     EXPECT_THAT(changed(contentHash(m_object), "0123456789abcdef"),

@@ -380,6 +380,30 @@ TEST(TrialWorld, NothingBouncesAndNothingGainsEnergy)
     EXPECT_LT(lowest, start - 0.005);
 }
 
+/// Restitution 0: what falls flat has no speed after its impact.
+TEST(TrialWorld, WhatLandsOnATableStaysThere)
+{
+    constexpr double kDrop = 0.02;  // [m]
+    for (const double mass : {0.02, 2.0})
+    {
+        const Pinch pinch(mass, 0.5, 0.0);
+        pinch.world->addTable(Eigen::Vector3d(0.0, -0.02 - 2.0 * kMargin - kDrop, 0.0),
+                              Eigen::Vector3d::UnitY());
+        double fastest = 0.0;
+        double back = 0.0;  // upwards
+        for (int k = 0; k < 120; ++k)
+        {
+            pinch.run(kStep, Eigen::Vector3d(0.0, -kGravity, 0.0));
+            fastest = std::max(fastest, -pinch.world->objectVelocity().y());
+            back = std::max(back, pinch.world->objectVelocity().y());
+        }
+        EXPECT_NEAR(fastest, std::sqrt(2.0 * kGravity * kDrop), 2.0 * kGravity * kStep);
+        EXPECT_LT(back, 0.01 * fastest);
+        EXPECT_LT(pinch.world->objectVelocity().norm(), 1e-6);
+        EXPECT_NEAR(pinch.world->objectCenter().y(), -kDrop, kMargin);
+    }
+}
+
 TEST(TrialWorld, ABlockedDrivePressesByItsWholeForceHoweverSlowItIs)
 {
     // The other jaw keeps its place, so this one presses by stiffness times what is left of its

@@ -56,6 +56,17 @@ Effort parseEffort(const std::string& text)
     return effort;
 }
 
+Effort parseOwnEffort(const std::string& text)
+{
+    const Effort effort = parseEffort(text);
+    if (!std::isfinite(effort.limit))
+    {
+        throw std::invalid_argument(
+            text + " is no effort to squeeze with: give a number above 0, or JOINT=NUMBER");
+    }
+    return effort;
+}
+
 void applyEfforts(const std::vector<std::string>& texts,
                   const RobotModel& robot,
                   grasp::ForceProblem& problem)

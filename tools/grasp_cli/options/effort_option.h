@@ -19,6 +19,9 @@ struct Effort
 /// Throws std::invalid_argument for anything else.
 [[nodiscard]] Effort parseEffort(const std::string& text);
 
+/// The same, but 0 is none: of what has to press.
+[[nodiscard]] Effort parseOwnEffort(const std::string& text);
+
 /// Sets the limits of the problem in the order given.
 /// Throws std::runtime_error for a joint that the robot does not have, or that follows another one.
 void applyEfforts(const std::vector<std::string>& texts,

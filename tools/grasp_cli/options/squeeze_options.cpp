@@ -33,7 +33,7 @@ void addSqueezeOptions(CLI::App& command, SqueezeArguments& arguments)
             "it says none, 0, or more than 8 N m or 500 N of a finger: 1 N m or 40 N. A motor "
             "that moves several joints gives what all of them may bear.")
         ->type_name("E")
-        ->check(parsedBy(parseEffort))
+        ->check(parsedBy(parseOwnEffort))
         ->group("Squeeze");
 }
 
