@@ -34,13 +34,15 @@ enum class ClosingReference : std::uint8_t
                                         const tools::LoadedObject& object,
                                         const grasp::PlannerOptions& options);
 
-/// Plans, and tries the best force closures by the protocols `six` and DexGraspBench's in our
-/// simulation and in MuJoCo, with the same squeezes. Needs MuJoCo.
+/// Plans, and tries the best force closures by epsilon and the first by the score (hold_score.h) by
+/// the named ones of `six`, `dexgraspbench` and `lift` in our simulation and in MuJoCo, with the
+/// same squeezes. Needs MuJoCo.
 /// @return a row of the log
 [[nodiscard]] nlohmann::json judgeTrials(const tools::LoadedHand& hand,
                                          const tools::LoadedObject& object,
                                          const grasp::PlannerOptions& options,
-                                         int best);
+                                         int best,
+                                         const std::vector<std::string>& suites);
 
 // Tables of what was judged, and whether it is good.
 
@@ -62,7 +64,4 @@ inline constexpr const char* kWithoutSrdf = ", inferred";
 /// summarizePlans(), the mean rate of the hands, and how many of their objects are held.
 /// @return whether those are at least 60 % and 90 %
 [[nodiscard]] bool summarizeThumbed(const std::vector<nlohmann::json>& rows);
-/// Prints what was held in both engines by hand and object, and every grasp of which they differ.
-/// @return whether they agree on 90 % of each protocol
-[[nodiscard]] bool summarizeTrials(const std::vector<nlohmann::json>& rows);
 }  // namespace bullet_ccd::benchmarks

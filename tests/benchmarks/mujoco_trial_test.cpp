@@ -21,7 +21,9 @@ protected:
             link.joint.maxEffort = 100.0;
         }
         m_grasp.X_WH.translation() = Eigen::Vector3d(0.0, 0.0, -0.035);
+        m_grasp.X_WStart.translation() = Eigen::Vector3d(0.0, 0.0, -0.1);
         m_grasp.approach_W = Eigen::Vector3d::UnitZ();
+        m_grasp.preshape = "open";
         m_grasp.positions = {0.0, 0.01995, 0.01995};
         for (const SsvTree* tree : m_hand.linkTrees)
         {
@@ -41,6 +43,14 @@ protected:
                 }
             }
         }
+    }
+    /// By a squeeze that counts on a friction of 0.5.
+    [[nodiscard]] TrialOutcome liftBy(double friction)
+    {
+        const grasp::Squeeze squeeze = squeezeOf(m_hand, m_grasp, {.mass = 0.3, .friction = 0.5});
+        return reference::MujocoTrials(m_hand, m_cube, m_grasp, squeeze, m_pieces)
+            .run(m_grasp, squeeze, grasp::shippedProtocol("lift"), 0.3, friction, 0.0)
+            .outcome;
     }
     /// Of a load along y, across the jaws, of so much of 2 mu N.
     [[nodiscard]] TrialOutcome outcomeOf(double share, double mass, double friction)
@@ -73,6 +83,12 @@ TEST_P(TwoJaws, SlipInMuJoCoWhereTheLoadIsTwiceTheFriction)
             EXPECT_NE(outcomeOf(1.05, mass, friction), TrialOutcome::Held) << mass << friction;
         }
     }
+}
+
+TEST_P(TwoJaws, LiftInMuJoCoFromATableWhatTheirFrictionHolds)
+{
+    EXPECT_EQ(liftBy(0.5), TrialOutcome::Held);
+    EXPECT_EQ(liftBy(0.02), TrialOutcome::Slipped);  // it stays on the table, up to the palm
 }
 
 INSTANTIATE_TEST_SUITE_P(AloneAndCoupled, TwoJaws, ::testing::Bool());

@@ -1,5 +1,6 @@
 #include "benchmarks/reference/oracles/mujoco_trial.h"
 
+#include "bullet_ccd/math/check.h"
 #include "grasp/force/grasp_forces.h"
 #include "grasp/trial/trial_start.h"
 
@@ -9,6 +10,8 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <mutex>
+#include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -22,6 +25,9 @@ using Axes = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 // Of grasp_trial.cpp.
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
+constexpr double kStandTime = 0.25;           // [s]
+constexpr double kCloseTime = 1.0;            // [s]
+constexpr double kMostCloseTime = 2.0;        // [s]
 constexpr double kCloseShare = 0.1;
 constexpr double kLeastShare = 0.02;
 constexpr double kTouchTime = 0.2;   // [s]
@@ -32,6 +38,8 @@ constexpr double kRestSpin = 0.1;    // [rad/s]
 constexpr double kSkin = 1e-3;       // [m]
 
 constexpr double kFollow = 0.02;  // of the error of a torque, in a step
+
+constexpr int kTableBit = 2;  // of contype and conaffinity: tables meet the object alone
 
 /// MuJoCo reads meshes from files alone. What is written here goes with it, whatever happens.
 struct ScratchFolder
@@ -63,18 +71,23 @@ mjModel* compiled(const grasp::HandModel& hand,
     const ScratchFolder scratch;
     grasp::writeMjcfMeshes(fs::path(scratch.path) / "meshes", pieces);
     const std::string file = scratch.path + "/grasp.xml";
-    std::ofstream out(file);
-    grasp::writeMjcf(out, hand, object, grasp, squeeze, pieces, {.mass = 1.0});
-    out.close();
+    std::ostringstream model;
+    grasp::writeMjcf(model, hand, object, grasp, squeeze, pieces, {.mass = 1.0});
+    std::string text = model.str();
+    const std::string world = "<worldbody>";
+    text.insert(text.find(world) + world.size(),
+                R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1" contype="0" )"
+                R"(conaffinity="0"/>)");
+    std::ofstream(file) << text;
     char error[1000] = "";
     static std::mutex mutex;  // MuJoCo keeps the last file that it read
     const std::scoped_lock lock(mutex);
-    mjModel* model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
-    if (model == nullptr)
+    mjModel* compiled = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
+    if (compiled == nullptr)
     {
         throw std::runtime_error(hand.robot.name + ", " + object.name + ": MuJoCo: " + error);
     }
-    return model;
+    return compiled;
 }
 }  // namespace
 
@@ -88,9 +101,14 @@ MujocoTrials::MujocoTrials(const grasp::HandModel& hand,
       m_model(compiled(hand, object, grasp, squeeze, pieces), &mj_deleteModel),
       m_data(mj_makeData(m_model.get()), &mj_deleteData),
       m_joints(grasp::independentJoints(hand.robot.tree)),
+      m_table(mj_name2id(m_model.get(), mjOBJ_GEOM, "table")),
       m_body(m_model->nbody - 1),
       m_inertia(m_model->body_inertia + 3 * m_body)
 {
+    for (int geom = 0; geom < m_model->ngeom; ++geom)
+    {
+        m_model->geom_conaffinity[geom] |= m_model->geom_bodyid[geom] == m_body ? kTableBit : 0;
+    }
     for (const Link& link : hand.robot.tree.links)
     {
         const std::string name = link.joint.isMovable() ? link.joint.name : "";
@@ -154,6 +172,14 @@ void MujocoTrials::refer()
     m_axes = Axes(m_data->xmat + 9 * m_body);
 }
 
+bool MujocoTrials::touches() const
+{
+    return std::any_of(m_data->contact,
+                       m_data->contact + m_data->ncon,
+                       [this](const mjContact& c)
+                       { return c.geom1 != m_table && c.geom2 != m_table; });
+}
+
 bool MujocoTrials::isAtRest() const
 {
     mjtNum speed[6];
@@ -174,10 +200,27 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     {
         return result;
     }
-    const grasp::TrialPosture start = grasp::heldStart(m_hand, m_object, grasp, kSkin);
+    const bool isHeld = protocol.start == grasp::TrialStart::Held;
+    const grasp::TrialPosture start =
+        isHeld ? grasp::heldStart(m_hand, m_object, grasp, kSkin)
+               : grasp::openStart(m_hand, m_object, grasp, protocol, 1, kSkin);
+    if (!start.blocked.empty())
+    {
+        result.outcome = TrialOutcome::NeverTouched;
+        result.reason = start.blocked;
+        return result;
+    }
     const Eigen::Quaterniond q(start.X_WH.linear());
     Eigen::Map<Eigen::Vector3d>(m_model->body_pos + 3) = start.X_WH.translation();
     Eigen::Map<Eigen::Vector4d>(m_model->body_quat + 4) << q.w(), q.vec();
+    const bool stands = protocol.start == grasp::TrialStart::Table;
+    m_model->geom_contype[m_table] = stands ? kTableBit : 0;
+    double& table = m_model->geom_pos[3 * m_table + 2];
+    table = INFINITY;
+    for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
+    {
+        table = std::min(table, vertex.z());
+    }
     begin(start.positions, mass, friction, torsion);
     const auto drives = [&](auto&& set)
     {
@@ -186,10 +229,10 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
             set(j, static_cast<std::size_t>(m_joints[j]));
         }
     };
+    const Eigen::Vector3d weight(0.0, 0.0, stands ? -mass * kStandardGravity : 0.0);
     const double& time = m_data->time;
-    while (time < kTouchTime)
+    const auto follow = [&](const std::vector<double>& end, double share)
     {
-        const double share = std::min(1.0, 2.0 * time / kTouchTime);
         drives(
             [&](std::size_t j, std::size_t link)
             {
@@ -197,16 +240,46 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
                 drive(j,
                       std::max(kCloseShare * std::abs(squeeze.torques[j]),
                                kLeastShare * squeeze.efforts[j].limit),
-                      from + share * (grasp.positions[link] - from));
+                      from + share * (end[link] - from));
             });
-        step(Eigen::Vector3d::Zero());
+        step(weight);
+    };
+    while (stands && time < kStandTime)
+    {
+        drives([&](std::size_t j, std::size_t link)
+               { drive(j, squeeze.efforts[j].limit, start.positions[link]); });
+        step(weight);
     }
+    if (way() > protocol.heldWay || turned() > protocol.heldTurn)
+    {
+        result.outcome = TrialOutcome::NotSettled;
+        result.reason = "the object does not stand on the table by itself";
+        return result;
+    }
+    if (isHeld)
+    {
+        while (time < kTouchTime)
+        {
+            follow(grasp.positions, std::min(1.0, 2.0 * time / kTouchTime));
+        }
+    }
+    else
+    {
+        // As fast as ours; joints that are stopped are pressed gently, and others may come.
+        const std::vector<double> end = grasp::closedPositions(m_hand, start.positions);
+        const double began = time;
+        while (time < began + kMostCloseTime && way() <= protocol.lostWay)
+        {
+            follow(end, std::min(1.0, (time - began) / kCloseTime));
+        }
+    }
+    const double pressed = time;
     std::vector<double> from;
     drives([&](std::size_t, std::size_t link) { from.push_back(m_data->qpos[m_places[link]]); });
-    while (way() <= protocol.lostWay && time < kTouchTime + kRampTime + kSettleTime &&
-           !(time > kTouchTime + 1.5 * kRampTime && isAtRest()))
+    while (way() <= protocol.lostWay && time < pressed + kRampTime + kSettleTime &&
+           !(time > pressed + 1.5 * kRampTime && isAtRest()))
     {
-        const double share = std::min(1.0, (time - kTouchTime) / kRampTime);
+        const double share = std::min(1.0, (time - pressed) / kRampTime);
         drives(
             [&](std::size_t j, std::size_t)
             {
@@ -217,28 +290,47 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
                 from[j] += error * torque > 0.0 ? kFollow * error / squeeze.stiffness[j] : 0.0;
                 drive(j, squeeze.efforts[j].limit, from[j] + torque / squeeze.stiffness[j]);
             });
-        step(Eigen::Vector3d::Zero());
+        step(weight);
     }
     result.outcome = way() > protocol.lostWay ? TrialOutcome::Ejected
-                     : m_data->ncon == 0      ? TrialOutcome::NeverTouched
+                     : !touches()             ? TrialOutcome::NeverTouched
                      : !isAtRest()            ? TrialOutcome::NotSettled
                                               : TrialOutcome::Held;
     refer();
     double end = time;
     for (const grasp::TrialPhase& phase : protocol.phases)
     {
+        require(phase.kind == grasp::TrialPhase::Kind::Load ||
+                    phase.kind == grasp::TrialPhase::Kind::Lift,
+                "MujocoTrials: only loads and lifts are known: give another protocol");
+        const double began = end;
+        const double height = table;
         end += phase.time;
         while (result.outcome == TrialOutcome::Held && time < end)
         {
-            step(phase.amount * mass * kStandardGravity * phase.direction.normalized());
+            Eigen::Vector3d acceleration =
+                phase.amount * kStandardGravity * phase.direction.normalized();
+            if (phase.kind == grasp::TrialPhase::Kind::Lift)
+            {
+                // The hand stays: the table sinks, and what accelerates the hand acts on the
+                // object.
+                const double omega = std::numbers::pi / phase.time;
+                const double turn = omega * (time - began);
+                table = height - 0.5 * phase.amount * (1.0 - std::cos(turn));
+                acceleration.x() = acceleration.y() = 0.0;
+                acceleration.z() =
+                    -kStandardGravity - 0.5 * phase.amount * omega * omega * std::cos(turn);
+            }
+            step(mass * acceleration);
             result.slip = std::max(result.slip, way());
             result.turn = std::max(result.turn, turned());
-            const bool isHeld = result.slip <= protocol.heldWay && result.turn <= protocol.heldTurn;
-            if (!isHeld && result.reason.empty())
+            const bool isWithin =
+                result.slip <= protocol.heldWay && result.turn <= protocol.heldTurn;
+            if (!isWithin && result.reason.empty())
             {
                 result.reason = fmt::format("first in phase {}, after {:.3g} s",
                                             &phase - protocol.phases.data() + 1,
-                                            phase.time - end + time);
+                                            time - began);
             }
             if (!(way() <= protocol.lostWay))
             {

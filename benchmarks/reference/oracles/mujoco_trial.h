@@ -21,8 +21,8 @@ public:
                  const grasp::Squeeze& squeeze,
                  const grasp::MjcfPieces& pieces);
 
-    /// What grasp::runTrial() does, with its times, efforts and thresholds, for protocols that
-    /// begin with the hand at the object and load it, z up. The outcome has no forces, torques and
+    /// What grasp::runTrial() does, with its times, efforts and thresholds, for protocols without
+    /// errors of the pose that load or lift, z up. The outcome has no forces, torques and
     /// penetration. Torsion is as in grasp::MjcfOptions.
     [[nodiscard]] grasp::TrialResult run(const grasp::Grasp& grasp,
                                          const grasp::Squeeze& squeeze,
@@ -39,6 +39,7 @@ private:
     [[nodiscard]] Eigen::Vector3d center() const;
     [[nodiscard]] double way() const { return (center() - m_center).norm(); }
     [[nodiscard]] double turned() const;
+    [[nodiscard]] bool touches() const;
     [[nodiscard]] bool isAtRest() const;
 
     const grasp::HandModel& m_hand;
@@ -47,6 +48,7 @@ private:
     std::unique_ptr<mjData, decltype(&mj_deleteData)> m_data;
     std::vector<std::int32_t> m_joints;
     std::vector<int> m_places;  ///< in qpos, one entry per link
+    int m_table;                ///< a plane that the object stands on where a protocol says so
     int m_body;                 ///< the object
     Eigen::Vector3d m_inertia;  ///< of 1 kg
     Eigen::Vector3d m_center;

@@ -1,0 +1,67 @@
+#!/usr/bin/python3
+"""What tools/grasp_trials adds up, on rows whose answer is known: SOURCES GRASP_PROGRAM."""
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+SOURCES, PROGRAM = map(Path, sys.argv[1:3])
+TOOL = SOURCES / "tools" / "grasp_trials"
+loader = SourceFileLoader("grasp_trials", str(TOOL))
+tool = importlib.util.module_from_spec(importlib.util.spec_from_loader("grasp_trials", loader))
+loader.exec_module(tool)
+
+# Spearman: whatever grows together has 1; 1, 2, 3, 4 beside 1, 3, 2, 4 has 1 - 6 * 2 / 60.
+assert abs(tool.correlation([1.0, 2.0, 9.0], [0.1, 5.0, 6.0]) - 1.0) < 1e-12
+assert abs(tool.correlation([1.0, 2.0, 9.0], [3.0, 2.0, 1.0]) + 1.0) < 1e-12
+assert abs(tool.correlation([1, 2, 3, 4], [1, 3, 2, 4]) - 0.8) < 1e-12
+assert tool.correlation([1, 1, 1], [1, 2, 3]) == 0.0
+
+
+def said(*words):
+    ended = subprocess.run([TOOL, *map(str, words)], check=False, capture_output=True, text=True)
+    return ended.returncode, ended.stdout + ended.stderr
+
+
+with tempfile.TemporaryDirectory() as folder:
+    rows = Path(folder) / "rows.json"
+
+    def trial(ours, theirs, depth=0.0):
+        one = {"slip_m": 0.02, "turn_rad": 0.0, "reason": "after 0.3 s", "penetration_m": depth}
+        return {"suite": "six", "rank": 1, "scored_first": True, "candidate": 7,
+                "ours": one | {"outcome": ours}, "mujoco": one | {"outcome": theirs}}
+
+    def summary(*trials):
+        rows.write_text(json.dumps({"state": [{"hand": "h", "object": "o/x", "trials": trials}]}))
+        return said("summary", rows)
+
+    alike = [trial("held", "held")] * 9
+    code, text = summary(*alike, trial("dropped", "held"))
+    assert code == 0, text
+    assert "10 grasps, held: ours  90.0 %, MuJoCo 100.0 %, agree  90.0 %" in text, text
+    assert "differ:    1 x six: ours dropped, MuJoCo held" in text, text
+    assert "failed:    1 x six: dropped: after N s" in text, text
+    assert summary(*alike, *[trial("dropped", "held")] * 2)[0] == 1
+    assert summary(*alike, trial("held", "held", 1e-5))[0] == 1
+
+    # A soak goes on where it ended, and a program that crashes is found.
+    ball = Path(folder) / "ball.obj"
+    ball.write_text("v 0.02 0 0\nv 0 0.02 0\nv 0 0 0.02\nv -0.02 -0.02 -0.02\n"
+                    "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n")
+    where = ("--hand", "parallel_gripper", "--object", ball, "-o", Path(folder) / "soak", "-j", 1)
+    code, text = said("soak", *where, "--program", PROGRAM, "-n", 1)
+    assert code == 0 and "wrong: 0" in text, text
+    log = Path(folder) / "soak" / "soak.jsonl"
+    before = log.read_text()
+    trials = json.loads(before)["trials"]
+    assert trials > 0
+    broken = Path(folder) / "broken"
+    broken.write_text(f"#!/bin/sh\n[ $1 = plan ] && exec '{PROGRAM}' \"$@\"\nkill -SEGV $$\n")
+    broken.chmod(0o755)
+    code, text = said("soak", *where, "--program", broken, "-n", trials + 1)
+    assert code == 1 and "crashes" in text, text
+    assert log.read_text().startswith(before) and log.read_text().count("\n") == 2
