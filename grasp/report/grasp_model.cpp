@@ -7,7 +7,9 @@
 #include "grasp/report/gltf_builder.h"
 #include "grasp/report/grasp_scene.h"
 
+#include <algorithm>
 #include <numbers>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -149,6 +151,12 @@ void addSweptBoxes(GltfBuilder& gltf, int root, const HandModel& hand, const Gra
         }
     }
 }
+
+/// Turns z up to y up.
+Eigen::Isometry3d yUp()
+{
+    return Eigen::Isometry3d(Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitX()));
+}
 }  // namespace
 
 void writeGraspModel(const HandModel& hand,
@@ -162,9 +170,7 @@ void writeGraspModel(const HandModel& hand,
     require(!grasp.positions.empty(), "writeGraspModel: the grasp was never closed");
     const GraspScene scene = makeScene(hand, object, grasp, obstacles);
     GltfBuilder gltf;
-    const Eigen::Isometry3d yUp(
-        Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitX()));
-    const int root = gltf.addNode("grasp", kNone, kNone, yUp);
+    const int root = gltf.addNode("grasp", kNone, kNone, yUp());
     addHand(gltf, root, hand, scene);
     addObject(gltf, root, object, scene);
     addObstacles(gltf, root, scene);
@@ -177,6 +183,33 @@ void writeGraspModel(const HandModel& hand,
                   coneShape(kConeHeight * object.radius, friction),
                   kConeOpacity);
     addSweptBoxes(gltf, root, hand, grasp);
+    gltf.write(file);
+}
+
+void writeMotionModel(const std::string& root,
+                      std::span<const float> times,
+                      std::span<const MotionTrack> tracks,
+                      const std::filesystem::path& file)
+{
+    GltfBuilder gltf;
+    const int parent = gltf.addNode(root, kNone, kNone, yUp());
+    std::vector<std::pair<Color, int>> materials;
+    for (const MotionTrack& track : tracks)
+    {
+        auto material = std::ranges::find(materials, track.color, &std::pair<Color, int>::first);
+        if (material == materials.end())
+        {
+            materials.emplace_back(track.color, gltf.addMaterial(track.name, track.color, 1.0F));
+            material = materials.end() - 1;
+        }
+        const Shape shape = makeShape(track.tree->mesh(), Eigen::Isometry3d::Identity());
+        const int mesh = gltf.addTriangles(track.name, shape, material->second);
+        const int node = gltf.addNode(track.name, parent, mesh, track.poses.front());
+        if (track.poses.size() > 1)
+        {
+            gltf.animate(node, times, track.poses);
+        }
+    }
     gltf.write(file);
 }
 }  // namespace bullet_ccd::grasp

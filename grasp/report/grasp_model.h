@@ -5,9 +5,12 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
+#include "grasp/report/raster.h"
 
 #include <filesystem>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -31,4 +34,21 @@ BULLET_CCD_API void writeGraspModel(const HandModel& hand,
                                     double friction,
                                     const std::filesystem::path& file,
                                     std::span<const RigidBody> obstacles = {});
+
+/// Something that moves as one piece.
+struct MotionTrack
+{
+    std::string name;
+    const SsvTree* tree = nullptr;
+    Color color = Color::Zero();
+    std::vector<Eigen::Isometry3d> poses;  ///< one for each time, or a single one: it is at rest
+};
+
+/// Writes an animation as binary glTF 2.0 (.glb), metres and seconds: below the node `root`, which
+/// turns z up to glTF's y up, one node a track. Tracks of one colour share a material.
+/// Throws std::runtime_error if the file cannot be written.
+BULLET_CCD_API void writeMotionModel(const std::string& root,
+                                     std::span<const float> times,
+                                     std::span<const MotionTrack> tracks,
+                                     const std::filesystem::path& file);
 }  // namespace bullet_ccd::grasp

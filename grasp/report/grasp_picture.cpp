@@ -396,6 +396,56 @@ void drawPreshape(const HandModel& hand,
     writePng(picture, file);
 }
 
+void drawMoments(const HandModel& hand,
+                 const GraspObject& object,
+                 std::span<const Moment> moments,
+                 const PictureOptions& options,
+                 const std::filesystem::path& file)
+{
+    requireSize(options, file);
+    require(!moments.empty(), file.string() + ": no moments to draw: give one or more");
+    std::vector<GraspScene> scenes;
+    std::vector<Eigen::Vector3d> marks;
+    for (const Moment& moment : moments)
+    {
+        Grasp grasp;
+        grasp.X_WH = moment.X_WH;
+        grasp.positions = moment.positions;
+        GraspScene& scene = scenes.emplace_back(makeScene(hand, object, grasp, options.obstacles));
+        for (Eigen::Vector3d& vertex : scene.object.vertices)
+        {
+            vertex = moment.X_WO * vertex;
+        }
+        for (std::array<Eigen::Vector3f, 3>& corner : scene.object.normals)
+        {
+            for (Eigen::Vector3f& normal : corner)
+            {
+                normal = moment.X_WO.linear().cast<float>() * normal;
+            }
+        }
+        marks.insert(marks.end(), scene.object.vertices.begin(), scene.object.vertices.end());
+        for (const std::int32_t link : scene.framed)
+        {
+            const Shape& shape = scene.hand[static_cast<std::size_t>(link)];
+            marks.insert(marks.end(), shape.vertices.begin(), shape.vertices.end());
+        }
+    }
+    const Eigen::Vector3d direction = chooseViews(scenes.front()).front();
+    scenes.front().marks = std::move(marks);
+    const int panelWidth = options.width / static_cast<int>(scenes.size());
+    const Camera camera = frameScene(
+        scenes.front(), direction, kSupersampling * panelWidth, kSupersampling * options.height);
+    Canvas picture(options.width, options.height);
+    int left = 0;
+    for (const GraspScene& scene : scenes)
+    {
+        shrinkInto(picture, left, drawView(scene, camera));
+        left += panelWidth;
+    }
+    drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, 0, panelWidth);
+    writePng(picture, file);
+}
+
 void drawGrasp(const HandModel& hand,
                const GraspObject& object,
                const Grasp& grasp,

@@ -31,6 +31,23 @@ BULLET_CCD_API void drawGrasp(const HandModel& hand,
                               const PictureOptions& options,
                               const std::filesystem::path& file);
 
+/// A hand and an object that move.
+struct Moment
+{
+    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< of the root link
+    std::vector<double> positions{};                         ///< one entry per link [rad or m]
+    Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< of the object's mesh frame
+};
+
+/// Renders moments to a PNG, side by side, all from one side and at one scale, with a bar for it.
+/// The side is that which shows the hand best at the first moment. Throws as drawGrasp(). Swept
+/// boxes of the options are not looked at.
+BULLET_CCD_API void drawMoments(const HandModel& hand,
+                                const GraspObject& object,
+                                std::span<const Moment> moments,
+                                const PictureOptions& options,
+                                const std::filesystem::path& file);
+
 /// Renders the hand in a preshape to a PNG, without an object, from four sides: along the axes of
 /// its grasp frame, x, y and against z, and obliquely. The grasp frame is drawn (x red, y green, z
 /// blue: the way to the object), and for every finger the way of its tip while it closes. Throws as

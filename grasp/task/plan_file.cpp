@@ -1,7 +1,7 @@
 #include "grasp/task/plan_file.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
-#include "grasp/report/gltf_builder.h"
+#include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_scene.h"
 
 #include <algorithm>
@@ -10,7 +10,6 @@
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <ostream>
 
 namespace bullet_ccd::grasp
@@ -204,8 +203,27 @@ void writePlanModel(const PickPlaceTask& task,
                     const std::filesystem::path& file,
                     double interval)
 {
+    std::vector<MotionTrack> tracks;
+    for (std::size_t i = 0; i < task.obstacles.size(); ++i)
+    {
+        tracks.push_back({.name = task.obstacleNames[i],
+                          .tree = task.obstacles[i].tree,
+                          .color = kObstacleColor,
+                          .poses = {task.obstacles[i].motion.X_W0}});
+    }
+    const std::size_t obstacles = tracks.size();
+    for (std::size_t link = 0; link < task.robot.tree.size(); ++link)
+    {
+        tracks.push_back({.name = task.robot.tree.links[link].name,
+                          .tree = task.robot.linkTrees[link],
+                          .color = Color(0.36F, 0.47F, 0.62F),
+                          .poses = {}});
+    }
+    tracks.push_back({.name = "object: " + task.object.name,
+                      .tree = &task.object.tree,
+                      .color = kObjectColor,
+                      .poses = {}});
     std::vector<float> times;
-    std::vector<std::vector<Eigen::Isometry3d>> poses(task.robot.tree.size() + 1);
     const double duration = plan.legs.back().waypoints.back().time;
     const auto frames = static_cast<int>(std::ceil(duration / interval));
     for (int i = 0; i <= frames; ++i)
@@ -215,38 +233,12 @@ void writePlanModel(const PickPlaceTask& task,
         times.push_back(static_cast<float>(time));
         for (std::size_t link = 0; link < state.X_W.size(); ++link)
         {
-            poses[link].push_back(state.X_W[link]);
+            tracks[obstacles + link].poses.push_back(state.X_W[link]);
         }
-        poses.back().push_back(state.X_WO);
+        tracks.back().poses.push_back(state.X_WO);
     }
-    GltfBuilder gltf;
-    const Eigen::Isometry3d yUp(
-        Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitX()));
-    const int root = gltf.addNode("task", kNone, kNone, yUp);
-    const auto add = [&](const std::string& name, const SsvTree& tree, int material)
-    {
-        const Shape shape = makeShape(tree.mesh(), Eigen::Isometry3d::Identity());
-        return std::pair(gltf.addTriangles(name, shape, material), name);
-    };
-    const int gray = gltf.addMaterial("obstacle", kObstacleColor, 1.0F);
-    for (std::size_t i = 0; i < task.obstacles.size(); ++i)
-    {
-        const auto [mesh, name] = add(task.obstacleNames[i], *task.obstacles[i].tree, gray);
-        gltf.addNode(name, root, mesh, task.obstacles[i].motion.X_W0);
-    }
-    const int blue = gltf.addMaterial("robot", Color(0.36F, 0.47F, 0.62F), 1.0F);
-    for (std::size_t link = 0; link < task.robot.tree.size(); ++link)
-    {
-        if (const SsvTree* tree = task.robot.linkTrees[link]; tree != nullptr)
-        {
-            const auto [mesh, name] = add(task.robot.tree.links[link].name, *tree, blue);
-            gltf.animate(gltf.addNode(name, root, mesh, poses[link].front()), times, poses[link]);
-        }
-    }
-    const int orange = gltf.addMaterial("object", kObjectColor, 1.0F);
-    const auto [mesh, name] = add("object: " + task.object.name, task.object.tree, orange);
-    gltf.animate(gltf.addNode(name, root, mesh, poses.back().front()), times, poses.back());
-    gltf.write(file);
+    std::erase_if(tracks, [](const MotionTrack& track) { return track.tree == nullptr; });
+    writeMotionModel("task", times, tracks, file);
 }
 
 double sampledDistance(const PickPlaceTask& task,

@@ -75,7 +75,8 @@ public:
                   start.positions),
           m_check(hand, object),
           m_timeStep(1.0 / options.rate),
-          m_stop(options.stop)
+          m_stop(options.stop),
+          m_watch(options.watch)
     {
         m_R_WP = rotationBetween(Eigen::Vector3d::UnitZ(), options.up).toRotationMatrix();
         m_result.peakTorques.assign(m_joints.size(), 0.0);
@@ -124,6 +125,7 @@ private:
         {
             close();
         }
+        m_stage = "squeeze";
         const double began = m_result.seconds;
         while (goesOn() && m_result.seconds < began + kRampTime + kSettleTime &&
                !(m_result.seconds > began + 1.5 * kRampTime && isAtRest()))
@@ -169,6 +171,7 @@ private:
 
     bool stands()
     {
+        m_stage = "stand";
         holdJoints();
         while (!m_isStopped && m_result.seconds < kStandTime)
         {
@@ -188,6 +191,7 @@ private:
     /// the squeeze presses.
     void reach()
     {
+        m_stage = "close";
         while (!m_isStopped && m_result.seconds < kTouchTime)
         {
             const double share = std::min(1.0, 2.0 * m_result.seconds / kTouchTime);
@@ -205,6 +209,7 @@ private:
     /// Closes until all joints have stopped; the posture then is what the squeeze starts from.
     void close()
     {
+        m_stage = "close";
         const std::vector<double> end = closedPositions(m_hand, m_from);
         const double began = m_result.seconds;
         holdJoints();
@@ -238,6 +243,7 @@ private:
     TrialOutcome load(std::span<const TrialPhase> phases)
     {
         refer();
+        m_stage = "load";
         double force = 0.0;
         long steps = 0;
         for (const TrialPhase& phase : phases)
@@ -281,6 +287,8 @@ private:
                 }
             }
             m_world.moveTable(Eigen::Vector3d::Zero());
+            m_base = phase.kind == Kind::Lift ? m_moved : m_base;
+            m_moved = m_base;
             if (phase.kind == Kind::Pull)
             {
                 m_result.pulls.push_back(pull);
@@ -309,6 +317,7 @@ private:
             case Kind::Shake:
             {
                 const double omega = 2.0 * std::numbers::pi * phase.frequency;
+                m_moved = m_base + phase.amount * std::sin(omega * time) * direction;
                 step(down + phase.amount * omega * omega * std::sin(omega * time) * direction);
                 return;
             }
@@ -317,6 +326,7 @@ private:
                 // By amount (1 - cos(pi t / T)) / 2.
                 const double omega = std::numbers::pi / phase.time;
                 const double size = 0.5 * phase.amount * omega;
+                m_moved = m_base + 0.5 * phase.amount * (1.0 - std::cos(omega * time)) * up;
                 m_world.moveTable(-size * std::sin(omega * time) * up);
                 step(down - size * omega * std::cos(omega * time) * up);
                 return;
@@ -399,6 +409,16 @@ private:
             m_result.peakTorques[j] =
                 std::max(m_result.peakTorques[j], std::abs(m_world.torque(m_joints[j])));
         }
+        if (m_watch)
+        {
+            const Eigen::Translation3d moved(m_moved);
+            m_watch({.stage = m_stage,
+                     .time = m_result.seconds,
+                     .X_WH = moved * m_X_WH,
+                     .X_WO = moved * m_world.objectPose(),
+                     .positions = m_world.positions(),
+                     .touches = forces.points > 0});
+        }
     }
 
     /// Motion is measured from here.
@@ -450,6 +470,10 @@ private:
     std::ptrdiff_t m_before = 0;
     bool m_touched = false;
     const StopCondition& m_stop;
+    const std::function<void(const TrialFrame&)>& m_watch;
+    std::string_view m_stage;
+    Eigen::Vector3d m_base = Eigen::Vector3d::Zero();   ///< how far it was lifted before
+    Eigen::Vector3d m_moved = Eigen::Vector3d::Zero();  ///< how far it is lifted or shaken
     bool m_isStopped = false;
     TrialResult m_result;
 };

@@ -29,8 +29,10 @@
 #include "grasp/squeeze/squeeze.h"
 #include "grasp/trial/protocol.h"
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -48,6 +50,17 @@ enum class TrialOutcome : std::uint8_t
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(TrialOutcome outcome);
 
+/// How a trial looks after a step to a viewer at rest, who sees the hand lift and shake.
+struct TrialFrame
+{
+    std::string_view stage;  ///< "stand" (on the table), "close", "squeeze" or "load"
+    double time = 0.0;       ///< since the trial, or its pull, began [s]
+    Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< of the root link
+    Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< of the object's mesh frame
+    std::vector<double> positions{};                         ///< one entry per link [rad or m]
+    bool touches = false;                                    ///< a link presses on the object
+};
+
 struct TrialOptions
 {
     /// Also the mass of the trial; none: massOf() the object's volume.
@@ -60,6 +73,7 @@ struct TrialOptions
     double skin = 1e-3;                             ///< [m]
     double skinStiffness = kSkinStiffness;  ///< of a contact point that hardly gives way [N/m]
     StopCondition stop{};                   ///< looked at before every step
+    std::function<void(const TrialFrame&)> watch{};  ///< is called after every step
 };
 
 /// What one pull came to.

@@ -312,6 +312,15 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
     ASSERT_EQ(jsonLines(contentOf(out)).size(), 1U);
     EXPECT_EQ(jsonLines(contentOf(out))[0], trials[0]);
 
+    // What it looked like.
+    const fs::path films = folder.path() / "films";
+    const Outcome filmed =
+        runProgram(trial + protocol.string() + "' --rank 1 --films '" + films.string() + "'");
+    EXPECT_EQ(filmed.out, tried.out);
+    EXPECT_EQ(contentOf(films / "brief_01.glb").substr(0, 4), "glTF");
+    EXPECT_THAT(contentOf(films / "brief_01.glb"), HasSubstr("\"animations\""));
+    EXPECT_EQ(contentOf(films / "brief_01.png").substr(1, 3), "PNG");
+
     // A damaged record does not take the others with it.
     std::string damaged = contentOf(file);
     damaged.insert(0, "{\"schema\": \"bullet_ccd.grasp/1\"\n");

@@ -208,6 +208,38 @@ TEST(GraspTrial, LiftsFromATable)
     EXPECT_EQ(pinched.run(lift, slippery).outcome, TrialOutcome::Dropped);
 }
 
+TEST(GraspTrial, WhoWatchesSeesTheHandLiftTheObject)
+{
+    const PinchedCube pinched(false, 100.0);
+    TrialProtocol lift = shippedProtocol("lift");
+    lift.phases[1].time = 0.25;
+    TrialOptions options{.squeeze = kThreeHundredGrams, .up = Eigen::Vector3d::UnitY()};
+    const TrialResult unseen = pinched.run(lift, options);
+    std::vector<std::string> stages;
+    std::vector<TrialFrame> frames;
+    options.watch = [&](const TrialFrame& frame)
+    {
+        if (stages.empty() || stages.back() != frame.stage)
+        {
+            stages.emplace_back(frame.stage);
+        }
+        frames.push_back(frame);
+    };
+    const TrialResult seen = pinched.run(lift, options);
+    EXPECT_EQ(seen.slip, unseen.slip);
+    EXPECT_EQ(stages, (std::vector<std::string>{"stand", "close", "squeeze", "load"}));
+    ASSERT_EQ(frames.size(), static_cast<std::size_t>(seen.steps));
+    EXPECT_FALSE(frames.front().touches);
+    EXPECT_TRUE(frames.back().touches);
+    EXPECT_DOUBLE_EQ(frames.back().time, seen.seconds);
+    for (const auto pose : {&TrialFrame::X_WH, &TrialFrame::X_WO})
+    {
+        const Eigen::Vector3d way =
+            (frames.back().*pose).translation() - (frames.front().*pose).translation();
+        EXPECT_LT((way - 0.2 * options.up).norm(), 1e-3) << way.transpose();
+    }
+}
+
 TEST(GraspTrial, TwoJawsResistAPullByTheirFriction)
 {
     TrialProtocol pull{.name = "pull"};

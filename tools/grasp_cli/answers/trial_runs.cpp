@@ -43,7 +43,8 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
                                 grasp::TrialOptions options,
                                 int jobs,
                                 const StopRequest& stop,
-                                const std::function<void(const std::vector<TrialRow>&)>& ended)
+                                const std::function<void(const std::vector<TrialRow>&)>& ended,
+                                const TrialWatch& watch)
 {
     options.stop = stop.condition();
     std::vector<TrialRow> rows(grasps.size());
@@ -69,7 +70,12 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
             std::string error;
             try
             {
-                result = grasp::runTrial(hand, object, *grasps[k], protocols[p], options);
+                grasp::TrialOptions own = options;
+                if (watch)
+                {
+                    own.watch = watch(k, p);
+                }
+                result = grasp::runTrial(hand, object, *grasps[k], protocols[p], own);
             }
             catch (const std::exception& reason)
             {

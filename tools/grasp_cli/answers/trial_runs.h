@@ -29,6 +29,10 @@ struct TrialRow
     [[nodiscard]] bool isDone() const;
 };
 
+/// Gives who watches the trial of the k-th grasp by the p-th protocol; called by any thread.
+using TrialWatch =
+    std::function<std::function<void(const grasp::TrialFrame&)>(std::size_t k, std::size_t p)>;
+
 /// Tries the grasps in their order. A stop ends the trials that run; those that ended before are
 /// kept, and grasps that were not begun have no row. Results do not depend on the number of
 /// threads. A grasp that cannot be tried has an error and does not end the others.
@@ -42,5 +46,6 @@ struct TrialRow
     grasp::TrialOptions options,
     int jobs,
     const StopRequest& stop,
-    const std::function<void(const std::vector<TrialRow>&)>& ended = {});
+    const std::function<void(const std::vector<TrialRow>&)>& ended = {},
+    const TrialWatch& watch = {});
 }  // namespace bullet_ccd::tools

@@ -1,4 +1,5 @@
 #include "grasp/trial/grasp_trial.h"
+#include "tools/grasp_cli/answers/trial_films.h"
 #include "tools/grasp_cli/answers/trial_models.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
@@ -50,6 +51,7 @@ struct TrialArguments
     int jobs = 0;
     double timeLimit = 0.0;
     bool json = false;
+    std::filesystem::path films;  ///< a folder
 };
 
 /// Options of all trials; says which efforts are assumed.
@@ -167,6 +169,35 @@ std::vector<TrialProtocol> chosenProtocols(const TrialArguments& arguments)
     return protocols;
 }
 
+void writeFilms(const TrialArguments& arguments,
+                const GraspRecords& records,
+                const std::vector<std::size_t>& chosen,
+                const std::vector<TrialProtocol>& protocols,
+                const std::vector<std::vector<TrialFilm>>& films)
+{
+    for (std::size_t k = 0; !arguments.films.empty() && k < films.size(); ++k)
+    {
+        for (std::size_t p = 0; p < protocols.size(); ++p)
+        {
+            if (films[k][p].isEmpty())
+            {
+                continue;
+            }
+            std::filesystem::create_directories(arguments.films);
+            std::optional<Eigen::Vector3d> up;
+            if (protocols[p].start == grasp::TrialStart::Table)
+            {
+                up = records.source.run.options.approach.up;
+            }
+            films[k][p].write(arguments.films,
+                              fmt::format("{}_{:02}", protocols[p].name, chosen[k] + 1),
+                              records.hand.hand,
+                              records.object.object,
+                              up);
+        }
+    }
+}
+
 /// Runs the trials with progress on stderr. JSON records are printed as soon as those before them
 /// are.
 std::vector<TrialRow> tryAll(const TrialArguments& arguments,
@@ -208,22 +239,34 @@ std::vector<TrialRow> tryAll(const TrialArguments& arguments,
             }
         }
     };
+    std::vector<std::vector<TrialFilm>> films(grasps.size(),
+                                              std::vector<TrialFilm>(protocols.size()));
+    TrialWatch watch;
+    if (!arguments.films.empty())
+    {
+        watch = [&](std::size_t k, std::size_t p)
+        { return [&film = films[k][p]](const grasp::TrialFrame& frame) { film.take(frame); }; };
+    }
+    const grasp::TrialOptions options = trialOptions(arguments, records);
     ProgressLine progress(
         grasps.size() * protocols.size(),
         fmt::format("trials of {} x {}", records.hand.hand.robot.name, records.object.object.name));
-    std::vector<TrialRow> rows = runTrials(records.hand.hand,
-                                           records.object.object,
-                                           grasps,
-                                           protocols,
-                                           trialOptions(arguments, records),
-                                           arguments.jobs,
-                                           stop,
-                                           [&](const std::vector<TrialRow>& soFar)
-                                           {
-                                               print(soFar, false);
-                                               progress.show(++ended);
-                                           });
+    std::vector<TrialRow> rows = runTrials(
+        records.hand.hand,
+        records.object.object,
+        grasps,
+        protocols,
+        options,
+        arguments.jobs,
+        stop,
+        [&](const std::vector<TrialRow>& soFar)
+        {
+            print(soFar, false);
+            progress.show(++ended);
+        },
+        watch);
     print(rows, true);
+    writeFilms(arguments, records, chosen, protocols, films);
     return rows;
 }
 
@@ -407,6 +450,15 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->group("Method");
     command->add_flag(
         "--json", arguments->json, "Print one JSON record per trial instead of a table.");
+    command
+        ->add_option(
+            "--films",
+            arguments->films,
+            "A folder for what each trial looked like: PROTOCOL_RANK.png, side by side the "
+            "start, the first contact, the end of the squeeze and the end, and "
+            "PROTOCOL_RANK.glb, an animation.")
+        ->type_name("FOLDER")
+        ->group("Output");
     addTimeLimitOption(*command, arguments->timeLimit, "Try no further grasp");
     command->callback([arguments, &exitCode] { exitCode = trial(*arguments); });
 }

@@ -1,0 +1,111 @@
+#include "tools/grasp_cli/answers/trial_films.h"
+
+#include "bullet_ccd/math/pose.h"
+#include "grasp/report/grasp_model.h"
+#include "grasp/report/grasp_picture.h"
+#include "grasp/report/grasp_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+constexpr double kInterval = 1.0 / 30.0;  // [s]
+constexpr double kThickness = 5e-3;       // of the table [m]
+
+/// The pose of a thin box below the object at its place in W.
+Eigen::Isometry3d tablePose(const grasp::GraspObject& object, const Eigen::Vector3d& up)
+{
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : object.tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, vertex.dot(up.normalized()));
+    }
+    Eigen::Isometry3d X(rotationBetween(Eigen::Vector3d::UnitZ(), up));
+    X.translation() = object.centerOfMass - object.centerOfMass.dot(up) / up.squaredNorm() * up +
+                      (lowest - kThickness) * up.normalized();
+    return X;
+}
+}  // namespace
+
+void TrialFilm::take(const grasp::TrialFrame& frame)
+{
+    if (frame.time <= m_last.time)
+    {
+        return;  // another pull
+    }
+    if (m_frames.empty() || frame.time >= m_frames.back().time + kInterval)
+    {
+        m_frames.push_back(frame);
+    }
+    m_last = frame;
+    const std::size_t now = m_frames.size() - 1;
+    m_contact = m_contact == 0 && frame.touches && frame.stage != "stand" ? now : m_contact;
+    m_squeezed = frame.stage == "load" ? m_squeezed : now;
+}
+
+void TrialFilm::write(const std::filesystem::path& folder,
+                      const std::string& name,
+                      const grasp::HandModel& hand,
+                      const grasp::GraspObject& object,
+                      const std::optional<Eigen::Vector3d>& up) const
+{
+    const double size = 1.5 * object.radius;
+    const SsvTree table = buildSsvTree(makeBox({size, size, kThickness}));
+    std::vector<RigidBody> beside;
+    if (up)
+    {
+        beside.push_back({.tree = &table, .motion = {}});
+        beside.back().motion.X_W0 = tablePose(object, *up);
+    }
+    std::vector<grasp::Moment> moments;
+    for (const grasp::TrialFrame* frame :
+         {&m_frames.front(), &m_frames[m_contact], &m_frames[m_squeezed], &m_last})
+    {
+        moments.push_back(
+            {.X_WH = frame->X_WH, .positions = frame->positions, .X_WO = frame->X_WO});
+    }
+    grasp::drawMoments(hand,
+                       object,
+                       moments,
+                       {.width = 1600, .height = 480, .obstacles = beside},
+                       folder / (name + ".png"));
+    std::vector<float> times;
+    std::vector<grasp::MotionTrack> tracks;
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        tracks.push_back({.name = hand.robot.tree.links[link].name,
+                          .tree = hand.linkTrees[link],
+                          .color = grasp::colorOf(hand, static_cast<std::int32_t>(link)),
+                          .poses = {}});
+    }
+    grasp::MotionTrack moving{.name = "object: " + object.name,
+                              .tree = &object.tree,
+                              .color = grasp::kObjectColor,
+                              .poses = {}};
+    for (const grasp::TrialFrame& frame : m_frames)
+    {
+        const std::vector<Eigen::Isometry3d> poses =
+            linkPoses(hand.robot.tree, frame.X_WH, frame.positions);
+        for (std::size_t link = 0; link < poses.size(); ++link)
+        {
+            tracks[link].poses.push_back(poses[link]);
+        }
+        moving.poses.push_back(frame.X_WO);
+        times.push_back(static_cast<float>(frame.time));
+    }
+    tracks.push_back(std::move(moving));
+    for (const RigidBody& body : beside)
+    {
+        tracks.push_back({.name = "table",
+                          .tree = body.tree,
+                          .color = grasp::kObstacleColor,
+                          .poses = {body.motion.X_W0}});
+    }
+    std::erase_if(tracks, [](const grasp::MotionTrack& track) { return track.tree == nullptr; });
+    grasp::writeMotionModel("trial", times, tracks, folder / (name + ".glb"));
+}
+}  // namespace bullet_ccd::tools
