@@ -109,8 +109,15 @@ Grasp closeAfter(const Move& move,
     if (grasp.reject == RejectReason::None)
     {
         const Eigen::Isometry3d X_WH = grasp.X_WH;
-        closeAndScore(grasp, X_WH, preshape.positions, context);
-        if (!grasp.positions.empty() && !check.at(X_WH, grasp.positions).clean())
+        if (options.centred)
+        {
+            grasp = closeCentred(grasp, X_WH, preshape.positions, context);
+        }
+        else
+        {
+            closeAndScore(grasp, X_WH, preshape.positions, context);
+        }
+        if (!grasp.positions.empty() && !check.at(grasp.X_WH, grasp.positions).clean())
         {
             grasp.reject = RejectReason::Penetration;
         }

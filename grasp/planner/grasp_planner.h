@@ -37,6 +37,9 @@ struct PlannerOptions
     std::vector<double> efforts{};
     double forceClosureThreshold = 0.005;
     double minContactSpacing = 1e-3;  ///< closer contacts of one link become one [m]
+    /// At a pose that the caller chooses: jaws on one motor that touch on one side go sideways, as
+    /// they do in plans. Real grippers are moved by what they touch, or move it.
+    bool centred = false;
 };
 
 /// Edges of the pyramids of what is not computed with exact cones: options.coneEdges, or 8.
@@ -88,8 +91,8 @@ struct PlanExtras
 // A pose that the caller chooses, instead of sampled candidates.
 
 /// Moves the open hand from X_WStart along `shift` (W [m], may be zero) until its first contact or
-/// the end of the shift. Then closes it there once and scores what it holds. Nothing is sampled,
-/// retreated or centred.
+/// the end of the shift. Then closes it there once and scores what it holds. Nothing is sampled or
+/// retreated, or, unless the options ask for it, centred.
 ///
 /// The reject reasons, in the order in which they are looked for, are OverlapAtStart (by the
 /// independent check), SelfOverlap, IterationLimit (then the hand was not closed, and there are no

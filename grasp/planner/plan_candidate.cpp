@@ -121,11 +121,12 @@ std::vector<double> closingTravels(const ApproachCandidate& candidate,
     return travels;
 }
 
-/// Closes at one pose; jaws that are coupled get to centre themselves.
-Grasp closeAt(const Grasp& approached,
-              const Eigen::Isometry3d& X_WH,
-              const std::vector<double>& preshape,
-              CandidateContext& context)
+}  // namespace
+
+Grasp closeCentred(const Grasp& approached,
+                   const Eigen::Isometry3d& X_WH,
+                   const std::vector<double>& preshape,
+                   CandidateContext& context)
 {
     Grasp grasp = approached;
     closeAndScore(grasp, X_WH, preshape, context);
@@ -153,7 +154,6 @@ Grasp closeAt(const Grasp& approached,
     }
     return grasp;
 }
-}  // namespace
 
 std::vector<GraspContact> collectContacts(const HandModel& hand,
                                           const GraspObject& object,
@@ -354,7 +354,7 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
                                               fingersAreCoupled(context.hand)))
     {
         const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
-        Grasp grasp = closeAt(approached, X_WH, preshape.positions, context);
+        Grasp grasp = closeCentred(approached, X_WH, preshape.positions, context);
         if (!best || better(grasp, *best))
         {
             best = std::move(grasp);

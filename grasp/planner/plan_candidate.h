@@ -59,6 +59,13 @@ void closeAndScore(Grasp& grasp,
                    const std::vector<double>& preshape,
                    CandidateContext& context);
 
+/// Closes at one pose. Jaws on one motor that touch on one side then go sideways by half of what is
+/// free there, if the open hand can, and close again, as long as that makes the grasp better.
+[[nodiscard]] Grasp closeCentred(const Grasp& approached,
+                                 const Eigen::Isometry3d& X_WH,
+                                 const std::vector<double>& preshape,
+                                 CandidateContext& context);
+
 /// Rejects a closed grasp that intersects the object. Its contacts say whether surfaces are apart;
 /// only where they are not, or where one is inside the other, the independent check decides.
 void rejectPenetration(Grasp& grasp, const CandidateContext& context);

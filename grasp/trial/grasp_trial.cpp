@@ -102,6 +102,10 @@ public:
             m_result.reason.clear();
             return m_result;
         }
+        if (isWithin())
+        {
+            m_result.moved = m_world.objectPose();
+        }
         m_result.inexactSolves = m_world.solverCounters().failures;
         checkPenetration();
         return m_result;
@@ -267,6 +271,7 @@ private:
                 watch();
                 if (wasHeld && !isWithin())
                 {
+                    m_result.moved = m_world.objectPose();
                     m_result.reason = "first in " + place + ", after " +
                                       figure(static_cast<double>(k + 1) * m_timeStep) + " s";
                 }
@@ -486,6 +491,7 @@ void merge(TrialResult& all, const TrialResult& part)
         all.outcome = part.outcome;
         all.reason = part.reason;
         all.lostAt = part.lostAt;
+        all.moved = part.moved;
     }
     const double before = all.seconds;
     const double seconds = before + part.seconds;

@@ -99,6 +99,9 @@ struct TrialResult
     double peakEnergy = 0.0;  ///< kinetic, of the object under load [J]
     std::vector<double> peakTorques;  ///< one entry per independent joint [N m or N]
     std::vector<TrialPull> pulls;     ///< one entry per pull that began
+    /// Where the object's mesh frame was in W, as seen from the hand: when it had first moved by
+    /// more than heldWay or heldTurn under load, else at the end.
+    Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
     /// The worst of what the independent check found at the end of every second.
     PenetrationReport penetration;
     double seconds = 0.0;    ///< of simulated time

@@ -321,6 +321,28 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
     EXPECT_THAT(contentOf(films / "brief_01.glb"), HasSubstr("\"animations\""));
     EXPECT_EQ(contentOf(films / "brief_01.png").substr(1, 3), "PNG");
 
+    // What a heavy load pulls off is moved and tried again; the records are of what was tried
+    // last.
+    const fs::path heavy = folder.path() / "heavy.yaml";
+    std::ofstream(heavy) << "phases:\n  - load: {weights: 6, seconds: 0.3}\n";
+    const fs::path refined = folder.path() / "refined";
+    const Outcome replanned =
+        runProgram(program + " plan --hand parallel_gripper --object '" + ball.string() +
+                   "' -n 8 --pictures 0 -q --mass 0.1 --tried 3 --refine 1 --trial '" +
+                   heavy.string() + "' -o '" + refined.string() + "'");
+    ASSERT_EQ(replanned.exitCode, 0) << replanned.err;
+    EXPECT_THAT(replanned.out, HasSubstr(" grasps hold in more trials than before"));
+    const std::string lines = (refined / "grasps.jsonl").string();
+    const std::vector<nlohmann::json> last = jsonLines(
+        runProgram(program + " trial '" + lines + "' --json --protocol '" + heavy.string() + "'")
+            .out);
+    const std::vector<nlohmann::json> noted = jsonLines(contentOf(lines));
+    ASSERT_GE(last.size(), 3U);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        EXPECT_EQ(last[k]["slip_m"], noted[k]["trials"][0]["slip_m"]);
+    }
+
     // A damaged record does not take the others with it.
     std::string damaged = contentOf(file);
     damaged.insert(0, "{\"schema\": \"bullet_ccd.grasp/1\"\n");

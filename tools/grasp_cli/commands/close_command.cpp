@@ -417,6 +417,11 @@ void addCloseCommand(CLI::App& app, int& exitCode)
                      "The preshape to close from. Default: the first of the hand.")
         ->type_name("NAME")
         ->group("Pose");
+    command
+        ->add_flag("--centred",
+                   arguments->options.centred,
+                   "Let jaws on one motor that touch on one side go sideways, as a plan does.")
+        ->group("Pose");
     addEngineOption(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addQualityOptions(*command, arguments->options);

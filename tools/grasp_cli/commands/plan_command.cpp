@@ -2,6 +2,7 @@
 #include "grasp/quality/hold_score.h"
 #include "grasp/quality/object_mass.h"
 #include "grasp/report/report_facts.h"
+#include "tools/grasp_cli/answers/plan_trials.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
@@ -42,8 +43,7 @@ struct PlanArguments
     bool resume = false;
     std::vector<std::string> scene;
     SqueezeArguments squeeze;
-    std::vector<std::string> trials;
-    int tried = 10;
+    PlanTrials trials;
     std::string rank = "epsilon";
     grasp::PlannerOptions options;
 };
@@ -90,79 +90,6 @@ void rankByScore(PlanRun& run, const std::optional<double>& given)
                      run.grasps.begin() + count,
                      [&](const Grasp& a, const Grasp& b)
                      { return scores[a.candidate] > scores[b.candidate]; });
-}
-
-/// Tries the best grasps in simulations and ranks those that held in more protocols first, the
-/// others of them as before, and what was not tried behind.
-/// Returns how many were tried, of how many.
-std::pair<std::size_t, std::size_t> tryGrasps(const PlanArguments& arguments,
-                                              const StopRequest& stop,
-                                              PlanRun& run,
-                                              grasp::GraspRun& description)
-{
-    const std::vector<grasp::TrialProtocol> protocols = protocolsNamed(arguments.trials, "--trial");
-    const std::size_t count =
-        std::min(forceClosures(run.grasps), static_cast<std::size_t>(arguments.tried));
-    std::vector<Grasp> recorded;  // so that grasp trial gives the same bits
-    std::vector<const Grasp*> chosen;
-    recorded.reserve(count);
-    for (std::size_t k = 0; k < count; ++k)
-    {
-        recorded.push_back(grasp::asRecorded(run.grasps[k]));
-        chosen.push_back(&recorded.back());
-    }
-    std::optional<ProgressLine> progress;
-    if (!arguments.quiet)
-    {
-        progress.emplace(count * protocols.size(), "trials");
-    }
-    std::size_t ended = 0;
-    const std::vector<TrialRow> rows =
-        runTrials(run.hand.hand,
-                  run.object.object,
-                  chosen,
-                  protocols,
-                  {.squeeze = *description.squeeze, .up = arguments.options.approach.up},
-                  arguments.options.jobs,
-                  stop,
-                  [&](const std::vector<TrialRow>&)
-                  {
-                      if (progress)
-                      {
-                          progress->show(++ended);
-                      }
-                  });
-    std::size_t done = 0;
-    std::map<std::int64_t, int> held;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-    {
-        const std::int64_t candidate = run.grasps[k].candidate;
-        if (!rows[k].error.empty())
-        {
-            throw std::runtime_error(rows[k].error);
-        }
-        done += rows[k].isDone() ? 1 : 0;
-        for (std::size_t p = 0; p < protocols.size(); ++p)
-        {
-            if (!rows[k].results[p])
-            {
-                continue;
-            }
-            const grasp::TrialResult& result = *rows[k].results[p];
-            const bool isHeld = result.outcome == grasp::TrialOutcome::Held;
-            held[candidate] += isHeld ? 1 : 0;
-            description.trials[candidate].push_back({.protocol = protocols[p].name,
-                                                     .outcome = toString(result.outcome),
-                                                     .held = isHeld,
-                                                     .slip = result.slip,
-                                                     .turn = result.turn});
-        }
-    }
-    std::stable_sort(run.grasps.begin(),
-                     run.grasps.begin() + static_cast<std::ptrdiff_t>(rows.size()),
-                     [&](const Grasp& a, const Grasp& b)
-                     { return held[a.candidate] > held[b.candidate]; });
-    return {done, count};
 }
 
 /// Such as "lift held, six slipped"; empty for a grasp that was not tried.
@@ -361,7 +288,7 @@ int plan(const PlanArguments& arguments)
                                 .squeeze = squeezeOptionsOf(squeeze, options.friction, hand)};
     options.efforts = description.squeeze->efforts;
     description.options = options;
-    (void)protocolsNamed(arguments.trials, "--trial");  // an error comes before the plan
+    (void)protocolsNamed(arguments.trials.protocols, "--trial");  // an error comes before the plan
     OutputFolder output(arguments.output);
     PlanJournal journal(output.folder(), description, hand, object, arguments.resume);
     if (!arguments.quiet)
@@ -380,10 +307,16 @@ int plan(const PlanArguments& arguments)
     {
         rankByScore(run, arguments.options.mass);
     }
-    std::pair<std::size_t, std::size_t> tried;
-    if (!arguments.trials.empty())
+    TriedCount tried;
+    if (!arguments.trials.protocols.empty())
     {
-        tried = tryGrasps(arguments, stop, run, description);
+        tried = tryGrasps(arguments.trials, bodies, arguments.quiet, stop, run, description);
+        if (arguments.trials.refine > 0)
+        {
+            fmt::print("refined: {} of {} grasps hold in more trials than before\n",
+                       tried.improved,
+                       tried.done);
+        }
     }
     DrawingOptions drawing = arguments.drawing;
     drawing.scene = arguments.scene;
@@ -398,10 +331,9 @@ int plan(const PlanArguments& arguments)
         written.push_back(journal.file().string());
     }
     printSummary(arguments, run, description, obstacles, stop.isInterrupted(), written);
-    if (tried.first < tried.second)
+    if (tried.done < tried.count)
     {
-        return stop.finish(
-            "grasp plan --trial", tried.first, tried.second, "grasps", kNothingFound);
+        return stop.finish("grasp plan --trial", tried.done, tried.count, "grasps", kNothingFound);
     }
     return stop.finish("grasp plan",
                        run.grasps.size(),
@@ -452,15 +384,24 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     command
         ->add_option(
             "--trial",
-            arguments->trials,
+            arguments->trials.protocols,
             "Try the best grasps in simulations, and rank first what held in more of them: "
             "names or YAML files of protocols, with commas between (see grasp trial "
             "--help).")
         ->type_name("NAME")
         ->group("Trials");
-    command->add_option("--tried", arguments->tried, "How many of the best grasps to try.")
+    command->add_option("--tried", arguments->trials.tried, "How many of the best grasps to try.")
         ->type_name("K")
         ->check(within(1, 100000))
+        ->capture_default_str()
+        ->group("Trials");
+    command
+        ->add_option("--refine",
+                     arguments->trials.refine,
+                     "After a trial that failed, move the hand by what slipped, close and try "
+                     "again, so many times, and keep what holds in more trials.")
+        ->type_name("N")
+        ->check(within(0, 10))
         ->capture_default_str()
         ->group("Trials");
     command

@@ -27,6 +27,7 @@ struct QualityArguments
     double resolution = grasp::ExactEpsilonOptions{}.resolution;
     std::vector<double> poseNoise;  ///< [m] and [rad]; empty: none
     int trials = 50;
+    bool centred = false;
     double timeLimit = 0.0;
 };
 
@@ -47,13 +48,15 @@ grasp::PoseRobustness robustnessOf(const QualityArguments& arguments,
     {
         return {};
     }
+    grasp::PlannerOptions options = records.source.run.options;
+    options.centred = arguments.centred;
     return grasp::poseRobustness(records.hand.hand,
                                  records.object.object,
                                  grasp,
                                  {.position = arguments.poseNoise[0],
                                   .rotation = arguments.poseNoise[1],
                                   .trials = arguments.trials},
-                                 records.source.run.options,
+                                 options,
                                  grasp::kinematicClosing());
 }
 
@@ -222,6 +225,11 @@ void addQualityCommand(CLI::App& app, int& exitCode)
         ->type_name("N")
         ->check(within(1, 1'000'000))
         ->capture_default_str()
+        ->group("Robustness");
+    command
+        ->add_flag("--centred",
+                   arguments->centred,
+                   "With --pose-noise: jaws on one motor that touch on one side go sideways.")
         ->group("Robustness");
     addTimeLimitOption(*command, arguments->timeLimit, "Take no further grasp");
     command->callback([arguments, &exitCode] { exitCode = quality(*arguments); });
