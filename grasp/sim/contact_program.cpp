@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -36,7 +38,7 @@ struct Part
 };
 
 /// In ascending order; a contact as a whole. Bullet groups bodies by boxes that overlap, so a
-/// program may be of many things that do not touch.
+/// program may be of many things that do not touch. Bodies that no impulse moves belong to no part.
 std::vector<Part> partsOf(const ContactProgram& program)
 {
     const Eigen::Index n = program.J.rows();
@@ -65,6 +67,10 @@ std::vector<Part> partsOf(const ContactProgram& program)
     std::vector<Eigen::Index> rowOf(index(program.J.cols()), -1);
     for (Eigen::Index k = 0; k < program.J.cols(); ++k)
     {
+        if ((program.W.col(k).array() == 0.0).all())
+        {
+            continue;
+        }
         for (Eigen::Index i = 0; i < n; ++i)
         {
             // Either may be the one that shows it: joints of a chain move each other.
@@ -97,17 +103,148 @@ std::vector<Part> partsOf(const ContactProgram& program)
     return parts;
 }
 
+/// The matrices of a part without most of their zeros: a row moves few of the bodies' velocities,
+/// and the three rows of a contact move the same.
+class Rows
+{
+public:
+    Rows(const Eigen::MatrixXd& J, const Eigen::MatrixXd& W, Eigen::Index bounded)
+        : m_rows(J.rows()), m_columns(J.cols())
+    {
+        for (Eigen::Index row = 0; row < m_rows;)
+        {
+            const Eigen::Index size = row < bounded ? 1 : 3;
+            Group group{row, size, std::ssize(m_entries), 0};
+            for (Eigen::Index k = 0; k < m_columns; ++k)
+            {
+                const auto j = J.col(k).segment(row, size);
+                const auto w = W.col(k).segment(row, size);
+                if ((j.array() == 0.0).all() && (w.array() == 0.0).all())
+                {
+                    continue;
+                }
+                Entry entry{k, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+                entry.j.head(size) = j;
+                entry.w.head(size) = w;
+                m_entries.push_back(entry);
+            }
+            group.end = std::ssize(m_entries);
+            m_groups.push_back(group);
+            row += size;
+        }
+    }
+
+    /// J times velocities of bodies: those of the rows.
+    [[nodiscard]] Eigen::VectorXd speeds(const Eigen::VectorXd& bodies) const
+    {
+        Eigen::VectorXd result = Eigen::VectorXd::Zero(m_rows);
+        for (const Group& group : m_groups)
+        {
+            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            {
+                const Entry& entry = at(e);
+                for (Eigen::Index k = 0; k < group.size; ++k)
+                {
+                    result[group.row + k] += entry.j[k] * bodies[entry.column];
+                }
+            }
+        }
+        return result;
+    }
+
+    /// W^T times impulses: velocities of bodies.
+    [[nodiscard]] Eigen::VectorXd bodies(const Eigen::VectorXd& impulses) const
+    {
+        Eigen::VectorXd result = Eigen::VectorXd::Zero(m_columns);
+        for (const Group& group : m_groups)
+        {
+            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            {
+                const Entry& entry = at(e);
+                for (Eigen::Index k = 0; k < group.size; ++k)
+                {
+                    result[entry.column] += entry.w[k] * impulses[group.row + k];
+                }
+            }
+        }
+        return result;
+    }
+
+    /// Identity and W^T slopes J, where the slopes are of each bounded row and each contact.
+    [[nodiscard]] Eigen::MatrixXd curvature(const std::vector<Eigen::Matrix3d>& slopes) const
+    {
+        Eigen::MatrixXd result = Eigen::MatrixXd::Identity(m_columns, m_columns);
+        for (std::size_t g = 0; g < m_groups.size(); ++g)
+        {
+            const Group& group = m_groups[g];
+            if (slopes[g].isZero(0.0))
+            {
+                continue;
+            }
+            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            {
+                const Eigen::Vector3d along = slopes[g] * at(e).j;
+                for (Eigen::Index f = group.begin; f < group.end; ++f)
+                {
+                    result(at(f).column, at(e).column) += at(f).w.dot(along);
+                }
+            }
+        }
+        return result;
+    }
+
+    /// Each bounded row and each contact by its slope.
+    [[nodiscard]] Eigen::VectorXd times(const std::vector<Eigen::Matrix3d>& slopes,
+                                        const Eigen::VectorXd& speeds) const
+    {
+        Eigen::VectorXd result(m_rows);
+        for (std::size_t g = 0; g < m_groups.size(); ++g)
+        {
+            const auto [row, size, begin, end] = m_groups[g];
+            result.segment(row, size).noalias() =
+                slopes[g].topLeftCorner(size, size) * speeds.segment(row, size);
+        }
+        return result;
+    }
+
+private:
+    /// A bounded row, or the three of a contact.
+    struct Group
+    {
+        Eigen::Index row;
+        Eigen::Index size;
+        Eigen::Index begin;  // of its entries
+        Eigen::Index end;
+    };
+    /// What the rows of a group have in a column.
+    struct Entry
+    {
+        Eigen::Index column;
+        Eigen::Vector3d j;
+        Eigen::Vector3d w;
+    };
+
+    Eigen::Index m_rows;
+    Eigen::Index m_columns;
+    std::vector<Group> m_groups;
+    std::vector<Entry> m_entries;
+
+    [[nodiscard]] const Entry& at(Eigen::Index e) const
+    {
+        return m_entries[static_cast<std::size_t>(e)];
+    }
+};
+
 /// One part and its iterates. Velocities are those of the rows.
 class PartSolver
 {
 public:
     PartSolver(const ContactProgram& program, const Part& part)
-        : m_J(program.J(part.rows, part.columns)),
-          m_W(program.W(part.rows, part.columns)),
-          m_compliance(program.compliance(part.rows)),
-          m_b(program.b(part.rows)),
-          m_mobility(m_J.cwiseProduct(m_W).rowwise().sum())
+        : m_compliance(program.compliance(part.rows)), m_b(program.b(part.rows))
     {
+        const Eigen::MatrixXd J = program.J(part.rows, part.columns);
+        const Eigen::MatrixXd W = program.W(part.rows, part.columns);
+        m_mobility = J.cwiseProduct(W).rowwise().sum();
         const Eigen::Index all = program.lower.size();
         m_bounded = std::ranges::count_if(part.rows, [&](Eigen::Index i) { return i < all; });
         const std::vector<Eigen::Index> limited(part.rows.begin(), part.rows.begin() + m_bounded);
@@ -118,11 +255,12 @@ public:
             m_friction.push_back(
                 program.friction[static_cast<std::size_t>((part.rows[k] - all) / 3)]);
         }
-        keepCouplings();
+        keepCouplings(J, W);
         for (Eigen::Index i = m_bounded; i < m_mobility.size(); i += 3)
         {
             m_mobility.segment<3>(i).setConstant(m_mobility.segment<3>(i).mean());
         }
+        m_rows.emplace(J, W, m_bounded);
     }
 
     /// Improves x. Returns false if the iterations do not suffice.
@@ -137,13 +275,13 @@ public:
         int steps = 0;  // to this minimum
         for (int k = 0; k <= options.maxIterations;)
         {
-            const Eigen::VectorXd velocity = m_J * (m_W.transpose() * multipliers);
+            const Eigen::VectorXd velocity = m_rows->speeds(m_rows->bodies(multipliers));
             const Eigen::VectorXd wish = (m_aim - velocity).cwiseQuotient(m_R);
             const Eigen::VectorXd missing = within(wish) - multipliers;
             const Eigen::VectorXd next = within(multipliers);
             const double error = m_R.cwiseProduct(missing).cwiseAbs().maxCoeff();
             const double outside =
-                (m_J * (m_W.transpose() * (next - multipliers))).cwiseAbs().maxCoeff();
+                m_rows->speeds(m_rows->bodies(next - multipliers)).cwiseAbs().maxCoeff();
             const double way = m_grain.cwiseProduct(next - x).cwiseAbs().maxCoeff();
             if (std::max({error, outside, way}) <= accuracy)
             {
@@ -177,7 +315,7 @@ public:
 private:
     /// How a row moves while couplings, which have no limit, keep their place: links of a chain
     /// that carry each other have much of their mobility in common.
-    void keepCouplings()
+    void keepCouplings(const Eigen::MatrixXd& allJ, const Eigen::MatrixXd& allW)
     {
         std::vector<Eigen::Index> couplings;
         for (Eigen::Index i = 0; i < m_bounded; ++i)
@@ -191,12 +329,13 @@ private:
         {
             return;
         }
-        const Eigen::MatrixXd J = m_J(couplings, Eigen::all);
-        Eigen::MatrixXd A = J * m_W(couplings, Eigen::all).transpose();
+        const Eigen::MatrixXd J = allJ(couplings, Eigen::all);
+        const Eigen::MatrixXd W = allW(couplings, Eigen::all);
+        Eigen::MatrixXd A = J * W.transpose();
         const Eigen::VectorXd share = (kLeastShare * A.diagonal()).cwiseMax(kSmallestGrain);
         A.diagonal() += m_compliance(couplings) + share;
         const Eigen::MatrixXd inverse = A.inverse();
-        const Eigen::MatrixXd across = m_J * m_W(couplings, Eigen::all).transpose();
+        const Eigen::MatrixXd across = allJ * W.transpose();
         const Eigen::VectorXd kept = (across * inverse).cwiseProduct(across).rowwise().sum();
         m_mobility = (m_mobility - kept).cwiseMax(kLeastShare * m_mobility);
         m_mobility(couplings) = inverse.diagonal().cwiseInverse();
@@ -227,15 +366,16 @@ private:
         m_aim = m_b + m_grain.cwiseProduct(x);
     }
 
-    /// How the impulses follow the velocities of the bodies, negative.
-    [[nodiscard]] Eigen::MatrixXd slopes(const Eigen::VectorXd& wish) const
+    /// How the impulses of each bounded row, then of each contact, follow its velocities, negative.
+    [[nodiscard]] std::vector<Eigen::Matrix3d> slopes(const Eigen::VectorXd& wish) const
     {
-        Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m_J.rows(), m_J.cols());
+        const auto bounded = static_cast<std::size_t>(m_bounded);
+        std::vector<Eigen::Matrix3d> result(bounded + m_friction.size(), Eigen::Matrix3d::Zero());
         for (Eigen::Index i = 0; i < m_bounded; ++i)
         {
             if (wish[i] > m_lower[i] && wish[i] < m_upper[i])
             {
-                result.row(i) = m_J.row(i) / m_R[i];
+                result[static_cast<std::size_t>(i)](0, 0) = 1.0 / m_R[i];
             }
         }
         for (std::size_t k = 0; k < m_friction.size(); ++k)
@@ -257,7 +397,7 @@ private:
                     (most / sideways) * across * slope.bottomRightCorner<2, 2>();
                 slope.bottomLeftCorner<2, 1>() = m_friction[k] * slope(0, 0) * along;
             }
-            result.middleRows<3>(i).noalias() = slope * m_J.middleRows<3>(i);
+            result[bounded + k] = slope;
         }
         return result;
     }
@@ -267,14 +407,13 @@ private:
                                              const Eigen::VectorXd& wish,
                                              const Eigen::VectorXd& missing) const
     {
-        const Eigen::MatrixXd slopeJ = slopes(wish);
-        Eigen::MatrixXd H = m_W.transpose() * slopeJ;
-        H.diagonal().array() += 1.0;
-        const Eigen::VectorXd bodies = H.partialPivLu().solve(m_W.transpose() * missing);
-        const Eigen::VectorXd step = missing - slopeJ * bodies;
-        const Eigen::VectorXd rows = (m_J * bodies).cwiseQuotient(m_R);
+        const std::vector<Eigen::Matrix3d> slope = slopes(wish);
+        const Eigen::VectorXd speeds =
+            m_rows->speeds(m_rows->curvature(slope).partialPivLu().solve(m_rows->bodies(missing)));
+        const Eigen::VectorXd step = missing - m_rows->times(slope, speeds);
+        const Eigen::VectorXd rows = speeds.cwiseQuotient(m_R);
         const auto energy = [&](const Eigen::VectorXd& impulses)
-        { return impulses.dot(m_J * (m_W.transpose() * impulses)); };
+        { return impulses.dot(m_rows->speeds(m_rows->bodies(impulses))); };
         const double before = energy(missing);
         double least = std::numeric_limits<double>::infinity();
         double best = 1.0;
@@ -295,8 +434,7 @@ private:
         return best * step;
     }
 
-    Eigen::MatrixXd m_J;
-    Eigen::MatrixXd m_W;
+    std::optional<Rows> m_rows;
     Eigen::VectorXd m_compliance;
     Eigen::VectorXd m_b;
     Eigen::VectorXd m_mobility;
@@ -311,17 +449,17 @@ private:
 };
 }  // namespace
 
-int ContactProgramSolver::solve(const ContactProgram& program,
-                                Eigen::VectorXd& x,
-                                const ContactProgramOptions& options)
+ContactProgramEffort solveContacts(const ContactProgram& program,
+                                   Eigen::VectorXd& x,
+                                   const ContactProgramOptions& options)
 {
-    int iterations = 0;
+    ContactProgramEffort effort;
     for (const Part& part : partsOf(program))
     {
         Eigen::VectorXd y = x(part.rows);
-        m_failures += PartSolver(program, part).solve(y, options, iterations) ? 0 : 1;
+        effort.unfinished += PartSolver(program, part).solve(y, options, effort.iterations) ? 0 : 1;
         x(part.rows) = y;
     }
-    return iterations;
+    return effort;
 }
 }  // namespace bullet_ccd::grasp

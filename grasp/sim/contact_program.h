@@ -12,12 +12,10 @@
 /// contacts there are. Each row gets a grain of compliance about the impulse that it had, which
 /// makes impulses a function of velocities: a projection on bounds and cones. The velocities at
 /// which both agree are the minimum of a convex function. From one minimum to the next the impulses
-/// follow, until the grain does nothing (the proximal point method); so friction is static. A
-/// correction of the normal velocity by mu times the sliding one makes the optimality conditions
-/// Coulomb's law.
-/// Sources: Castro et al., "An unconstrained convex formulation of compliant contact", 2022;
-/// Rockafellar, "Monotone operators and the proximal point algorithm", 1976; De Saxce and Feng,
-/// "The bipotential method", 1998.
+/// follow, until the grain does nothing (the proximal point method); so friction is static.
+/// Sources: Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton
+/// like solution methods", 1991; Rockafellar, "Monotone operators and the proximal point
+/// algorithm", 1976.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -45,21 +43,15 @@ struct ContactProgramOptions
     int maxIterations = 200;  ///< Newton steps of each part
 };
 
-/// Solves one program after the other, each for itself: an answer depends on nothing before.
-class BULLET_CCD_API ContactProgramSolver
+struct ContactProgramEffort
 {
-public:
-    /// Improves x, which is where it starts. Returns the number of iterations. What does not move
-    /// each other is solved for itself. The answer is always within its bounds and cones, also
-    /// where the iterations do not suffice.
-    int solve(const ContactProgram& program,
-              Eigen::VectorXd& x,
-              const ContactProgramOptions& options);
-
-    /// How often the iterations did not suffice.
-    [[nodiscard]] long failures() const { return m_failures; }
-
-private:
-    long m_failures = 0;
+    int iterations = 0;  ///< Newton steps of all parts
+    int unfinished = 0;  ///< parts for which the steps did not suffice
 };
+
+/// Improves x, which is where it starts. What does not move each other is a part, solved for
+/// itself. The answer is always within its bounds and cones, also where the steps do not suffice.
+BULLET_CCD_API ContactProgramEffort solveContacts(const ContactProgram& program,
+                                                  Eigen::VectorXd& x,
+                                                  const ContactProgramOptions& options);
 }  // namespace bullet_ccd::grasp

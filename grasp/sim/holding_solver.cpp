@@ -11,12 +11,13 @@ constexpr int kIterations = 200;
 /// step, takes no part [m/s].
 constexpr double kFarSpeed = 0.05;
 
-/// The speed that the row lacks; the impulse of the step before is in the applied one.
+/// By its gap alone: what Bullet's row lacks is also the speed at which forces would part the two,
+/// were it not for what presses them together, such as a motor.
 template <typename Row>
-bool isFar(const Row& normal)
+bool isFar(const Row& normal, double timeStep)
 {
-    return normal.m_appliedImpulse == 0.0 && normal.m_jacDiagABInv > 0.0 &&
-           normal.m_rhs < -kFarSpeed * normal.m_jacDiagABInv;
+    const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
+    return normal.m_appliedImpulse == 0.0 && point.getDistance() > kFarSpeed * timeStep;
 }
 }  // namespace
 
@@ -72,13 +73,6 @@ void HoldingSolver::configure(btContactSolverInfo& info)
                          SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION;
     info.m_warmstartingFactor = 1.0;
     info.m_numIterations = kIterations;
-}
-
-HoldingSolver::Counters HoldingSolver::counters() const
-{
-    Counters counters = m_counters;
-    counters.failures = m_program.failures();
-    return counters;
 }
 
 void HoldingSolver::apply(btMultiBodySolverConstraint& row, double impulse)
@@ -222,7 +216,7 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     for (int i = 0; i < m_multiBodyNormalContactConstraints.size(); ++i)
     {
         btMultiBodySolverConstraint& normal = m_multiBodyNormalContactConstraints[i];
-        if (isFar(normal))
+        if (isFar(normal, info.m_timeStep))
         {
             continue;
         }
@@ -234,7 +228,7 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i)
     {
         btSolverConstraint& normal = m_tmpSolverContactConstraintPool[i];
-        if (isFar(normal))
+        if (isFar(normal, info.m_timeStep))
         {
             continue;
         }
@@ -329,8 +323,10 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     }
     Eigen::VectorXd x = island.start;
     ++m_counters.solves;
-    m_counters.iterations += m_program.solve(
+    const ContactProgramEffort effort = solveContacts(
         island.program, x, {.accuracy = m_accuracy, .maxIterations = info.m_numIterations});
+    m_counters.iterations += effort.iterations;
+    m_counters.failures += effort.unfinished;
     for (std::size_t i = 0; i < rows.size(); ++i)
     {
         const auto k = static_cast<Eigen::Index>(i);

@@ -13,7 +13,7 @@ namespace bullet_ccd::grasp
 /// Drop-in for btMultiBodyConstraintSolver. Bullet's sweeps never start multibody friction from
 /// where the step before left it, and stop before they have converged, so what a hand holds creeps.
 /// This solver takes Bullet's rows, starts all of them from the impulses of the step before, and
-/// solves all rows of an island together (ContactProgramSolver): normals, friction in round cones,
+/// solves all rows of an island together (solveContacts()): normals, friction in round cones,
 /// motors, joint limits, and contacts between rigid bodies as well.
 ///
 /// configure() sets what it needs of a world: two friction directions that do not depend on
@@ -37,14 +37,13 @@ public:
 
     /// The velocity by which a row may be off [m/s or rad/s].
     void setAccuracy(double accuracy) { m_accuracy = accuracy; }
-    [[nodiscard]] Counters counters() const;
+    [[nodiscard]] const Counters& counters() const { return m_counters; }
 
 private:
     struct Island;
 
     double m_accuracy = 1e-6;
     Counters m_counters;
-    ContactProgramSolver m_program;
 
     void apply(btMultiBodySolverConstraint& row, double impulse);
     void apply(btSolverConstraint& row, double impulse);

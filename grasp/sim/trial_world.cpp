@@ -20,15 +20,15 @@ constexpr int kObjectGroup = 2;
 constexpr int kTableGroup = 4;
 constexpr int kSceneGroup = 8;
 
-constexpr double kTableDepth = 0.05;   // half of it [m]
-constexpr double kTableSizes = 2.0;    // half its width, over the diagonal of the object's box
-constexpr double kRestBelow = 2e-5;    // [m]
+constexpr double kTableDepth = 0.05;  // half of it [m]
+constexpr double kTableSizes = 2.0;   // half its width, over the diagonal of the object's box
+constexpr double kRestBelow = 2e-5;   // [m]
 /// Contacts that are farther from that do not press in this step, if bodies come no faster than
 /// 0.06 m/s; faster ones are stopped by the continuous world.
 constexpr double kProcessed = 2.5e-4;  // [m]
 constexpr double kRestingWay = 0.02;   // of the gap, by which contacts may be old
 constexpr double kSkinTime = 0.005;    // damping over stiffness of skins [s]
-constexpr double kSkinDepth = 0.7;     // of the gap, that skins never give way by
+constexpr double kSkinDepth = 0.55;    // of the gap, that skins never give way by
 constexpr double kHardest = 1e-2;      // room left over that depth, at the least
 constexpr double kFastestJoint = 1e4;  // Bullet clamps speeds; none comes near this
 

@@ -31,7 +31,7 @@ struct TrialBodies
     double margin = 5e-5;  ///< half of the gap at which surfaces rest on each other [m]
     /// Of the skins that fill the gap, at each contact point that is hardly compressed [N/m]; 0:
     /// rigid. Skins get harder the more the deepest point is compressed, and let nothing in by more
-    /// than 0.7 of the gap: what is compressed is the gap alone, and the meshes never meet.
+    /// than 0.55 of the gap: what is compressed is the gap alone, and the meshes never meet.
     double stiffness = 0.0;
 };
 

@@ -237,6 +237,7 @@ void sumUp(btCcdShapeModel& model, const btCollisionShape& shape)
     model.m_depth = model.m_parts.front().m_depth;
     model.m_reach = 0.0;
     model.m_hasMesh = false;
+    model.m_isOwn = true;
     model.m_reserve = std::numeric_limits<double>::infinity();
     for (const btCcdShapePart& part : model.m_parts)
     {
@@ -244,6 +245,7 @@ void sumUp(btCcdShapeModel& model, const btCollisionShape& shape)
         model.m_hasMesh = model.m_hasMesh || part.m_core == nullptr;
         const double share = btCcdShareOfMargin * part.m_margin;
         model.m_reserve = std::min(model.m_reserve, part.m_core == nullptr ? share : part.m_depth);
+        model.m_isOwn = model.m_isOwn && part.m_ownContacts;
         if (part.m_ownContacts)
         {
             model.m_ownMargin = std::min(model.m_ownMargin, part.m_margin);

@@ -103,6 +103,7 @@ struct btCcdShapeModel
     bool m_hasMesh = false;  ///< some part has no inside
     /// Smallest margin of the parts with contacts of the library's own [m]; infinite without.
     double m_ownMargin = std::numeric_limits<double>::infinity();
+    bool m_isOwn = false;  ///< contacts of all parts are the library's own
     /// A child of a compound, also nested, that is not covered; null if all are.
     const btCollisionShape* m_uncovered = nullptr;
     /// What the shape can lose, by motion or by sinking in, before another can pass it [m].

@@ -64,7 +64,12 @@ std::optional<btCcdShapeOutline> compoundOutline(const btCompoundShape& compound
 
 btCcdShapeOutline btCcdOutlineOf(const btCcdShapeModel& model)
 {
-    return {model.m_reach, model.m_reserve, model.m_depth, model.m_ownMargin, model.m_hasMesh};
+    return {model.m_reach,
+            model.m_reserve,
+            model.m_depth,
+            model.m_ownMargin,
+            model.m_hasMesh,
+            model.m_isOwn};
 }
 
 std::optional<btCcdShapeOutline> btCcdSimpleOutline(const btCollisionShape& shape)

@@ -14,6 +14,7 @@ struct btCcdShapeOutline
     double m_depth = 0.0;
     double m_ownMargin = std::numeric_limits<double>::infinity();
     bool m_hasMesh = false;
+    bool m_isOwn = false;
 };
 
 [[nodiscard]] btCcdShapeOutline btCcdOutlineOf(const btCcdShapeModel& model);

@@ -214,9 +214,9 @@ inline double btCcdStepper::wayApart(const btCcdTracked& a, const btCcdTracked& 
 /// contacts have them where they are.
 inline bool btCcdStepper::canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose)
 {
-    if (a.m_pressed && b.m_pressed && m_tracker->isPressed(indexOf(a), indexOf(b)))
+    if (a.m_pressed && b.m_pressed)
     {
-        return true;
+        mayLose = std::min(mayLose, m_tracker->leftOf(indexOf(a), indexOf(b)));
     }
     const auto isAhead = [mayLose](const btCcdTracked& tracked)
     { return tracked.m_way != nullptr && tracked.m_way->m_ahead > mayLose; };

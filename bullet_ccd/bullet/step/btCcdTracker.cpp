@@ -35,6 +35,9 @@ constexpr std::size_t kMorePairs = 1024;
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 /// So many objects, at most, say what most objects do.
 constexpr std::size_t kSample = 33;
+/// Of what exact contacts say is left before two meshes meet: what counts.
+constexpr double kTrusted = 0.9;
+constexpr double kAsk = -1.0;  // however little the two move
 /// So many are not worth being compared all at once.
 constexpr std::size_t kVeryFew = 4;
 
@@ -47,6 +50,19 @@ double lengthOf(const btVector3& v)
 bool isStockMesh(const btCcdTracked& tracked)
 {
     return tracked.outline().m_hasMesh && tracked.outline().m_ownMargin == kUnbounded;
+}
+
+/// Of two whose contacts are exact and are where the two are; otherwise these do not tell.
+double leftOver(const btCcdTracked& a, const btCcdTracked& b, double depth)
+{
+    const btCcdShapeOutline& outlineA = a.outline();
+    const btCcdShapeOutline& outlineB = b.outline();
+    if (!outlineA.m_isOwn || !outlineB.m_isOwn || a.m_way != nullptr || b.m_way != nullptr)
+    {
+        return kAsk;
+    }
+    const double margins = outlineA.m_ownMargin + outlineB.m_ownMargin;
+    return kTrusted * btCcdReserveOfMargin * margins - depth;
 }
 
 /// A link's collider may not be where its joints are.
@@ -612,7 +628,8 @@ const btCcdTracker::Speeds& btCcdTracker::findSpeeds(const btMultiBody& body)
 /// True if the solver has let the two sink in deeper than slow motion leaves room for.
 inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
                                     const btCcdTracked*& a,
-                                    const btCcdTracked*& b) const
+                                    const btCcdTracked*& b,
+                                    double& left) const
 {
     btScalar deepest = 0;
     for (int k = 0; k < manifold.getNumContacts(); ++k)
@@ -631,6 +648,7 @@ inline bool btCcdTracker::isPressed(const btPersistentManifold& manifold,
     }
     const double reserve = std::min(a->outline().m_reserve + b->outline().m_reserve,
                                     std::min(a->outline().m_ownMargin, b->outline().m_ownMargin));
+    left = leftOver(*a, *b, -double(deepest));
     return -double(deepest) > (1.0 - kUnseen) * reserve;
 }
 
@@ -667,16 +685,21 @@ void btCcdTracker::findPressed(btPersistentManifold** manifolds, int count)
     {
         const btCcdTracked* a = nullptr;
         const btCcdTracked* b = nullptr;
-        if (isPressed(*manifolds[i], a, b) || (m_hasStockMeshes && isDue(*manifolds[i], a, b)))
+        double left = kAsk;
+        if (isPressed(*manifolds[i], a, b, left))
         {
-            press(int(a - m_objects.data()), int(b - m_objects.data()));
+            press(int(a - m_objects.data()), int(b - m_objects.data()), left);
+        }
+        else if (m_hasStockMeshes && isDue(*manifolds[i], a, b))
+        {
+            press(int(a - m_objects.data()), int(b - m_objects.data()), kAsk);
         }
     }
 }
 
-void btCcdTracker::press(int a, int b)
+void btCcdTracker::press(int a, int b, double left)
 {
-    m_pressedPairs.emplace_back(std::minmax(a, b));
+    m_pressedPairs.push_back({std::minmax(a, b), left});
     m_objects[std::size_t(a)].m_pressed = true;
     m_objects[std::size_t(b)].m_pressed = true;
     m_touched = true;
@@ -709,7 +732,7 @@ void btCcdTracker::noteDeep(int a, int b, bool isDeep)
     else if (isDeep)
     {
         m_deepPairs.push_back({{a, b}, {first, second}});
-        press(a, b);
+        press(a, b, kAsk);
     }
 }
 
@@ -719,7 +742,7 @@ void btCcdTracker::pressDeep()
     std::erase_if(m_deepPairs, [this](DeepPair& pair) { return !isThere(pair); });
     for (const DeepPair& pair : m_deepPairs)
     {
-        press(pair.m_indices[0], pair.m_indices[1]);
+        press(pair.m_indices[0], pair.m_indices[1], kAsk);
     }
 }
 
@@ -748,11 +771,17 @@ bool btCcdTracker::isThere(DeepPair& pair) const
     return m_world.getPairCache()->findPair(proxies[0], proxies[1]) != nullptr;
 }
 
-bool btCcdTracker::isPressed(int a, int b) const
+double btCcdTracker::leftOf(int a, int b) const
 {
-    return m_objects[std::size_t(a)].m_pressed && m_objects[std::size_t(b)].m_pressed &&
-           std::find(m_pressedPairs.begin(), m_pressedPairs.end(), std::pair(a, b)) !=
-               m_pressedPairs.end();
+    double left = kUnbounded;
+    if (m_objects[std::size_t(a)].m_pressed && m_objects[std::size_t(b)].m_pressed)
+    {
+        for (const PressedPair& pair : m_pressedPairs)
+        {
+            left = pair.m_indices == std::pair(a, b) ? std::min(left, pair.m_left) : left;
+        }
+    }
+    return left;
 }
 
 /// Of what moves, a box about its origin in which it may turn as it likes.

@@ -186,7 +186,9 @@ public:
         return const_cast<btCcdTracked*>(std::as_const(*this).find(object));
     }
     [[nodiscard]] const btCcdTracked* find(const btCollisionObject& object) const;
-    [[nodiscard]] bool isPressed(int a, int b) const;
+    /// What the two may move relative to each other in this step and not cross, as their contacts
+    /// say [m]: negative if these do not tell, infinite if they are not pressed.
+    [[nodiscard]] double leftOf(int a, int b) const;
     /// What a query has found out about the two: if they are deep, they are asked again, however
     /// slowly they move, until a query or the broadphase says otherwise.
     void noteDeep(int a, int b, bool isDeep);
@@ -223,7 +225,12 @@ private:
     std::vector<std::unique_ptr<Speeds>> m_bodies;
     std::size_t m_bodyCount = 0;
     const Speeds* m_lastBody = nullptr;
-    std::vector<std::pair<int, int>> m_pressedPairs;
+    struct PressedPair
+    {
+        std::pair<int, int> m_indices;
+        double m_left;  // see leftOf()
+    };
+    std::vector<PressedPair> m_pressedPairs;
     /// Two objects, which are compared and never read, and where they were among all.
     struct DeepPair
     {
@@ -293,7 +300,7 @@ private:
     }
     [[nodiscard]] const Speeds& findSpeeds(const btMultiBody& body);
     void findPressed(btPersistentManifold** manifolds, int count);
-    void press(int a, int b);
+    void press(int a, int b, double left);
     void pressDeep();
     [[nodiscard]] bool isThere(DeepPair& pair) const;
     [[nodiscard]] bool isDue(const btPersistentManifold& manifold,
@@ -301,7 +308,8 @@ private:
                              const btCcdTracked*& b);
     [[nodiscard]] bool isPressed(const btPersistentManifold& manifold,
                                  const btCcdTracked*& a,
-                                 const btCcdTracked*& b) const;
+                                 const btCcdTracked*& b,
+                                 double& left) const;
     void group();
     void listWithRest();
     [[nodiscard]] bool listsMoversApart() const;

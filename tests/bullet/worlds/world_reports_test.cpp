@@ -1,4 +1,5 @@
 #include "benchmarks/reference/bullet/scene.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
@@ -119,6 +120,31 @@ TEST_P(Reports, AListenerMayLeaveAPairToBullet)
     EXPECT_NEAR(std::abs(double(impact->m_normal.z())), 1.0, 1e-6);
     scene.step(0.01);
     EXPECT_EQ(scene.ccd().findCcdImpact(plate, bodies[1]), nullptr);
+}
+
+TEST_P(Reports, AskNothingOfWhatIsPressedButAtRest)
+{
+    Scene scene(GetParam());
+    scene.world().getSolverInfo().m_linearSlop = btScalar(1e-3);  // nothing is pushed out
+    // No plane lies between a floor with a wall and what stands on it.
+    TriangleMesh yard = makeBox(Eigen::Vector3d(0.1, 0.1, 0.05));
+    TriangleMesh wall = makeBox(Eigen::Vector3d(0.01, 0.1, 0.05));
+    transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(0.08, 0.0, 0.1)));
+    appendMesh(yard, wall);
+    scene.body(scene.mesh(yard), 0.0, poseAt(vec(0, 0, 0)));
+    // Two margins of 0.5 mm, of which 0.4 mm are used up, and 0.28 mm are left.
+    btRigidBody* box = scene.body(
+        scene.boxMesh(vec(0.02, 0.02, 0.02)), 0.1, poseAt(vec(0, 0, 0.07 + 1e-3 - 4e-4)));
+    for (int i = 0; i < 10; ++i)
+    {
+        box->setLinearVelocity(vec(0.01, 0, 0));
+        scene.step(0.01);
+    }
+    EXPECT_EQ(scene.counters().m_queries, 0);
+    box->setLinearVelocity(vec(0, 0, -1));
+    scene.step(0.01);
+    EXPECT_GE(scene.counters().m_queries, 1);
+    EXPECT_GT(double(box->getWorldTransform().getOrigin().z()), 0.07);
 }
 
 TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)

@@ -21,9 +21,7 @@ Eigen::VectorXd impulseOnBlock(const Eigen::Vector3d& velocity, double friction)
     program.b = -velocity;
     program.friction = {friction};
     Eigen::VectorXd x = Eigen::VectorXd::Zero(3);
-    ContactProgramSolver solver;
-    (void)solver.solve(program, x, {.accuracy = 1e-10, .maxIterations = 1000});
-    EXPECT_EQ(solver.failures(), 0);
+    EXPECT_EQ(solveContacts(program, x, {.accuracy = 1e-10, .maxIterations = 1000}).unfinished, 0);
     return x;
 }
 
@@ -76,7 +74,6 @@ TEST(ContactProgram, RandomProgramsObeyTheirLaws)
 {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    int solved = 0;
     int sliding = 0;
     constexpr int kPrograms = 200;
     for (int trial = 0; trial < kPrograms; ++trial)
@@ -93,15 +90,10 @@ TEST(ContactProgram, RandomProgramsObeyTheirLaws)
         program.upper = Eigen::VectorXd::Constant(bounded, 0.2);
         program.friction.assign(static_cast<std::size_t>(contacts), 0.1 * (1 + trial % 8));
         Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
-        ContactProgramSolver solver;
-        (void)solver.solve(program, x, {.accuracy = 1e-8, .maxIterations = 5000});
-        if (solver.failures() == 0)
-        {
-            ++solved;
-            expectLaws(program, x, sliding);
-        }
+        const ContactProgramOptions options{.accuracy = 1e-8, .maxIterations = 5000};
+        EXPECT_EQ(solveContacts(program, x, options).unfinished, 0) << trial;
+        expectLaws(program, x, sliding);
     }
-    EXPECT_GE(solved, kPrograms * 95 / 100);
     EXPECT_GE(sliding, kPrograms / 4);
 }
 
@@ -140,9 +132,8 @@ TEST(ContactProgram, ChainsThatCarryContactsAreSolvedExactly)
     {
         const ContactProgram program = programOfAChain(seed);
         Eigen::VectorXd x = Eigen::VectorXd::Zero(program.b.size());
-        ContactProgramSolver solver;
-        (void)solver.solve(program, x, {.accuracy = 1e-8, .maxIterations = 200});
-        EXPECT_EQ(solver.failures(), 0) << seed;
+        const ContactProgramOptions options{.accuracy = 1e-8, .maxIterations = 200};
+        EXPECT_EQ(solveContacts(program, x, options).unfinished, 0) << seed;
         expectLaws(program, x, sliding);
         limited += std::abs(x[8]) == 2.0 ? 1 : 0;
     }
@@ -165,10 +156,32 @@ TEST(ContactProgram, WhatDoesNotMoveEachOtherIsSolvedAlone)
     program.b = program.J * (program.W.transpose() * x);
     program.b.tail<3>() << 1.0, 4.0, 0.0;
     program.friction = {0.5, 0.5, 0.5};
-    ContactProgramSolver solver;
-    (void)solver.solve(program, x, {.accuracy = 1e-12, .maxIterations = 2});
-    EXPECT_EQ(solver.failures(), 1);
+    EXPECT_EQ(solveContacts(program, x, {.accuracy = 1e-12, .maxIterations = 2}).unfinished, 1);
     EXPECT_LT((x.head<6>() - pair).norm(), 1e-10);
+}
+
+TEST(ContactProgram, WhatNothingMovesStaysAsItIs)
+{
+    // A block on a floor that has velocities of its own, as Bullet gives static bodies, and a floor
+    // that carries two blocks does not make them one.
+    ContactProgram program;
+    program.J = Eigen::MatrixXd::Zero(6, 9);
+    program.J.block<3, 3>(0, 0).setIdentity();
+    program.J.block<3, 3>(3, 3).setIdentity();
+    program.J.rightCols<3>().topRows<3>() = -Eigen::Matrix3d::Identity();
+    program.J.rightCols<3>().bottomRows<3>() = -Eigen::Matrix3d::Identity();
+    program.W = program.J / 2.0;
+    program.W.rightCols<3>().setZero();
+    program.compliance = Eigen::VectorXd::Zero(6);
+    program.b.resize(6);
+    program.b << 1.0, 0.0, -0.4, 1.0, 4.0, 0.0;
+    program.friction = {0.5, 0.5};
+    Eigen::VectorXd x(6);
+    x << 2.0, 0.0, -0.8, 100.0, -40.0, 40.0;
+    EXPECT_EQ(solveContacts(program, x, {.accuracy = 1e-12, .maxIterations = 2}).unfinished, 1);
+    EXPECT_LT((x.head<3>() - Eigen::Vector3d(2.0, 0.0, -0.8)).norm(), 1e-10);
+    EXPECT_EQ(solveContacts(program, x, {.accuracy = 1e-12, .maxIterations = 200}).unfinished, 0);
+    EXPECT_LT((x.tail<3>() - Eigen::Vector3d(2.0, 1.0, 0.0)).norm(), 1e-10);
 }
 
 TEST(ContactProgram, GivesUpWithinTheCone)
@@ -179,9 +192,7 @@ TEST(ContactProgram, GivesUpWithinTheCone)
     program.b = Eigen::Vector3d(1.0, 4.0, 0.0);
     program.friction = {0.5};
     Eigen::VectorXd x = Eigen::Vector3d(100.0, -40.0, 40.0);
-    ContactProgramSolver solver;
-    (void)solver.solve(program, x, {.accuracy = 1e-12, .maxIterations = 2});
-    EXPECT_EQ(solver.failures(), 1);
+    EXPECT_EQ(solveContacts(program, x, {.accuracy = 1e-12, .maxIterations = 2}).unfinished, 1);
     EXPECT_LE(x.tail<2>().norm(), 0.5 * x[0] + 1e-12);
 }
 }  // namespace

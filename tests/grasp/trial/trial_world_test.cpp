@@ -276,7 +276,7 @@ TEST(TrialWorld, SkinsGiveWayByTheirStiffnessAndGetHarder)
         return -world.objectCenter().y() - 2e-5;  // they rest by so much below the gap
     };
     // Each point bears k d / (1 - d / D)^2, and the same number of them bears every weight.
-    constexpr double kDepth = 7e-4;
+    constexpr double kDepth = 5.5e-4;
     double before = 0.0;  // force per mass
     for (const double mass : {0.1, 0.3, 1.0, 10.0, 100.0})
     {
@@ -420,6 +420,20 @@ TEST(TrialWorld, ABlockedDrivePressesByItsWholeForceHoweverSlowItIs)
         EXPECT_NEAR(0.5 * pinch.world->holdingForces().sum, kStiffness * error, 0.01);
         EXPECT_GT(error, 0.004);
     }
+}
+
+TEST(TrialWorld, AJawPressesOnWhatIsDrivenAwayFromIt)
+{
+    // A force that would take the cube away from one jaw within a step, were it not for the other.
+    constexpr double kForce = 20.0;
+    const Pinch pinch(0.05, 0.5, kForce);
+    const Eigen::Vector3d away(-30.0, 0.0, 0.0);
+    for (int k = 0; k < 60; ++k)
+    {
+        pinch.world->step(kStep, Eigen::Vector3d::Zero(), away);
+    }
+    EXPECT_NEAR(pinch.world->holdingForces().sum, 2.0 * kForce + away.norm(), 0.1);
+    EXPECT_LT(pinch.world->ccdCounters().m_impacts, 10);
 }
 
 TEST(TrialWorld, AFreeDriveKeepsItsSpeed)
