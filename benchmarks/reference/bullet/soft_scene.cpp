@@ -10,6 +10,7 @@
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <ctime>
@@ -370,32 +371,35 @@ void SoftScene::step(double timeStep)
     m_seconds += processorTime() - begin;
     for (Judged& judged : m_judged)
     {
-        // Turns are left out: only balls turn freely here, and a chord in a turning frame would cut
-        // through what the node has gone round.
-        Eigen::Isometry3d before_W = btCcdToEigen(judged.m_object->getWorldTransform());
-        const Eigen::Isometry3d X_BW1 = before_W.inverse();
-        before_W.translation() = judged.m_before.translation();
-        const Eigen::Isometry3d X_BW0 = before_W.inverse();
-        judged.m_before = btCcdToEigen(judged.m_object->getWorldTransform());
+        // The way of a node in the frame of the object is a chord of a curve, if the object turns:
+        // it may cut through what the node has gone round. So may the chord with the turn left out.
+        const Eigen::Isometry3d X_W1 = btCcdToEigen(judged.m_object->getWorldTransform());
+        const Eigen::Isometry3d X_B0W = judged.m_before.inverse();
+        Eigen::Isometry3d unturned = X_W1;
+        unturned.translation() = judged.m_before.translation();
+        const Eigen::Isometry3d X_U0W = unturned.inverse();
+        const Eigen::Isometry3d X_B1W = X_W1.inverse();
+        judged.m_before = X_W1;
         const Eigen::AlignedBox3d box = bounds(judged.m_mesh);
+        const std::vector<Vector3d>& x = judged.m_mesh.vertices;
         for (std::size_t i = 0; i < before.size(); ++i)
         {
             for (std::size_t v = 0; v < before[i].size(); ++v)
             {
-                const Vector3d p = X_BW0 * before[i][v];
-                const Vector3d q = X_BW1 * btCcdToEigen(bodies[int(i)]->m_nodes[int(v)].m_x);
-                if (!box.intersects(Eigen::AlignedBox3d(p.cwiseMin(q), p.cwiseMax(q))))
+                const Vector3d q = X_B1W * btCcdToEigen(bodies[int(i)]->m_nodes[int(v)].m_x);
+                const auto isThrough = [&](const Vector3d& p)
                 {
-                    continue;
-                }
-                for (const Triangle& t : judged.m_mesh.triangles)
-                {
-                    const std::vector<Vector3d>& x = judged.m_mesh.vertices;
-                    if (segmentMeetsTriangle(
-                            p, q, x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]))
+                    const auto meets = [&](const Triangle& t)
                     {
-                        m_through[i][v] = 1;
-                    }
+                        return segmentMeetsTriangle(
+                            p, q, x[std::size_t(t[0])], x[std::size_t(t[1])], x[std::size_t(t[2])]);
+                    };
+                    return box.intersects(Eigen::AlignedBox3d(p.cwiseMin(q), p.cwiseMax(q))) &&
+                           std::ranges::any_of(judged.m_mesh.triangles, meets);
+                };
+                if (isThrough(X_B0W * before[i][v]) && isThrough(X_U0W * before[i][v]))
+                {
+                    m_through[i][v] = 1;
                 }
             }
         }

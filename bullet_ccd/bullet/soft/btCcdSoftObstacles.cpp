@@ -14,25 +14,31 @@ namespace
 /// Models and surfaces that nothing has come near for so many steps are dropped.
 constexpr std::int64_t kStepsKept = 300;
 
+/// In the order in which they came into the world: that of the broadphase's tree may depend on
+/// addresses.
 template <typename Visit>
 void forObjects(btBroadphaseInterface& broadphase, const Visit& visit)
 {
     struct Callback : btBroadphaseAabbCallback
     {
-        const Visit& m_visit;
-        explicit Callback(const Visit& toVisit) : m_visit(toVisit) {}
+        std::vector<const btBroadphaseProxy*> m_found;
         bool process(const btBroadphaseProxy* proxy) override
         {
-            auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-            if (object->getInternalType() != btCollisionObject::CO_SOFT_BODY)
-            {
-                m_visit(*object);
-            }
+            m_found.push_back(proxy);
             return true;
         }
-    } callback(visit);
+    } callback;
     const btScalar far = BT_LARGE_FLOAT;
     broadphase.aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), callback);
+    std::ranges::sort(callback.m_found, {}, &btBroadphaseProxy::m_uniqueId);
+    for (const btBroadphaseProxy* proxy : callback.m_found)
+    {
+        auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+        if (object->getInternalType() != btCollisionObject::CO_SOFT_BODY)
+        {
+            visit(*object);
+        }
+    }
 }
 
 Eigen::AlignedBox3d boxOf(const btCollisionShape& shape, const btTransform& pose)
@@ -78,9 +84,10 @@ void btCcdSoftObstacles::begin(btBroadphaseInterface& broadphase)
         broadphase,
         [&](btCollisionObject& object)
         {
-            Pose pose{object.getWorldTransform(), object.getWorldTransform()};
+            const int proxy = btCcdProxyId(object);
+            Pose pose{object.getWorldTransform(), object.getWorldTransform(), proxy};
             const auto known = before.find(&object);
-            if (known == before.end())
+            if (known == before.end() || known->second.m_proxy != proxy)
             {
                 m_cache.check(object.getCollisionShape());
             }
@@ -170,7 +177,7 @@ const std::vector<btCcdSoftPart*>& btCcdSoftObstacles::collect(btBroadphaseInter
 void btCcdSoftObstacles::addObject(btCollisionObject& object, const Eigen::AlignedBox3d& box)
 {
     const btTransform& end = object.getWorldTransform();  // even where a part is held back
-    Pose& pose = m_poses.try_emplace(&object, Pose{end, end}).first->second;
+    Pose& pose = m_poses.try_emplace(&object, Pose{end, end, btCcdProxyId(object)}).first->second;
     pose.m_end = end;
     const btCollisionShape* shape = object.getCollisionShape();
     if (!object.hasContactResponse() ||

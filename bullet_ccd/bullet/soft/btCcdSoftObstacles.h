@@ -55,6 +55,7 @@ private:
     {
         btTransform m_start;
         btTransform m_end;
+        int m_proxy;  ///< of the object, see btCcdProxyId()
     };
     /// Base and joints of a multibody when the step began.
     struct Posture

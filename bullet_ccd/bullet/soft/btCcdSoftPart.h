@@ -6,6 +6,7 @@
 #include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
 #include <cstdint>
@@ -13,6 +14,13 @@
 #include <vector>
 
 class btSoftBody;
+
+/// Tells an object from others that are or were in the world, maybe at the same address.
+[[nodiscard]] inline int btCcdProxyId(const btCollisionObject& object)
+{
+    const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+    return proxy != nullptr ? proxy->m_uniqueId : 0;
+}
 
 /// A surface and where its vertices are at both ends of the step. They move on straight lines.
 struct btCcdSoftPart

@@ -75,7 +75,7 @@ std::uint64_t keyOf(const bullet_ccd::DeformableContact& contact,
     for (std::size_t k = 0; k < 4; ++k)
     {
         const btCcdSoftPart& part = k < ofA ? partA : partB;
-        const auto object = std::uint64_t(reinterpret_cast<std::uintptr_t>(part.m_object));
+        const auto object = std::uint64_t(btCcdProxyId(*part.m_object)) << 32U;
         key += mixed(object) * std::uint64_t(k == 0 || k == ofA ? 1 : 0);
         if (part.m_soft != nullptr)
         {
@@ -229,21 +229,24 @@ void btCcdSoftResponse::support(const std::function<bool(const btCollisionObject
                                 double timeStep)
 {
     m_given.clear();
-    for (const auto& [body, support] : m_bodySupports)
+    for (const auto& [proxy, support] : m_bodySupports)
     {
-        const auto before = m_bodySupportsBefore.find(body);
-        if (before == m_bodySupportsBefore.end() || !isThere(body) || !body->isActive())
+        btRigidBody* body = support.m_body;
+        const auto before = m_bodySupportsBefore.find(proxy);
+        if (before == m_bodySupportsBefore.end() || before->second.m_body != body ||
+            !isThere(body) || btCcdProxyId(*body) != proxy || !body->isActive())
         {
             continue;
         }
         const double part = timeStep / m_timeStep;
-        const Vector6d given =
-            part * (before->second.norm() < support.norm() ? before->second : support);
+        const Vector6d& last = support.m_change;
+        const Vector6d& lastButOne = before->second.m_change;
+        const Vector6d given = part * (lastButOne.norm() < last.norm() ? lastButOne : last);
         body->setLinearVelocity(body->getLinearVelocity() +
                                 btCcdToBullet(Vector3d(given.head<3>())));
         body->setAngularVelocity(body->getAngularVelocity() +
                                  btCcdToBullet(Vector3d(given.tail<3>())));
-        m_given.emplace(body, given);
+        m_given.push_back({body, given});
     }
 }
 
@@ -256,6 +259,7 @@ void btCcdSoftResponse::begin(double rest, double timeStep)
     m_paths.clear();
     m_rows.clear();
     m_movers.clear();
+    m_moverOf.clear();
     m_clock = 0;
     m_clamps.clear();
     m_solvedPaths = 0;
@@ -712,7 +716,7 @@ void btCcdSoftResponse::solvePaths(bool isFirst)
 std::vector<btCcdSoftResponse::Shift> btCcdSoftResponse::takeShifts()
 {
     std::vector<Shift> shifts;
-    for (auto& [body, mover] : m_movers)
+    for (const std::unique_ptr<Mover>& mover : m_movers)
     {
         if (mover->m_rigid != nullptr && !mover->m_shift.isZero(0.0))
         {
@@ -726,10 +730,10 @@ std::vector<btCcdSoftResponse::Shift> btCcdSoftResponse::takeShifts()
 template <typename Body>
 btCcdSoftResponse::Mover& btCcdSoftResponse::moverOf(Body& body)
 {
-    std::unique_ptr<Mover>& mover = m_movers[&body];
+    Mover*& mover = m_moverOf[&body];
     if (mover == nullptr)
     {
-        mover = std::make_unique<Mover>(body);
+        mover = m_movers.emplace_back(std::make_unique<Mover>(body)).get();
     }
     return *mover;
 }
@@ -899,7 +903,7 @@ void btCcdSoftResponse::solveVelocities()
             break;
         }
     }
-    for (auto& [body, mover] : m_movers)
+    for (const std::unique_ptr<Mover>& mover : m_movers)
     {
         mover->writeBack();
     }
@@ -926,8 +930,10 @@ void btCcdSoftResponse::keepSupports()
             {
                 continue;
             }
+            btRigidBody* body = lever.m_mover->m_rigid;
             Vector6d& ofBody =
-                m_bodySupports.try_emplace(lever.m_mover->m_rigid, Vector6d::Zero()).first->second;
+                m_bodySupports.try_emplace(btCcdProxyId(*body), BodySupport{body, Vector6d::Zero()})
+                    .first->second.m_change;
             for (std::size_t k = 0; k < 3; ++k)
             {
                 ofBody += kSigns[side] * path.m_push[Eigen::Index(k)] / m_timeStep *

@@ -147,7 +147,8 @@ private:
     std::vector<Touch> m_touches;
     std::vector<Path> m_paths;  // of the touches
     std::vector<std::array<Row, 3>> m_rows;
-    std::map<const void*, std::unique_ptr<Mover>> m_movers;
+    std::vector<std::unique_ptr<Mover>> m_movers;
+    std::unordered_map<const void*, Mover*> m_moverOf;      // by rigid body or multibody
     std::int64_t m_clock = 0;                               // counts what moved ends of paths
     std::unordered_map<std::uint64_t, Support> m_supports;  // of touches of the step, by key
     std::unordered_map<std::uint64_t, Support> m_before;    // of the step before
@@ -163,11 +164,15 @@ private:
     };
     std::unordered_map<const std::int64_t*, Clamp> m_clamps;  // by node, as Path has it
     std::size_t m_solvedPaths = 0;                            // those after it have come in since
-    /// Changes of velocities by what is soft, in the last step and the one before, and what of them
-    /// support() gave [m/s, rad/s].
-    std::unordered_map<btRigidBody*, Vector6d> m_bodySupports;
-    std::unordered_map<btRigidBody*, Vector6d> m_bodySupportsBefore;
-    std::unordered_map<btRigidBody*, Vector6d> m_given;
+    struct BodySupport
+    {
+        btRigidBody* m_body;
+        Vector6d m_change;  // of its velocity [m/s, rad/s]
+    };
+    /// By btCcdProxyId(): what bodies got from what is soft, in the last step and the one before.
+    std::map<int, BodySupport> m_bodySupports;
+    std::map<int, BodySupport> m_bodySupportsBefore;
+    std::vector<BodySupport> m_given;  // by support()
 
     /// One step of the iteration; returns by how much a distance changed [m], if by more than
     /// `least`.

@@ -14,7 +14,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <unordered_map>
 #include <utility>
 
@@ -361,7 +360,7 @@ void btCcdSoftStep::answerFirst(const std::vector<DeformableContact>& contacts,
     const auto partsOf = [](const DeformableContact& contact) {
         return std::array{std::size_t(contact.bodyA), std::size_t(contact.bodyB)};
     };
-    std::map<const void*, double> earliest;  // by body; its parts go on as one
+    std::unordered_map<const void*, double> earliest;  // by body; its parts go on as one
     for (const DeformableContact& contact : contacts)
     {
         for (const std::size_t part : partsOf(contact))
@@ -677,7 +676,7 @@ void btCcdSoftStep::bendPaths(btCcdSoftResponse& response)
 
 void btCcdSoftStep::giveWay(const std::vector<btCcdSoftResponse::Shift>& shifts)
 {
-    std::map<const btCollisionObject*, btTransform> poses;
+    std::unordered_map<const btCollisionObject*, btTransform> poses;
     for (const btCcdSoftResponse::Shift& shift : shifts)
     {
         const auto part = std::ranges::find(m_parts, shift.m_body, &btCcdSoftPart::m_object);
@@ -858,7 +857,7 @@ void btCcdSoftStep::holdBody(const btCcdSoftPart& obstacle, double part)
     {
         m_obstacles.takeBack(*multiBody, part);
     }
-    std::map<const btCollisionObject*, btTransform> poses;
+    std::unordered_map<const btCollisionObject*, btTransform> poses;
     for (btCcdSoftPart* other : m_parts)
     {
         if (other->m_soft != nullptr || !moveTogether(*other, obstacle))
@@ -914,7 +913,7 @@ bool btCcdSoftStep::comeAlong(const btCcdSoftPart& a, const btCcdSoftPart& b, co
     return false;
 }
 
-void btCcdSoftStep::place(const std::map<const btCollisionObject*, btTransform>& poses)
+void btCcdSoftStep::place(const std::unordered_map<const btCollisionObject*, btTransform>& poses)
 {
     for (btCcdSoftPart* other : m_parts)
     {

@@ -10,7 +10,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <set>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -63,8 +64,9 @@ private:
         int m_times = 0;  ///< it came along
         bool m_isSlowed = false;  ///< it was held back, or came along with another rigid one
     };
-    std::map<const void*, Held> m_held;
-    std::set<const void*> m_hasComeAlong;  ///< in the round, or was held back by rigid bodies
+    std::unordered_map<const void*, Held> m_held;
+    std::unordered_set<const void*>
+        m_hasComeAlong;  ///< in the round, or was held back by rigid bodies
     /// A contact of rigid bodies that come deeper into each other than without soft bodies, or
     /// than they were; see btCcdSoftResponse::addPressed().
     struct Pressed
@@ -144,7 +146,7 @@ private:
                    const btCcdSoftPart& b,
                    const Eigen::Vector3d& apart = Eigen::Vector3d::Zero());
     /// Sets where parts of colliders end, and what is anchored there.
-    void place(const std::map<const btCollisionObject*, btTransform>& poses);
+    void place(const std::unordered_map<const btCollisionObject*, btTransform>& poses);
     void holdAll();
     void commit(btScalar timeStep);
     void keepForDrawing(const std::vector<bullet_ccd::DeformableContact>& contacts);

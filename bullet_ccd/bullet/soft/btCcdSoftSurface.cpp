@@ -65,9 +65,24 @@ double shortestEdge(const TriangleMesh& mesh)
     return shortest;
 }
 
-std::array<int, 4> topologyOf(const btSoftBody& body)
+/// How many nodes there are, and the nodes of all faces, links and tetrahedra: a body may be
+/// changed in place, or another one come to the same address, without a change of their numbers.
+void readTopology(const btSoftBody& body, std::vector<std::int32_t>& topology)
 {
-    return {body.m_nodes.size(), body.m_faces.size(), body.m_links.size(), body.m_tetras.size()};
+    topology.assign({body.m_nodes.size(), body.m_faces.size(), body.m_links.size()});
+    const auto add = [&](const auto& elements)
+    {
+        for (int i = 0; i < elements.size(); ++i)
+        {
+            for (const btSoftBody::Node* node : elements[i].m_n)
+            {
+                topology.push_back(nodeIndex(body, node));
+            }
+        }
+    };
+    add(body.m_faces);
+    add(body.m_links);
+    add(body.m_tetras);
 }
 
 /// Returns false if a node is or becomes not finite.
@@ -191,9 +206,10 @@ btCcdSoftPart* btCcdSoftSurfaces::find(btSoftBody& body, btScalar timeStep)
         entry.m_warned = true;
         return nullptr;
     }
-    if (entry.m_topology != topologyOf(body))
+    readTopology(body, m_topology);
+    if (entry.m_topology != m_topology)
     {
-        entry.m_topology = topologyOf(body);
+        entry.m_topology = m_topology;
         const TriangleMesh mesh = btCcdSoftMesh(body);
         part.m_shortestEdge = shortestEdge(mesh);
         part.m_surface.reset();

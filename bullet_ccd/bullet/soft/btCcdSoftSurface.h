@@ -28,11 +28,12 @@ private:
     struct Entry
     {
         btCcdSoftPart m_part;
-        std::array<int, 4> m_topology{-1, -1, -1, -1};  ///< numbers of nodes, faces, links, tetras
+        std::vector<std::int32_t> m_topology;  ///< that the surface was built from
         bool m_used = false;
         bool m_warned = false;
     };
     std::unordered_map<const btSoftBody*, Entry> m_entries;
+    std::vector<std::int32_t> m_topology;  ///< scratch
 };
 
 /// Where Bullet is going to put the node.

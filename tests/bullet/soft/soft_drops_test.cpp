@@ -19,12 +19,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <gmock/gmock.h>
 #include <limits>
 #include <memory>
+#include <new>
 #include <numbers>
 #include <string>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -474,9 +478,7 @@ TEST(SoftDrops, AHeavyBoxOnLightClothsComesToRest)
         EXPECT_LT(double(box->getLinearVelocity().length()), 0.01) << cloths;
         EXPECT_EQ(scene.solver()->getCcdSoftCounters().m_heldBodies, 0) << cloths;
         EXPECT_LE(scene.solver()->getCcdSoftCounters().m_queries, 60 * 3) << cloths;
-        // (On three cloths the box turns as it lands, which the judge of nodes does not follow.)
-        EXPECT_TRUE(cloths > 1 || scene.judge().isClean()) << scene.judge();
-        EXPECT_EQ(scene.judge().crossing, 0) << cloths;
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge() << ", " << cloths;
         EXPECT_GT(height(*lowest, true), 0.0025) << cloths;
     }
 }
@@ -1040,6 +1042,150 @@ TEST(SoftDrops, ContactsAndBentPathsAreDrawn)
             EXPECT_NEAR(to.y(), kRest, 0.2 * kRest);
         }
     }
+}
+
+/// While it lives, Bullet's objects come from one block of memory, upwards or downwards.
+class Addresses
+{
+public:
+    explicit Addresses(bool areFalling) : m_block(kBytes), m_areFalling(areFalling)
+    {
+        s_used = this;
+        btAlignedAllocSetCustomAligned([](std::size_t size, int alignment) -> void*
+                                       { return s_used->take(size, std::size_t(alignment)); },
+                                       [](void*) {});
+    }
+    ~Addresses() { btAlignedAllocSetCustomAligned(nullptr, nullptr); }
+    Addresses(const Addresses&) = delete;
+    Addresses& operator=(const Addresses&) = delete;
+
+private:
+    static constexpr std::size_t kBytes = std::size_t(64) << 20U;
+    inline static Addresses* s_used = nullptr;
+    std::vector<std::byte> m_block;
+    std::size_t m_taken = 0;
+    bool m_areFalling;
+
+    void* take(std::size_t size, std::size_t alignment)
+    {
+        m_taken += size + 2 * alignment;
+        if (m_taken > kBytes)
+        {
+            throw std::bad_alloc();
+        }
+        std::byte* const begin =
+            m_block.data() + (m_areFalling ? kBytes - m_taken : m_taken - size - alignment);
+        std::size_t space = size + alignment;
+        void* aligned = begin;
+        return std::align(alignment, size, aligned, space);
+    }
+};
+
+/// A cloth on many boxes, of which some move: every order of contacts and bodies plays a part. The
+/// boxes are meshes and the cloth does not meet itself, because stock contacts depend on addresses.
+std::vector<btVector3> placesOfClothOnBoxes()
+{
+    SoftScene scene(SoftWorld::Solver);
+    const TriangleMesh mesh = makeBox({0.08, 0.05, 0.08});
+    for (int i = 0; i < 16; ++i)
+    {
+        scene.obstacle(btCcdMeshShape::fromMesh(mesh),
+                       mesh,
+                       at(0.25 * (i % 4) - 0.375, 0, 0.25 * (i / 4) - 0.375),
+                       i % 3 == 1 ? 1.0 : 0.0);
+    }
+    btSoftBody* cloth = scene.cloth(at(0, 0.06, 0), 1.0, 9, 1.0);
+    cloth->setVelocity(btVector3(0, -5, 0));
+    cloth->setSelfCollision(false);
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 1000);
+    const btCollisionObjectArray& objects = scene.world().getCollisionObjectArray();
+    std::vector<btVector3> places;
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        places.push_back(objects[i]->getWorldTransform().getOrigin());
+    }
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        places.push_back(cloth->m_nodes[i].m_x);
+    }
+    return places;
+}
+
+TEST(SoftDrops, TheOutcomeDoesNotDependOnAddresses)
+{
+    std::array<std::vector<btVector3>, 2> places;
+    for (const bool areFalling : {false, true})
+    {
+        const Addresses addresses(areFalling);
+        places[areFalling ? 1 : 0] = placesOfClothOnBoxes();
+    }
+    EXPECT_EQ(places[0], places[1]);
+}
+
+// What carries a body is remembered from step to step. Another one at the same address once got it.
+TEST(SoftDrops, ABodyInThePlaceOfARemovedOneIsNotCarried)
+{
+    SoftScene scene(SoftWorld::Solver);
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 1.0, 8, 1.0);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        cloth->setMass(i, 0);
+    }
+    const btVector3 half(btScalar(0.1), btScalar(0.1), btScalar(0.1));
+    btRigidBody* box = scene.obstacle(
+        std::make_unique<btBoxShape>(half), makeBox({0.1, 0.1, 0.1}), at(0, 0.105, 0), 1.0);
+    for (int i = 0; i < 60; ++i)
+    {
+        scene.step(1.0 / 60.0);
+    }
+    EXPECT_NEAR(double(box->getLinearVelocity().y()), 0.0, 0.05);
+    scene.world().removeRigidBody(box);
+    btCollisionShape* shape = box->getCollisionShape();
+    box->~btRigidBody();
+    new (box) btRigidBody(btScalar(1), nullptr, shape);
+    box->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 5, 0)));
+    scene.world().addRigidBody(box);
+    scene.step(1.0 / 60.0);
+    EXPECT_NEAR(double(box->getWorldTransform().getOrigin().y()), 5.0 - 10.0 / 3600.0, 1e-6);
+}
+
+// As many faces as before, of other nodes: once the surface was still the old one.
+TEST(SoftDrops, FacesThatAreReplacedInPlaceAreSeen)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 1.0, 8, 1.0);
+    btSoftBody::tFaceArray left;
+    btSoftBody::tFaceArray right;
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        cloth->setMass(i, 0);
+    }
+    for (int i = 0; i < cloth->m_faces.size(); ++i)
+    {
+        const btSoftBody::Face& face = cloth->m_faces[i];
+        const btScalar x = face.m_n[0]->m_x.x() + face.m_n[1]->m_x.x() + face.m_n[2]->m_x.x();
+        (x < btScalar(0) ? left : right).push_back(face);
+    }
+    ASSERT_EQ(left.size(), right.size());
+    btVector3 middleOfFace(0, btScalar(0.1), 0);
+    for (const btSoftBody::Node* node : right[0].m_n)
+    {
+        middleOfFace += node->m_x / btScalar(3);
+    }
+    cloth->m_faces = left;
+    btRigidBody* ball = scene.obstacle(std::make_unique<btSphereShape>(btScalar(0.02)),
+                                       makeSphere(0.02, 1),
+                                       Isometry3d(Eigen::Translation3d(btCcdToEigen(middleOfFace))),
+                                       1.0);
+    scene.step(1.0 / 60.0);
+    cloth->m_faces = right;
+    ball->setLinearVelocity(btVector3(0, -20, 0));
+    scene.step(1.0 / 60.0);
+    EXPECT_GT(double(ball->getWorldTransform().getOrigin().y()), 0.02);
 }
 
 TEST(SoftDrops, BadInputIsRefusedOrLeftToBullet)
