@@ -182,9 +182,8 @@ std::size_t DeformableSurface::triangleCount() const
 std::size_t DeformableSurface::memory() const
 {
     const Data& d = *m_data;
-    return sizeof(Data) + bytesOf(d.patches) + bytesOf(d.nodes) + bytesOf(d.edges) +
-           bytesOf(d.faces) + bytesOf(d.meshVertex) + bytesOf(d.steps) + bytesOf(d.lanes) +
-           bytesOf(d.patchBoxes) + bytesOf(d.nodeBoxes) + bytesOf(d.vertexIdle) +
+    return sizeof(Data) + bytesOf(d.patches) + bytesOf(d.nodes) + bytesOf(d.meshVertex) +
+           bytesOf(d.steps) + bytesOf(d.patchBoxes) + bytesOf(d.nodeBoxes) + bytesOf(d.vertexIdle) +
            bytesOf(d.patchIdle) + bytesOf(d.nodeIdle);
 }
 }  // namespace bullet_ccd

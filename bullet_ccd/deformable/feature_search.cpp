@@ -30,15 +30,18 @@ void swapEdges(std::array<T, 4>& ends)
 void FeatureSearch::prefetch(const PatchTask& task) const
 {
     const SurfacePair& surfaces = m_state.surfaces[static_cast<std::size_t>(task.surfacePair)];
-    for (const SurfacePatch* patch :
-         {&surfaces.a->patch(task.patchA), &surfaces.b->patch(task.patchB)})
+    const auto fetch = [](const DeformableSurface::Data& data, std::int32_t index)
     {
+        const SurfacePatch& patch = data.patch(index);
         constexpr std::size_t kCacheLine = 64;
         for (std::size_t line = 0; line < sizeof(SurfacePatch); line += kCacheLine)
         {
-            __builtin_prefetch(reinterpret_cast<const char*>(patch) + line);
+            __builtin_prefetch(reinterpret_cast<const char*>(&patch) + line);
         }
-    }
+        __builtin_prefetch(&data.patchBoxes[static_cast<std::size_t>(index)]);
+    };
+    fetch(*surfaces.a, task.patchA);
+    fetch(*surfaces.b, task.patchB);
 }
 
 void FeatureSearch::examine(const PatchTask& task)
@@ -61,8 +64,6 @@ void FeatureSearch::examine(const PatchTask& task)
     m_kernels.patchCandidates(
         {.a = &patchA,
          .b = &patchB,
-         .lanesA = a.laneData(),
-         .lanesB = b.laneData(),
          .shift = surfaces.shift,
          .boxA = shifted(a.patchBoxes[static_cast<std::size_t>(task.patchA)], surfaces.shift[0]),
          .boxB = shifted(b.patchBoxes[static_cast<std::size_t>(task.patchB)], surfaces.shift[1]),
@@ -71,21 +72,32 @@ void FeatureSearch::examine(const PatchTask& task)
     for (int i = 0; i < m_candidates.edgePairs; ++i)
     {
         const auto& [indexA, indexB] = m_candidates.edgePair[i];
-        const auto& edgeA = a.edges[static_cast<std::size_t>(patchA.firstEdge) + indexA];
-        const auto& edgeB = b.edges[static_cast<std::size_t>(patchB.firstEdge) + indexB];
-        add(m_edges, a, b, {edgeA[0], edgeA[1], edgeB[0], edgeB[1]}, false);
+        add(m_edges,
+            a,
+            b,
+            {patchA.vertex[patchA.edgeA[indexA]],
+             patchA.vertex[patchA.edgeB[indexA]],
+             patchB.vertex[patchB.edgeA[indexB]],
+             patchB.vertex[patchB.edgeB[indexB]]},
+            false);
     }
+    const auto vertexAndFace = [](const SurfacePatch& ofVertex,
+                                  const SurfacePatch& ofFace,
+                                  const std::uint8_t(&local)[2]) -> std::array<std::int32_t, 4>
+    {
+        const auto& [vertex, face] = local;
+        return {ofVertex.vertex[vertex],
+                ofFace.vertex[ofFace.faceA[face]],
+                ofFace.vertex[ofFace.faceB[face]],
+                ofFace.vertex[ofFace.faceC[face]]};
+    };
     for (int i = 0; i < m_candidates.vertexFaces; ++i)
     {
-        const auto& [vertex, index] = m_candidates.vertexFace[i];
-        const auto& face = b.faces[static_cast<std::size_t>(patchB.firstFace) + index];
-        add(m_vertexFaces, a, b, {patchA.vertex[vertex], face[0], face[1], face[2]}, false);
+        add(m_vertexFaces, a, b, vertexAndFace(patchA, patchB, m_candidates.vertexFace[i]), false);
     }
     for (int i = 0; i < m_candidates.faceVertices; ++i)
     {
-        const auto& [vertex, index] = m_candidates.faceVertex[i];
-        const auto& face = a.faces[static_cast<std::size_t>(patchA.firstFace) + index];
-        add(m_vertexFaces, b, a, {patchB.vertex[vertex], face[0], face[1], face[2]}, true);
+        add(m_vertexFaces, b, a, vertexAndFace(patchB, patchA, m_candidates.faceVertex[i]), true);
     }
 }
 
@@ -119,7 +131,9 @@ void FeatureSearch::add(Waiting& waiting,
     for (std::size_t k = 0; k < 4; ++k)
     {
         const DeformableSurface::Data& data = k < ofFirst ? first : second;
-        waiting.batch.vertex[k][lane] = &data.steps[static_cast<std::size_t>(vertices[k])];
+        const VertexStep* step = &data.steps[static_cast<std::size_t>(vertices[k])];
+        waiting.batch.vertex[k][lane] = step;
+        __builtin_prefetch(step);  // it is needed when the batch is full
     }
     waiting.vertices[lane] = vertices;
     waiting.isTurned[lane] = isTurned;

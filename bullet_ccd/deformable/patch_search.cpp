@@ -152,7 +152,7 @@ SurfacePair surfacePair(const DeformableSurface::Data& a,
     SurfacePair pair{.a = &a, .b = &b, .separation = separation, .shift = {}};
     const Eigen::Vector3d way = a.centre - b.centre;
     // Places are rounded to single precision relative to the centres, their shift once more, boxes
-    // are shifted: together below 6e-8 (2 hA + hB + 2 |way|) on either side.
+    // or vertices are shifted: together below 6e-8 (2 hA + 2 hB + 2 |way|) on either side.
     const double size = a.halfExtent + b.halfExtent + way.cwiseAbs().maxCoeff();
     const double pad = 1.0001 * distance + 4e-7 * size + 1e-37;
     for (int k = 0; k < 6; ++k)

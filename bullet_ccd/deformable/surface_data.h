@@ -10,19 +10,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace bullet_ccd
 {
-/// Places relative to the centre of the surface, components as in MovingBox.
-struct alignas(32) VertexLanes
-{
-    float of[8];
-};
-
 /// Bits of what a step leaves alone.
 constexpr std::uint8_t kRests = 1;      ///< it does not move in the step
 constexpr std::uint8_t kUnchanged = 2;  ///< its step is that of before
@@ -34,14 +27,11 @@ struct DeformableSurface::Data
 
     // Topology.
     std::vector<SurfacePatch> patches;
-    std::vector<SurfaceNode> nodes;  ///< parents before their children; 0 is the root
-    std::vector<std::array<std::int32_t, 2>> edges;
-    std::vector<std::array<std::int32_t, 3>> faces;
+    std::vector<SurfaceNode> nodes;        ///< parents before their children; 0 is the root
     std::vector<std::int32_t> meshVertex;  ///< by number of the vertex: its index in the mesh
 
     // The step.
     std::vector<VertexStep> steps;
-    std::vector<VertexLanes> lanes;
     std::vector<MovingBox> patchBoxes;
     std::vector<MovingBox> nodeBoxes;
     std::vector<std::uint8_t> vertexIdle;  ///< bits: kRests, kUnchanged
@@ -72,7 +62,6 @@ struct DeformableSurface::Data
     {
         return nodes[static_cast<std::size_t>(index)];
     }
-    [[nodiscard]] const float (*laneData() const)[8] { return &lanes.data()->of; }
 };
 
 /// Patches and nodes of the mesh; labels[v] names the vertices that count as one with v.

@@ -12,6 +12,8 @@ namespace bullet_ccd
 namespace
 {
 constexpr std::size_t kChildren = 8;
+/// Faces that are cut into patches together.
+constexpr std::size_t kFacesAtOnce = 128;
 
 class PatchBuilder
 {
@@ -19,7 +21,11 @@ public:
     PatchBuilder(const TriangleMesh& mesh,
                  const std::vector<std::int32_t>& labels,
                  DeformableSurface::Data& data)
-        : m_mesh(mesh), m_labels(labels), m_data(data), m_numbers(mesh.vertices.size(), kNone)
+        : m_mesh(mesh),
+          m_labels(labels),
+          m_data(data),
+          m_numbers(mesh.vertices.size(), kNone),
+          m_local(mesh.vertices.size(), kNone)
     {
         m_order = distinctTriangles(mesh);
         m_centroids.resize(mesh.triangles.size());
@@ -32,30 +38,34 @@ public:
 
     void build()
     {
-        (void)makeNode({0, m_order.size()});
+        cutToPatches({0, m_order.size()});
+        (void)makeNode({0, m_patches.size()});
         // An edge hangs on the lower of the numbers of its vertices: the last one made there, and
         // from each edge to the one before.
         m_lastEdge.assign(m_mesh.vertices.size(), kNone);
-        m_data.faces.reserve(m_order.size());
-        m_data.edges.reserve(m_order.size() * 3 / 2 + 16);
+        m_edges.reserve(m_order.size() * 3 / 2 + 16);
         m_data.meshVertex.reserve(m_order.size() / 2 + 16);
-        m_data.patches.reserve(m_leaves.size());
-        for (const Range& leaf : m_leaves)
+        m_data.patches.reserve(m_patches.size());
+        for (const GrownPatch& patch : m_patches)
         {
-            addPatch(leaf);
+            addPatch(patch.faces);
         }
-        m_data.edges.shrink_to_fit();
         m_data.meshVertex.shrink_to_fit();
         m_data.nodes.shrink_to_fit();
     }
 
 private:
-    /// Triangles by their positions in m_order.
+    /// A part of a list, by positions.
     struct Range
     {
         std::size_t begin = 0;
         std::size_t end = 0;
         [[nodiscard]] std::size_t size() const { return end - begin; }
+    };
+    struct GrownPatch
+    {
+        Range faces;  ///< in m_order
+        Eigen::Vector3d centre;
     };
 
     static std::vector<std::int32_t> distinctTriangles(const TriangleMesh& mesh)
@@ -96,92 +106,195 @@ private:
         return m_mesh.triangles[static_cast<std::size_t>(m_order[position])];
     }
 
-    [[nodiscard]] bool fitsPatch(const Range& range) const
+    [[nodiscard]] const Eigen::Vector3d& centroid(std::int32_t face) const
     {
-        if (range.size() > kPatchFaces)
-        {
-            return false;
-        }
-        std::array<std::int32_t, 3 * kPatchFaces> corners{};
-        std::size_t count = 0;
-        for (std::size_t i = range.begin; i < range.end; ++i)
-        {
-            for (const std::int32_t v : triangle(i))
-            {
-                corners[count++] = v;
-            }
-        }
-        const auto last = corners.begin() + static_cast<std::ptrdiff_t>(count);
-        std::sort(corners.begin(), last);
-        return std::unique(corners.begin(), last) - corners.begin() <= kPatchVertices;
+        return m_centroids[static_cast<std::size_t>(face)];
     }
 
-    /// The first position of the second half; patches of the first half are full.
-    std::size_t cut(const Range& range)
+    /// Puts the items of the range before `middle` that are lower along its longest axis.
+    template <class Item, class CentreOf>
+    static void cut(std::vector<Item>& items,
+                    const Range& range,
+                    std::size_t middle,
+                    const CentreOf& centreOf)
     {
         Eigen::AlignedBox3d box;
         for (std::size_t i = range.begin; i < range.end; ++i)
         {
-            box.extend(m_centroids[static_cast<std::size_t>(m_order[i])]);
+            box.extend(centreOf(items[i]));
         }
         Eigen::Index axis = 0;
         box.sizes().maxCoeff(&axis);
-        std::size_t half = range.size() / 2;
-        if (range.size() > kPatchFaces)
-        {
-            half = (half + kPatchFaces - 1) / kPatchFaces * kPatchFaces;
-        }
         const auto at = [&](std::size_t position)
-        { return m_order.begin() + static_cast<std::ptrdiff_t>(position); };
-        const auto isBefore = [&](std::int32_t a, std::int32_t b)
-        {
-            const double x = m_centroids[static_cast<std::size_t>(a)][axis];
-            const double y = m_centroids[static_cast<std::size_t>(b)][axis];
-            return x < y || (x == y && a < b);
-        };
-        std::nth_element(at(range.begin), at(range.begin + half), at(range.end), isBefore);
-        return range.begin + half;
+        { return items.begin() + static_cast<std::ptrdiff_t>(position); };
+        std::nth_element(at(range.begin),
+                         at(middle),
+                         at(range.end),
+                         [&](const Item& a, const Item& b)
+                         { return centreOf(a)[axis] < centreOf(b)[axis]; });
     }
 
+    void cutToPatches(const Range& range)
+    {
+        if (range.size() <= kFacesAtOnce)
+        {
+            growPatches(range);
+            return;
+        }
+        const std::size_t middle = range.begin + range.size() / 2;
+        cut(m_order, range, middle, [this](std::int32_t face) { return centroid(face); });
+        cutToPatches({range.begin, middle});
+        cutToPatches({middle, range.end});
+    }
+
+    /// What has grown so far of a patch.
+    struct Growth
+    {
+        std::size_t faces = 0;
+        int vertices = 0;
+        int edges = 0;
+        std::array<std::uint32_t, kPatchVertices> neighbours{};  ///< by vertex, a bit each
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();           ///< of the centroids
+    };
+
+    /// How many vertices of the triangle the growing patch does not have.
+    [[nodiscard]] int newVertices(const Triangle& t) const
+    {
+        return static_cast<int>(std::ranges::count_if(
+            t, [this](std::int32_t v) { return m_local[static_cast<std::size_t>(v)] == kNone; }));
+    }
+
+    /// Adds the face, unless it makes the patch too large.
+    bool grow(std::int32_t face, Growth& patch)
+    {
+        const Triangle& t = m_mesh.triangles[static_cast<std::size_t>(face)];
+        if (patch.vertices + newVertices(t) > kPatchVertices)
+        {
+            return false;
+        }
+        Growth grown = patch;
+        std::array<std::int32_t, 3> local{};
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const std::int32_t known = m_local[static_cast<std::size_t>(t[k])];
+            const auto before = std::find(t.begin(), t.begin() + k, t[k]);  // of a degenerate one
+            local[k] = known != kNone ? known
+                       : before != t.begin() + k
+                           ? local[static_cast<std::size_t>(before - t.begin())]
+                           : grown.vertices++;
+        }
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto a = static_cast<unsigned>(local[k]);
+            const auto b = static_cast<unsigned>(local[(k + 1) % 3]);
+            if (a != b && (grown.neighbours[a] >> b & 1U) == 0)
+            {
+                grown.neighbours[a] |= 1U << b;
+                grown.neighbours[b] |= 1U << a;
+                ++grown.edges;
+            }
+        }
+        if (grown.edges > kPatchEdges)
+        {
+            return false;
+        }
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            m_local[static_cast<std::size_t>(t[k])] = local[k];
+        }
+        patch = grown;
+        patch.sum += centroid(face);
+        ++patch.faces;
+        return true;
+    }
+
+    /// Cuts a few faces into patches: each begins at the end of what is left along the longest axis
+    /// and takes the face that adds the fewest vertices, of these the nearest, as long as one fits.
+    void growPatches(const Range& range)
+    {
+        cut(m_order, range, range.begin, [this](std::int32_t face) { return centroid(face); });
+        for (std::size_t begin = range.begin; begin < range.end;)
+        {
+            Growth patch;
+            std::size_t next = begin;
+            do
+            {
+                std::swap(m_order[begin + patch.faces], m_order[next]);
+                if (!grow(m_order[begin + patch.faces], patch))
+                {
+                    break;
+                }
+                next = range.end;
+                int fewest = 4;
+                double nearest = 0.0;
+                const Eigen::Vector3d centre = patch.sum / static_cast<double>(patch.faces);
+                for (std::size_t i = begin + patch.faces; i < range.end; ++i)
+                {
+                    const int count = newVertices(triangle(i));
+                    if (count > fewest || patch.vertices + count > kPatchVertices)
+                    {
+                        continue;
+                    }
+                    const double distance = (centroid(m_order[i]) - centre).squaredNorm();
+                    if (count < fewest || distance < nearest)
+                    {
+                        fewest = count;
+                        nearest = distance;
+                        next = i;
+                    }
+                }
+            } while (next != range.end && patch.faces < kPatchFaces);
+            const Range faces{begin, begin + patch.faces};
+            for (std::size_t i = faces.begin; i < faces.end; ++i)
+            {
+                for (const std::int32_t v : triangle(i))
+                {
+                    m_local[static_cast<std::size_t>(v)] = kNone;
+                }
+            }
+            m_patches.push_back({faces, patch.sum / static_cast<double>(patch.faces)});
+            begin = faces.end;
+            if (begin < range.end)
+            {
+                cut(m_order,
+                    {begin, range.end},
+                    begin,
+                    [this](std::int32_t face) { return centroid(face); });
+            }
+        }
+    }
+
+    /// A node over patches; all of its children but one are as full as they can be.
     std::int32_t makeNode(const Range& range)
     {
         const std::size_t index = m_data.nodes.size();
         m_data.nodes.emplace_back();
-        std::vector<Range> parts{range};
-        while (parts.size() < kChildren)
+        std::size_t ofChild = 1;  // patches
+        while (ofChild * kChildren < range.size())
         {
-            // The largest that is no patch yet.
-            std::size_t largest = parts.size();
-            for (std::size_t i = 0; i < parts.size(); ++i)
+            ofChild *= kChildren;
+        }
+        std::vector<Range> parts{range};
+        for (std::size_t i = 0; i < parts.size();)
+        {
+            const Range whole = parts[i];
+            if (whole.size() <= ofChild)
             {
-                if ((largest == parts.size() || parts[i].size() > parts[largest].size()) &&
-                    !fitsPatch(parts[i]))
-                {
-                    largest = i;
-                }
+                ++i;
+                continue;
             }
-            if (largest == parts.size())
-            {
-                break;
-            }
-            const Range whole = parts[largest];
-            const std::size_t middle = cut(whole);
-            parts[largest] = {whole.begin, middle};
+            const std::size_t children = (whole.size() + ofChild - 1) / ofChild;
+            const std::size_t middle = whole.begin + children / 2 * ofChild;
+            cut(m_patches, whole, middle, [](const GrownPatch& patch) { return patch.centre; });
+            parts[i] = {whole.begin, middle};
             parts.push_back({middle, whole.end});
         }
         std::ranges::sort(parts, {}, &Range::begin);
         std::array<std::int32_t, kChildren> children{};
         for (std::size_t i = 0; i < parts.size(); ++i)
         {
-            if (fitsPatch(parts[i]))
-            {
-                children[i] = ~static_cast<std::int32_t>(m_leaves.size());
-                m_leaves.push_back(parts[i]);
-            }
-            else
-            {
-                children[i] = makeNode(parts[i]);
-            }
+            children[i] = parts[i].size() == 1 ? ~static_cast<std::int32_t>(parts[i].begin)
+                                               : makeNode(parts[i]);
         }
         SurfaceNode& node = m_data.nodes[index];
         node.count = static_cast<std::int32_t>(parts.size());
@@ -199,18 +312,18 @@ private:
             number = static_cast<std::int32_t>(m_data.meshVertex.size());
             m_data.meshVertex.push_back(v);
         }
-        for (std::int32_t i = 0; i < patch.vertices; ++i)
+        for (std::uint8_t i = 0; i < patch.vertices; ++i)
         {
             if (patch.vertex[i] == number)
             {
-                return static_cast<std::uint8_t>(i);
+                return i;
             }
         }
-        const std::int32_t local = patch.vertices++;
+        const std::uint8_t local = patch.vertices++;
         patch.vertex[local] = number;
         patch.label[local] = m_labels[static_cast<std::size_t>(v)];
         patch.own |= isNew ? 1U << static_cast<unsigned>(local) : 0U;
-        return static_cast<std::uint8_t>(local);
+        return local;
     }
 
     [[nodiscard]] std::int32_t meshVertexOf(const SurfacePatch& patch, std::uint8_t local) const
@@ -225,20 +338,20 @@ private:
         std::int32_t& last = m_lastEdge[static_cast<std::size_t>(low)];
         for (std::int32_t e = last; e != kNone; e = m_edgeBefore[static_cast<std::size_t>(e)])
         {
-            const std::array<std::int32_t, 2>& edge = m_data.edges[static_cast<std::size_t>(e)];
+            const std::array<std::int32_t, 2>& edge = m_edges[static_cast<std::size_t>(e)];
             if (std::max(edge[0], edge[1]) == high)
             {
                 return;
             }
         }
         m_edgeBefore.push_back(last);
-        last = static_cast<std::int32_t>(m_data.edges.size());
+        last = static_cast<std::int32_t>(m_edges.size());
         // In the order of the mesh, so that answers do not depend on the patches.
         if (meshVertexOf(patch, b) < meshVertexOf(patch, a))
         {
             std::swap(a, b);
         }
-        m_data.edges.push_back({patch.vertex[a], patch.vertex[b]});
+        m_edges.push_back({patch.vertex[a], patch.vertex[b]});
         patch.edgeA[patch.edges] = a;
         patch.edgeB[patch.edges] = b;
         ++patch.edges;
@@ -249,9 +362,7 @@ private:
         SurfacePatch patch{};
         std::fill_n(patch.vertex, kPatchVertices, kNone);
         std::fill_n(patch.label, kPatchVertices, kNone);
-        patch.firstEdge = static_cast<std::int32_t>(m_data.edges.size());
-        patch.firstFace = static_cast<std::int32_t>(range.begin);
-        patch.faces = static_cast<std::int32_t>(range.size());
+        patch.faces = static_cast<std::uint8_t>(range.size());
         for (std::size_t i = range.begin; i < range.end; ++i)
         {
             const Triangle& t = triangle(i);
@@ -261,8 +372,6 @@ private:
             patch.faceA[face] = local[0];
             patch.faceB[face] = local[1];
             patch.faceC[face] = local[2];
-            m_data.faces.push_back(
-                {patch.vertex[local[0]], patch.vertex[local[1]], patch.vertex[local[2]]});
             for (std::size_t k = 0; k < 3; ++k)
             {
                 if (local[k] != local[(k + 1) % 3])
@@ -280,7 +389,9 @@ private:
     std::vector<std::int32_t> m_numbers;  ///< of the vertices of the mesh
     std::vector<std::int32_t> m_order;    ///< triangles of the mesh
     std::vector<Eigen::Vector3d> m_centroids;
-    std::vector<Range> m_leaves;
+    std::vector<std::int32_t> m_local;  ///< in the patch that grows, by vertex of the mesh
+    std::vector<GrownPatch> m_patches;
+    std::vector<std::array<std::int32_t, 2>> m_edges;
     std::vector<std::int32_t> m_lastEdge;
     std::vector<std::int32_t> m_edgeBefore;
 };
@@ -292,7 +403,6 @@ void buildPatches(const TriangleMesh& mesh,
 {
     PatchBuilder(mesh, labels, data).build();
     data.steps.resize(data.meshVertex.size());
-    data.lanes.resize(data.meshVertex.size());
     data.patchBoxes.resize(data.patches.size());
     data.nodeBoxes.resize(data.nodes.size());
     data.vertexIdle.resize(data.meshVertex.size());

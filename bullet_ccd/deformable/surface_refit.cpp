@@ -95,19 +95,6 @@ void placeVertices(std::span<const Eigen::Vector3d> start,
     data.halfExtent = 0.5 * all.sizes().maxCoeff();
 }
 
-void refitVertex(DeformableSurface::Data& data, std::size_t index)
-{
-    const VertexStep& v = data.steps[index];
-    float* const lanes = data.lanes[index].of;
-    for (int k = 0; k < 3; ++k)
-    {
-        lanes[k] = static_cast<float>(v.start[k] - data.centre[k]);
-        lanes[k + 3] = static_cast<float>(v.end[k] - data.centre[k]);
-    }
-    lanes[6] = 0.0F;
-    lanes[7] = 0.0F;
-}
-
 void refitPatch(DeformableSurface::Data& data, std::size_t index)
 {
     SurfacePatch& patch = data.patches[index];
@@ -116,11 +103,17 @@ void refitPatch(DeformableSurface::Data& data, std::size_t index)
     for (int j = 0; j < patch.vertices; ++j)
     {
         const auto v = static_cast<std::size_t>(patch.vertex[j]);
-        const float* const lanes = data.lanes[v].of;
-        growBox(box, lanes, lanes);
+        const VertexStep& step = data.steps[v];
+        float place[8] = {};
+        for (int k = 0; k < 3; ++k)
+        {
+            place[k] = static_cast<float>(step.start[k] - data.centre[k]);
+            place[k + 3] = static_cast<float>(step.end[k] - data.centre[k]);
+        }
+        growBox(box, place, place);
         for (int k = 0; k < 6; ++k)
         {
-            patch.place[k][j] = lanes[k];
+            patch.place[k][j] = place[k];
         }
         idle &= data.vertexIdle[v];
     }
@@ -159,7 +152,6 @@ void refitSurface(std::span<const Eigen::Vector3d> start,
                   DeformableSurface::Data& data)
 {
     placeVertices(start, end, threads, data);
-    forAll(data.lanes.size(), threads, [&](std::size_t i) { refitVertex(data, i); });
     forAll(data.patches.size(), threads, [&](std::size_t i) { refitPatch(data, i); });
     for (std::size_t i = data.nodes.size(); i-- > 0;)  // children before their parents
     {

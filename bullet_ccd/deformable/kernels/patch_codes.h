@@ -74,9 +74,26 @@ inline unsigned meetingChildren(const SurfaceNode& node, const MovingBox& box, f
     return meeting;
 }
 
+#if defined(__AVX512BW__) && defined(__AVX512VL__)
+/// Codes with the two bits of axis k.
+inline Bytes withBits(Bytes codes, __mmask16 above, __mmask16 below, int k)
+{
+    codes = _mm_mask_add_epi8(codes, above, codes, _mm_set1_epi8(static_cast<char>(1 << (2 * k))));
+    return _mm_mask_add_epi8(codes, below, codes, _mm_set1_epi8(static_cast<char>(2 << (2 * k))));
+}
+#endif
+/// Low bytes of 16 numbers.
+inline Bytes packed(const Ints8* half)
+{
+    const __m256i words =
+        _mm256_permute4x64_epi64(_mm256_packs_epi32((__m256i)half[0], (__m256i)half[1]), 0xD8);
+    return _mm_packs_epi16(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1));
+}
+
 /// A byte for each vertex of the patch: bit 2 k (2 k + 1) says that it is above (below) the box
 /// along axis k at both ends. A feature is apart from the box if its vertices have a bit in common.
-inline Bytes outcodes(const SurfacePatch& patch, Floats8 boxLow, Floats8 boxHigh)
+/// @param low,high  of the box, components as in MovingBox
+inline Bytes outcodes(const SurfacePatch& patch, const float* low, const float* high)
 {
 #if defined(__AVX512BW__) && defined(__AVX512VL__)
     Bytes codes = _mm_setzero_si128();
@@ -84,18 +101,17 @@ inline Bytes outcodes(const SurfacePatch& patch, Floats8 boxLow, Floats8 boxHigh
     {
         const __m512 start = _mm512_load_ps(patch.place[k]);
         const __m512 end = _mm512_load_ps(patch.place[k + 3]);
-        const __mmask16 above = _mm512_mask_cmp_ps_mask(
-            _mm512_cmp_ps_mask(start, _mm512_set1_ps(boxHigh[k]), _CMP_GT_OQ),
-            end,
-            _mm512_set1_ps(boxHigh[k + 3]),
-            _CMP_GT_OQ);
-        const __mmask16 below = _mm512_mask_cmp_ps_mask(
-            _mm512_cmp_ps_mask(start, _mm512_set1_ps(boxLow[k]), _CMP_LT_OQ),
-            end,
-            _mm512_set1_ps(boxLow[k + 3]),
-            _CMP_LT_OQ);
-        codes = _mm_or_si128(codes, _mm_maskz_set1_epi8(above, static_cast<char>(1 << (2 * k))));
-        codes = _mm_or_si128(codes, _mm_maskz_set1_epi8(below, static_cast<char>(2 << (2 * k))));
+        const __mmask16 above =
+            _mm512_mask_cmp_ps_mask(_mm512_cmp_ps_mask(start, _mm512_set1_ps(high[k]), _CMP_GT_OQ),
+                                    end,
+                                    _mm512_set1_ps(high[k + 3]),
+                                    _CMP_GT_OQ);
+        const __mmask16 below =
+            _mm512_mask_cmp_ps_mask(_mm512_cmp_ps_mask(start, _mm512_set1_ps(low[k]), _CMP_LT_OQ),
+                                    end,
+                                    _mm512_set1_ps(low[k + 3]),
+                                    _CMP_LT_OQ);
+        codes = withBits(codes, above, below, k);
     }
     return codes;
 #else
@@ -107,14 +123,96 @@ inline Bytes outcodes(const SurfacePatch& patch, Floats8 boxLow, Floats8 boxHigh
         {
             const Floats8 start = eight(patch.place[k] + 8 * h);
             const Floats8 end = eight(patch.place[k + 3] + 8 * h);
-            half[h] |= (start > boxHigh[k]) & (end > boxHigh[k + 3]) & (1 << (2 * k));
-            half[h] |= (start < boxLow[k]) & (end < boxLow[k + 3]) & (2 << (2 * k));
+            half[h] |= (start > high[k]) & (end > high[k + 3]) & (1 << (2 * k));
+            half[h] |= (start < low[k]) & (end < low[k + 3]) & (2 << (2 * k));
         }
     }
-    const __m256i words =
-        _mm256_permute4x64_epi64(_mm256_packs_epi32((__m256i)half[0], (__m256i)half[1]), 0xD8);
-    return _mm_packs_epi16(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1));
+    return packed(half);
 #endif
+}
+
+/// The vertices of a patch from where vertices of another one are: nearer, and farther, by the
+/// distance at which they count as touching.
+class ShiftedPatch
+{
+public:
+    /// @param shift  from the other surface to that of the patch
+    ShiftedPatch(const SurfacePatch& patch, const MovingBox& shift)
+    {
+        for (int k = 0; k < 6; ++k)
+        {
+            for (int h = 0; h < kParts; ++h)
+            {
+                const Places place = *reinterpret_cast<const Places*>(patch.place[k] + kEach * h);
+                m_lower[k][h] = place - shift.high[k];
+                m_upper[k][h] = place - shift.low[k];
+            }
+        }
+    }
+
+    /// outcodes() of the patch for a vertex of another one, by its index there.
+    [[nodiscard]] Bytes outcodes(const SurfacePatch& other, int vertex) const
+    {
+#if defined(__AVX512BW__) && defined(__AVX512VL__)
+        Bytes codes = _mm_setzero_si128();
+        for (int k = 0; k < 3; ++k)
+        {
+            const __m512 start = _mm512_set1_ps(other.place[k][vertex]);
+            const __m512 end = _mm512_set1_ps(other.place[k + 3][vertex]);
+            const __mmask16 above = _mm512_mask_cmp_ps_mask(
+                _mm512_cmp_ps_mask((__m512)m_lower[k][0], start, _CMP_GT_OQ),
+                (__m512)m_lower[k + 3][0],
+                end,
+                _CMP_GT_OQ);
+            const __mmask16 below = _mm512_mask_cmp_ps_mask(
+                _mm512_cmp_ps_mask((__m512)m_upper[k][0], start, _CMP_LT_OQ),
+                (__m512)m_upper[k + 3][0],
+                end,
+                _CMP_LT_OQ);
+            codes = withBits(codes, above, below, k);
+        }
+        return codes;
+#else
+        Ints8 half[kParts];
+        for (int h = 0; h < kParts; ++h)
+        {
+            half[h] = Ints8{};
+            for (int k = 0; k < 3; ++k)
+            {
+                const float start = other.place[k][vertex];
+                const float end = other.place[k + 3][vertex];
+                half[h] |= (m_lower[k][h] > start) & (m_lower[k + 3][h] > end) & (1 << (2 * k));
+                half[h] |= (m_upper[k][h] < start) & (m_upper[k + 3][h] < end) & (2 << (2 * k));
+            }
+        }
+        return packed(half);
+#endif
+    }
+
+private:
+#if defined(__AVX512BW__) && defined(__AVX512VL__)
+    static constexpr int kEach = 16;
+#else
+    static constexpr int kEach = 8;
+#endif
+    static constexpr int kParts = kPatchVertices / kEach;
+    using Places = float __attribute__((vector_size(4 * kEach), may_alias));
+
+    Places m_lower[6][kParts];
+    Places m_upper[6][kParts];
+};
+
+inline Bytes bothOf(Bytes a, Bytes b)
+{
+    return _mm_and_si128(a, b);
+}
+inline Bytes eitherOf(Bytes a, Bytes b)
+{
+    return _mm_or_si128(a, b);
+}
+inline Bytes noBits()
+{
+    return _mm_setzero_si128();
 }
 
 inline Bytes pick(Bytes codes, const std::uint8_t* index)
@@ -127,109 +225,53 @@ inline std::uint32_t zeros(Bytes codes)
         _mm_movemask_epi8(_mm_cmpeq_epi8(codes, _mm_setzero_si128())));
 }
 
-inline std::uint32_t edgesMeeting(const SurfacePatch& patch, Bytes codes)
+/// A bit for each edge whose vertices have no bit in common.
+/// @param same  not 0 for vertices whose edges do not count
+inline std::uint32_t edgesMeeting(const SurfacePatch& patch, Bytes codes, Bytes same)
 {
-    std::uint32_t m = zeros(_mm_and_si128(pick(codes, patch.edgeA), pick(codes, patch.edgeB)));
+    const auto sixteen = [&](int first)
+    {
+        const std::uint8_t* a = patch.edgeA + first;
+        const std::uint8_t* b = patch.edgeB + first;
+        return zeros(eitherOf(bothOf(pick(codes, a), pick(codes, b)),
+                              eitherOf(pick(same, a), pick(same, b))));
+    };
+    std::uint32_t m = sixteen(0);
     if (patch.edges > 16)
     {
-        m |= zeros(_mm_and_si128(pick(codes, patch.edgeA + 16), pick(codes, patch.edgeB + 16)))
-             << 16U;
+        m |= sixteen(16) << 16U;
     }
     return m & lowBits(patch.edges);
 }
-inline std::uint32_t facesMeeting(const SurfacePatch& patch, Bytes codes)
+/// The same of faces.
+inline std::uint32_t facesMeeting(const SurfacePatch& patch, Bytes codes, Bytes same)
 {
-    const Bytes common =
-        _mm_and_si128(_mm_and_si128(pick(codes, patch.faceA), pick(codes, patch.faceB)),
-                      pick(codes, patch.faceC));
-    return zeros(common) & lowBits(patch.faces);
-}
-inline std::uint32_t verticesMeeting(const SurfacePatch& patch, Bytes codes)
-{
-    return zeros(codes) & patch.own;
+    const std::uint8_t* const a = patch.faceA;
+    const std::uint8_t* const b = patch.faceB;
+    const std::uint8_t* const c = patch.faceC;
+    const Bytes all = bothOf(bothOf(pick(codes, a), pick(codes, b)), pick(codes, c));
+    const Bytes any = eitherOf(eitherOf(pick(same, a), pick(same, b)), pick(same, c));
+    return zeros(eitherOf(all, any)) & lowBits(patch.faces);
 }
 
-/// A byte for each vertex of the patch that is not 0 if it has one of the labels.
-inline Bytes labelled(const SurfacePatch& patch, std::int32_t a, std::int32_t b)
+/// A byte for each vertex of the patch that is not 0 if it has the label.
+inline Bytes labelled(const SurfacePatch& patch, std::int32_t label)
 {
-    __m256i half[2];
+#if defined(__AVX512BW__) && defined(__AVX512VL__)
+    return _mm_movm_epi8(
+        _mm512_cmpeq_epi32_mask(_mm512_load_si512(patch.label), _mm512_set1_epi32(label)));
+#else
+    Ints8 half[2];
     for (int h = 0; h < 2; ++h)
     {
         const __m256i labels =
             _mm256_load_si256(reinterpret_cast<const __m256i*>(patch.label + 8 * h));
-        half[h] = _mm256_or_si256(_mm256_cmpeq_epi32(labels, _mm256_set1_epi32(a)),
-                                  _mm256_cmpeq_epi32(labels, _mm256_set1_epi32(b)));
+        half[h] = (Ints8)_mm256_cmpeq_epi32(labels, _mm256_set1_epi32(label));
     }
-    const __m256i words = _mm256_permute4x64_epi64(_mm256_packs_epi32(half[0], half[1]), 0xD8);
-    return _mm_packs_epi16(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1));
+    return packed(half);
+#endif
 }
-inline std::uint32_t edgesAt(const SurfacePatch& patch, Bytes at)
-{
-    std::uint32_t m = ~zeros(_mm_or_si128(pick(at, patch.edgeA), pick(at, patch.edgeB))) & 0xFFFFU;
-    if (patch.edges > 16)
-    {
-        m |= ~zeros(_mm_or_si128(pick(at, patch.edgeA + 16), pick(at, patch.edgeB + 16))) << 16U;
-    }
-    return m;
-}
-inline std::uint32_t facesAt(const SurfacePatch& patch, Bytes at)
-{
-    return ~zeros(_mm_or_si128(_mm_or_si128(pick(at, patch.faceA), pick(at, patch.faceB)),
-                               pick(at, patch.faceC)));
-}
-
-inline Floats8 minimum(Floats8 a, Floats8 b)
-{
-    return _mm256_min_ps(a, b);
-}
-inline Floats8 maximum(Floats8 a, Floats8 b)
-{
-    return _mm256_max_ps(a, b);
-}
-
 #else
-
-struct Floats8
-{
-    float v[8];
-    float operator[](int k) const { return v[k]; }
-};
-inline Floats8 eight(const float* p)
-{
-    Floats8 x;
-    for (int k = 0; k < 8; ++k)
-    {
-        x.v[k] = p[k];
-    }
-    return x;
-}
-inline Floats8 operator+(const Floats8& a, const Floats8& b)
-{
-    Floats8 x;
-    for (int k = 0; k < 8; ++k)
-    {
-        x.v[k] = a.v[k] + b.v[k];
-    }
-    return x;
-}
-inline Floats8 minimum(const Floats8& a, const Floats8& b)
-{
-    Floats8 x;
-    for (int k = 0; k < 8; ++k)
-    {
-        x.v[k] = a.v[k] < b.v[k] ? a.v[k] : b.v[k];
-    }
-    return x;
-}
-inline Floats8 maximum(const Floats8& a, const Floats8& b)
-{
-    Floats8 x;
-    for (int k = 0; k < 8; ++k)
-    {
-        x.v[k] = a.v[k] > b.v[k] ? a.v[k] : b.v[k];
-    }
-    return x;
-}
 
 inline unsigned meetingChildren(const SurfaceNode& node, const MovingBox& box, float* entry)
 {
@@ -266,7 +308,8 @@ struct Bytes
 
 /// A byte for each vertex of the patch: bit 2 k (2 k + 1) says that it is above (below) the box
 /// along axis k at both ends. A feature is apart from the box if its vertices have a bit in common.
-inline Bytes outcodes(const SurfacePatch& patch, const Floats8& boxLow, const Floats8& boxHigh)
+/// @param low,high  of the box, components as in MovingBox
+inline Bytes outcodes(const SurfacePatch& patch, const float* low, const float* high)
 {
     Bytes codes;
     for (int j = 0; j < kPatchVertices; ++j)
@@ -276,76 +319,128 @@ inline Bytes outcodes(const SurfacePatch& patch, const Floats8& boxLow, const Fl
         {
             const float start = patch.place[k][j];
             const float end = patch.place[k + 3][j];
-            code |= start > boxHigh[k] && end > boxHigh[k + 3] ? 1U << (2 * k) : 0U;
-            code |= start < boxLow[k] && end < boxLow[k + 3] ? 2U << (2 * k) : 0U;
+            code |= start > high[k] && end > high[k + 3] ? 1U << (2 * k) : 0U;
+            code |= start < low[k] && end < low[k + 3] ? 2U << (2 * k) : 0U;
         }
         codes.of[j] = static_cast<std::uint8_t>(code);
     }
     return codes;
 }
 
-inline std::uint32_t edgesMeeting(const SurfacePatch& patch, const Bytes& codes)
+/// The vertices of a patch from where vertices of another one are: nearer, and farther, by the
+/// distance at which they count as touching.
+class ShiftedPatch
 {
-    std::uint32_t m = 0;
-    for (int i = 0; i < patch.edges; ++i)
+public:
+    /// @param shift  from the other surface to that of the patch
+    ShiftedPatch(const SurfacePatch& patch, const MovingBox& shift)
     {
-        const bool isMeeting = (codes.of[patch.edgeA[i]] & codes.of[patch.edgeB[i]]) == 0;
-        m |= isMeeting ? 1U << static_cast<unsigned>(i) : 0U;
+        for (int k = 0; k < 6; ++k)
+        {
+            for (int j = 0; j < kPatchVertices; ++j)
+            {
+                m_lower[k][j] = patch.place[k][j] - shift.high[k];
+                m_upper[k][j] = patch.place[k][j] - shift.low[k];
+            }
+        }
     }
-    return m;
-}
-inline std::uint32_t facesMeeting(const SurfacePatch& patch, const Bytes& codes)
+
+    /// outcodes() of the patch for a vertex of another one, by its index there.
+    [[nodiscard]] Bytes outcodes(const SurfacePatch& other, int vertex) const
+    {
+        Bytes codes;
+        for (int j = 0; j < kPatchVertices; ++j)
+        {
+            unsigned code = 0;
+            for (int k = 0; k < 3; ++k)
+            {
+                const float start = other.place[k][vertex];
+                const float end = other.place[k + 3][vertex];
+                const bool isAbove = (m_lower[k][j] > start) & (m_lower[k + 3][j] > end);
+                const bool isBelow = (m_upper[k][j] < start) & (m_upper[k + 3][j] < end);
+                code |= (isAbove ? 1U << (2 * k) : 0U) | (isBelow ? 2U << (2 * k) : 0U);
+            }
+            codes.of[j] = static_cast<std::uint8_t>(code);
+        }
+        return codes;
+    }
+
+private:
+    float m_lower[6][kPatchVertices];
+    float m_upper[6][kPatchVertices];
+};
+
+inline Bytes bothOf(const Bytes& a, const Bytes& b)
 {
-    std::uint32_t m = 0;
-    for (int i = 0; i < patch.faces; ++i)
+    Bytes both;
+    for (int j = 0; j < kPatchVertices; ++j)
     {
-        const bool isMeeting =
-            (codes.of[patch.faceA[i]] & codes.of[patch.faceB[i]] & codes.of[patch.faceC[i]]) == 0;
-        m |= isMeeting ? 1U << static_cast<unsigned>(i) : 0U;
+        both.of[j] = a.of[j] & b.of[j];
     }
-    return m;
+    return both;
 }
-inline std::uint32_t verticesMeeting(const SurfacePatch& patch, const Bytes& codes)
+inline Bytes eitherOf(const Bytes& a, const Bytes& b)
+{
+    Bytes either;
+    for (int j = 0; j < kPatchVertices; ++j)
+    {
+        either.of[j] = a.of[j] | b.of[j];
+    }
+    return either;
+}
+inline Bytes noBits()
+{
+    return {};
+}
+inline std::uint32_t zeros(const Bytes& codes)
 {
     std::uint32_t m = 0;
     for (int j = 0; j < kPatchVertices; ++j)
     {
         m |= codes.of[j] == 0 ? 1U << static_cast<unsigned>(j) : 0U;
     }
-    return m & patch.own;
+    return m;
 }
 
-/// A byte for each vertex of the patch that is not 0 if it has one of the labels.
-inline Bytes labelled(const SurfacePatch& patch, std::int32_t a, std::int32_t b)
-{
-    Bytes at;
-    for (int j = 0; j < kPatchVertices; ++j)
-    {
-        at.of[j] = patch.label[j] == a || patch.label[j] == b ? 1 : 0;
-    }
-    return at;
-}
-inline std::uint32_t edgesAt(const SurfacePatch& patch, const Bytes& at)
+/// A bit for each edge whose vertices have no bit in common.
+/// @param same  not 0 for vertices whose edges do not count
+inline std::uint32_t edgesMeeting(const SurfacePatch& patch, const Bytes& codes, const Bytes& same)
 {
     std::uint32_t m = 0;
     for (int i = 0; i < patch.edges; ++i)
     {
-        m |= (at.of[patch.edgeA[i]] | at.of[patch.edgeB[i]]) != 0 ? 1U << static_cast<unsigned>(i)
-                                                                  : 0U;
+        const int a = patch.edgeA[i];
+        const int b = patch.edgeB[i];
+        const bool isMeeting = ((codes.of[a] & codes.of[b]) | same.of[a] | same.of[b]) == 0;
+        m |= isMeeting ? 1U << static_cast<unsigned>(i) : 0U;
     }
     return m;
 }
-inline std::uint32_t facesAt(const SurfacePatch& patch, const Bytes& at)
+/// The same of faces.
+inline std::uint32_t facesMeeting(const SurfacePatch& patch, const Bytes& codes, const Bytes& same)
 {
     std::uint32_t m = 0;
     for (int i = 0; i < patch.faces; ++i)
     {
-        const int any = at.of[patch.faceA[i]] | at.of[patch.faceB[i]] | at.of[patch.faceC[i]];
-        m |= any != 0 ? 1U << static_cast<unsigned>(i) : 0U;
+        const int a = patch.faceA[i];
+        const int b = patch.faceB[i];
+        const int c = patch.faceC[i];
+        const bool isMeeting =
+            ((codes.of[a] & codes.of[b] & codes.of[c]) | same.of[a] | same.of[b] | same.of[c]) == 0;
+        m |= isMeeting ? 1U << static_cast<unsigned>(i) : 0U;
     }
     return m;
 }
-
+/// A byte for each vertex of the patch that is not 0 if it has the label.
+inline Bytes labelled(const SurfacePatch& patch, std::int32_t label)
+{
+    Bytes at;
+    for (int j = 0; j < kPatchVertices; ++j)
+    {
+        at.of[j] = patch.label[j] == label ? 1 : 0;
+    }
+    return at;
+}
 #endif
 }  // namespace
 }  // namespace bullet_ccd

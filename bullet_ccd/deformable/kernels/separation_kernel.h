@@ -67,6 +67,65 @@ inline unsigned bitsOf(const Mask& m)
 #endif
 }
 
+/// Places of one vertex of some lanes, at the start and at the end: a vertex fills a few registers,
+/// which are transposed.
+inline void loadVertices(const VertexStep* const* vertex, Vectors& start, Vectors& end)
+{
+#if defined(__AVX512DQ__)
+    constexpr __mmask8 kAll = 0xFF;  // GCC 12 takes the forms without a mask for uninitialised
+    __m512d low[4];                  // x and z of two vertices, at both ends
+    __m512d high[4];                 // y
+    for (int i = 0; i < 4; ++i)
+    {
+        const __m512d a = _mm512_load_pd(vertex[2 * i]->start);
+        const __m512d b = _mm512_load_pd(vertex[2 * i + 1]->start);
+        low[i] = _mm512_maskz_unpacklo_pd(kAll, a, b);
+        high[i] = _mm512_maskz_unpackhi_pd(kAll, a, b);
+    }
+    constexpr int kEven = 0x88;
+    constexpr int kOdd = 0xDD;
+    const __m512d x0 = _mm512_maskz_shuffle_f64x2(kAll, low[0], low[1], kEven);
+    const __m512d x1 = _mm512_maskz_shuffle_f64x2(kAll, low[2], low[3], kEven);
+    const __m512d y0 = _mm512_maskz_shuffle_f64x2(kAll, high[0], high[1], kEven);
+    const __m512d y1 = _mm512_maskz_shuffle_f64x2(kAll, high[2], high[3], kEven);
+    const __m512d z0 = _mm512_maskz_shuffle_f64x2(kAll, low[0], low[1], kOdd);
+    const __m512d z1 = _mm512_maskz_shuffle_f64x2(kAll, low[2], low[3], kOdd);
+    start = {(Lanes)_mm512_maskz_shuffle_f64x2(kAll, x0, x1, kEven),
+             (Lanes)_mm512_maskz_shuffle_f64x2(kAll, y0, y1, kEven),
+             (Lanes)_mm512_maskz_shuffle_f64x2(kAll, z0, z1, kEven)};
+    end = {(Lanes)_mm512_maskz_shuffle_f64x2(kAll, x0, x1, kOdd),
+           (Lanes)_mm512_maskz_shuffle_f64x2(kAll, y0, y1, kOdd),
+           (Lanes)_mm512_maskz_shuffle_f64x2(kAll, z0, z1, kOdd)};
+#elif defined(__AVX2__)
+    for (int e = 0; e < 2; ++e)
+    {
+        __m256d row[4];
+        for (int i = 0; i < 4; ++i)
+        {
+            row[i] = _mm256_load_pd(e == 0 ? vertex[i]->start : vertex[i]->end);
+        }
+        const __m256d xz0 = _mm256_unpacklo_pd(row[0], row[1]);
+        const __m256d xz1 = _mm256_unpacklo_pd(row[2], row[3]);
+        const __m256d y0 = _mm256_unpackhi_pd(row[0], row[1]);
+        const __m256d y1 = _mm256_unpackhi_pd(row[2], row[3]);
+        (e == 0 ? start : end) = {(Lanes)_mm256_permute2f128_pd(xz0, xz1, 0x20),
+                                  (Lanes)_mm256_permute2f128_pd(y0, y1, 0x20),
+                                  (Lanes)_mm256_permute2f128_pd(xz0, xz1, 0x31)};
+    }
+#else
+    for (int i = 0; i < kWidth; ++i)
+    {
+        const VertexStep& v = *vertex[i];
+        start.x[i] = v.start[0];
+        start.y[i] = v.start[1];
+        start.z[i] = v.start[2];
+        end.x[i] = v.end[0];
+        end.y[i] = v.end[1];
+        end.z[i] = v.end[2];
+    }
+#endif
+}
+
 /// Corners of the difference polygons of some lanes, the first N at the start, the others at the
 /// end.
 template <int N>
@@ -75,16 +134,7 @@ inline void loadCorners(const FeatureBatch& batch, int first, Vectors* q)
     Vectors x[2][4] = {};
     for (int k = 0; k < 4; ++k)
     {
-        for (int i = 0; i < kWidth; ++i)
-        {
-            const VertexStep& v = *batch.vertex[k][first + i];
-            x[0][k].x[i] = v.start[0];
-            x[0][k].y[i] = v.start[1];
-            x[0][k].z[i] = v.start[2];
-            x[1][k].x[i] = v.end[0];
-            x[1][k].y[i] = v.end[1];
-            x[1][k].z[i] = v.end[2];
-        }
+        loadVertices(batch.vertex[k] + first, x[0][k], x[1][k]);
     }
     for (int end = 0; end < 2; ++end)
     {
@@ -125,13 +175,14 @@ inline unsigned separatedLanes(const Vectors* q, double distance)
     constexpr int kPoints = 2 * N;
     constexpr unsigned kAll = (1U << kWidth) - 1;
     constexpr double kRounding = 192.0 * 1.1102230246251565e-16;
-    Lanes largest = {};
+    Lanes lowest = {};
+    Lanes highest = {};
     for (int k = 0; k < kPoints; ++k)
     {
-        largest = larger(largest, larger(q[k].x, -q[k].x));
-        largest = larger(largest, larger(q[k].y, -q[k].y));
-        largest = larger(largest, larger(q[k].z, -q[k].z));
+        lowest = smaller(lowest, smaller(q[k].x, smaller(q[k].y, q[k].z)));
+        highest = larger(highest, larger(q[k].x, larger(q[k].y, q[k].z)));
     }
+    const Lanes largest = larger(highest, -lowest);
     const Lanes margin = largest * kRounding + (distance + 1e-300);
     const Lanes marginSquared = margin * margin * 1.000001;
     unsigned done = 0;
@@ -144,22 +195,22 @@ inline unsigned separatedLanes(const Vectors* q, double distance)
     for (int round = 0; round < 3; ++round)
     {
         Lanes low = dot(v, q[0]);
-        Vectors lowest = q[0];
+        Vectors point = q[0];
         for (int k = 1; k < kPoints; ++k)
         {
             const Lanes d = dot(v, q[k]);
             const Mask isLower = d < low;
             low = isLower ? d : low;
-            lowest.x = isLower ? q[k].x : lowest.x;
-            lowest.y = isLower ? q[k].y : lowest.y;
-            lowest.z = isLower ? q[k].z : lowest.z;
+            point.x = isLower ? q[k].x : point.x;
+            point.y = isLower ? q[k].y : point.y;
+            point.z = isLower ? q[k].z : point.z;
         }
         done |= bitsOf((low > 0.0) & (low * low > marginSquared * dot(v, v)));
         if (done == kAll)
         {
             return done;
         }
-        const Vectors back = v - lowest;
+        const Vectors back = v - point;
         const Lanes step = smaller(dot(v, back) / (dot(back, back) + 1e-300), Lanes{} + 1.0);
         v = v - step * back;
     }

@@ -16,7 +16,7 @@ struct alignas(32) MovingBox
     float high[8];
 };
 
-constexpr int kPatchFaces = 8;
+constexpr int kPatchFaces = 16;
 constexpr int kPatchVertices = 16;
 constexpr int kPatchEdges = 32;
 
@@ -29,17 +29,16 @@ struct alignas(64) SurfacePatch
     std::int32_t vertex[kPatchVertices];  ///< numbers of the vertices; unused ones: -1
     std::uint8_t edgeA[kPatchEdges];      ///< own edges, by index into `vertex`
     std::uint8_t edgeB[kPatchEdges];
-    std::uint8_t faceA[16];  ///< kPatchFaces are used
-    std::uint8_t faceB[16];
-    std::uint8_t faceC[16];
-    std::int32_t firstEdge;  ///< number of the first edge
-    std::int32_t firstFace;
-    std::int32_t vertices;  ///< how many there are
-    std::int32_t edges;
-    std::int32_t faces;
-    std::uint32_t own;  ///< a bit for each vertex that belongs to the patch
+    std::uint8_t faceA[kPatchFaces];
+    std::uint8_t faceB[kPatchFaces];
+    std::uint8_t faceC[kPatchFaces];
+    std::uint32_t own;      ///< a bit for each vertex that belongs to the patch
+    std::uint8_t vertices;  ///< how many there are
+    std::uint8_t edges;
+    std::uint8_t faces;
+    std::uint8_t unused[9];  ///< kernels read 16 bytes from the start of any list
 };
-static_assert(sizeof(SurfacePatch) == 384 + 128 + 64 + 48 + 24 + 56);
+static_assert(sizeof(SurfacePatch) == 640);
 
 /// Eight boxes in structure of arrays.
 struct alignas(32) SurfaceNode
@@ -62,8 +61,6 @@ struct PatchPair
 {
     const SurfacePatch* a;
     const SurfacePatch* b;
-    const float (*lanesA)[8];  ///< of all vertices of the surface: components as in MovingBox
-    const float (*lanesB)[8];
     /// From the centre of one surface to that of the other, less and more by the distance at which
     /// boxes count as touching: [0] from A to B, [1] from B to A.
     const MovingBox* shift;
