@@ -137,17 +137,15 @@ public:
     /// J times velocities of bodies: those of the rows.
     [[nodiscard]] Eigen::VectorXd speeds(const Eigen::VectorXd& bodies) const
     {
-        Eigen::VectorXd result = Eigen::VectorXd::Zero(m_rows);
+        Eigen::VectorXd result(m_rows);
         for (const Group& group : m_groups)
         {
+            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (Eigen::Index e = group.begin; e < group.end; ++e)
             {
-                const Entry& entry = at(e);
-                for (Eigen::Index k = 0; k < group.size; ++k)
-                {
-                    result[group.row + k] += entry.j[k] * bodies[entry.column];
-                }
+                sum += bodies[at(e).column] * at(e).j;
             }
+            result.segment(group.row, group.size) = sum.head(group.size);
         }
         return result;
     }
@@ -158,13 +156,11 @@ public:
         Eigen::VectorXd result = Eigen::VectorXd::Zero(m_columns);
         for (const Group& group : m_groups)
         {
+            Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+            impulse.head(group.size) = impulses.segment(group.row, group.size);
             for (Eigen::Index e = group.begin; e < group.end; ++e)
             {
-                const Entry& entry = at(e);
-                for (Eigen::Index k = 0; k < group.size; ++k)
-                {
-                    result[entry.column] += entry.w[k] * impulses[group.row + k];
-                }
+                result[at(e).column] += at(e).w.dot(impulse);
             }
         }
         return result;
@@ -177,13 +173,13 @@ public:
         for (std::size_t g = 0; g < m_groups.size(); ++g)
         {
             const Group& group = m_groups[g];
-            if (slopes[g].isZero(0.0))
-            {
-                continue;
-            }
             for (Eigen::Index e = group.begin; e < group.end; ++e)
             {
                 const Eigen::Vector3d along = slopes[g] * at(e).j;
+                if (along.isZero(0.0))
+                {
+                    continue;
+                }
                 for (Eigen::Index f = group.begin; f < group.end; ++f)
                 {
                     result(at(f).column, at(e).column) += at(f).w.dot(along);
@@ -280,10 +276,10 @@ public:
             const Eigen::VectorXd missing = within(wish) - multipliers;
             const Eigen::VectorXd next = within(multipliers);
             const double error = m_R.cwiseProduct(missing).cwiseAbs().maxCoeff();
-            const double outside =
-                m_rows->speeds(m_rows->bodies(next - multipliers)).cwiseAbs().maxCoeff();
             const double way = m_grain.cwiseProduct(next - x).cwiseAbs().maxCoeff();
-            if (std::max({error, outside, way}) <= accuracy)
+            const auto outside = [&]
+            { return m_rows->speeds(m_rows->bodies(next - multipliers)).cwiseAbs().maxCoeff(); };
+            if (std::max(error, way) <= accuracy && outside() <= accuracy)
             {
                 x = next;
                 return true;

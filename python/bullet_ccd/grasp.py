@@ -243,7 +243,7 @@ def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction:
 def trial(hand: Hand, object: GraspObject, grasp: Grasp, protocol: str = "six", *,
           mass: Optional[float] = None, friction: float = 0.5, firmness: float = 4.0,
           efforts: Optional[Dict[str, float]] = None, surface_friction: Optional[float] = None,
-          rate: float = 240.0, up: Union[Sequence[float], Array] = (0.0, 0.0, 1.0),
+          rate: float = 120.0, up: Union[Sequence[float], Array] = (0.0, 0.0, 1.0),
           seed: int = 1) -> Trial:
     """Simulates whether a grasp holds: the hand squeezes, and the protocol loads the object.
 

@@ -342,11 +342,12 @@ TEST(GraspTrial, SaysHowItFails)
     EXPECT_EQ(dropped.outcome, TrialOutcome::Dropped);
     EXPECT_GT(dropped.lostAt, 0.3);
     EXPECT_EQ(dropped.reason.rfind("first in phase 1, after 0.0", 0), 0U) << dropped.reason;
-    constexpr double kBrief = 15.0 / 240.0;
-    fall.phases[0].time = kBrief;
+    const double step = 1.0 / TrialOptions{}.rate;
+    const double brief = 8.0 * step;
+    fall.phases[0].time = brief;
     const TrialResult slipped = pinched.run(fall, slippery);
     EXPECT_EQ(slipped.outcome, TrialOutcome::Slipped);
-    const double fallen = 0.5 * missing * kBrief * (kBrief + 1.0 / 240.0);
+    const double fallen = 0.5 * missing * brief * (brief + step);
     EXPECT_NEAR(slipped.slip, fallen, 0.05 * fallen);
     // Contacts that are not there make the squeeze.
     PinchedCube far(false, 100.0);
