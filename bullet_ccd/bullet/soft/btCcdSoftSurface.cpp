@@ -85,6 +85,18 @@ void readTopology(const btSoftBody& body, std::vector<std::int32_t>& topology)
     add(body.m_tetras);
 }
 
+/// The velocity that Bullet leaves to a node when it integrates.
+btVector3 clampedVelocity(const btSoftBody& body, const btSoftBody::Node& node, btScalar timeStep)
+{
+    const btScalar most = body.m_worldInfo->m_maxDisplacement / timeStep;
+    btVector3 v = node.m_v;
+    for (int k = 0; k < 3; ++k)
+    {
+        btClamp(v[k], -most, most);
+    }
+    return v;
+}
+
 /// Returns false if a node is or becomes not finite.
 bool setStepOf(btSoftBody& body, btScalar timeStep, btCcdSoftPart& part)
 {
@@ -102,7 +114,7 @@ bool setStepOf(btSoftBody& body, btScalar timeStep, btCcdSoftPart& part)
         const btSoftBody::Node& node = body.m_nodes[int(i)];
         part.m_start[i] = btCcdToEigen(node.m_x);
         part.m_end[i] = btCcdToEigen(btCcdNextPlace(body, node, timeStep));
-        part.m_velocity[i] = btCcdToEigen(node.m_v);
+        part.m_velocity[i] = btCcdToEigen(clampedVelocity(body, node, timeStep));
         part.m_inverseMass[i] = double(node.m_im);
         isFinite = isFinite && bullet_ccd::isPlace(part.m_start[i]) &&
                    bullet_ccd::isPlace(part.m_end[i]) && part.m_velocity[i].allFinite();
@@ -173,13 +185,7 @@ TriangleMesh btCcdSoftMesh(const btSoftBody& body)
 
 btVector3 btCcdNextPlace(const btSoftBody& body, const btSoftBody::Node& node, btScalar timeStep)
 {
-    const btScalar most = body.m_worldInfo->m_maxDisplacement / timeStep;
-    btVector3 v = node.m_v;
-    for (int k = 0; k < 3; ++k)
-    {
-        btClamp(v[k], -most, most);
-    }
-    return node.m_x + timeStep * (v + node.m_splitv);
+    return node.m_x + timeStep * (clampedVelocity(body, node, timeStep) + node.m_splitv);
 }
 
 btCcdSoftPart* btCcdSoftSurfaces::find(btSoftBody& body, btScalar timeStep)

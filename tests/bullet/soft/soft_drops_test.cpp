@@ -1153,6 +1153,25 @@ TEST(SoftDrops, ABodyInThePlaceOfARemovedOneIsNotCarried)
     EXPECT_NEAR(double(box->getWorldTransform().getOrigin().y()), 5.0 - 10.0 / 3600.0, 1e-6);
 }
 
+// Where Bullet's solver diverges it throws nodes; when it integrates, it cuts their velocity to
+// what m_maxDisplacement allows. What they hit once got the impulse of all of it.
+TEST(SoftDrops, AThrownNodePushesWithTheSpeedThatBulletLeavesIt)
+{
+    SoftScene scene(SoftWorld::Solver, btVector3(0, 0, 0));
+    const double dt = 1.0 / 60.0;
+    scene.world().getWorldInfo().m_maxDisplacement = btScalar(0.5);
+    btRigidBody* ball = scene.obstacle(
+        std::make_unique<btSphereShape>(btScalar(0.2)), makeSphere(0.2, 2), at(0, -0.25, 0), 1.0);
+    btSoftBody* cloth = scene.cloth(at(0, 0, 0), 0.1, 1, 0.1);
+    scene.step(dt);
+    scene.solver()->predictMotion(btScalar(dt));
+    cloth->setVelocity(btVector3(0, btScalar(-1e7), 0));  // as the solver might
+    scene.solver()->applyTransforms(btScalar(dt));
+    const double momentum = 0.1 * 0.5 / dt;
+    EXPECT_LT(double(ball->getLinearVelocity().length()), 1.0001 * momentum);
+    EXPECT_GT(double(ball->getLinearVelocity().length()), 0.1 * momentum);
+}
+
 // As many faces as before, of other nodes: once the surface was still the old one.
 TEST(SoftDrops, FacesThatAreReplacedInPlaceAreSeen)
 {
