@@ -759,7 +759,9 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
     btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
     btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
     const btCcdSoftPart* carrier = carrierOf(contact);
-    for (btCcdSoftPart* obstacle : {&a, &b})
+    std::vector<btCcdSoftPart*> obstacles{&a, &b};
+    forAnchors(contact, [&](btCcdSoftPart& body) { obstacles.push_back(&body); });
+    for (btCcdSoftPart* obstacle : obstacles)
     {
         if (part <= 0.0 && carrier != nullptr && canBeCarried(*obstacle, *carrier))
         {
@@ -795,6 +797,25 @@ void btCcdSoftStep::hold(const DeformableContact& contact, double part, bool& ha
     }
 }
 
+void btCcdSoftStep::forAnchors(const DeformableContact& contact,
+                               const std::function<void(btCcdSoftPart&)>& visit) const
+{
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+        const btCcdSoftPart& own =
+            *m_parts[std::size_t(k < verticesOfA(contact) ? contact.bodyA : contact.bodyB)];
+        const btCollisionObject* body =
+            own.m_soft != nullptr ? own.m_anchor[std::size_t(contact.vertices[k])] : nullptr;
+        const auto known = body != nullptr
+                               ? std::ranges::find(m_parts, body, &btCcdSoftPart::m_object)
+                               : m_parts.end();
+        if (known != m_parts.end())
+        {
+            visit(**known);
+        }
+    }
+}
+
 const btCcdSoftPart* btCcdSoftStep::carrierOf(const btCollisionObject* object,
                                               std::int32_t node) const
 {
@@ -806,7 +827,9 @@ const btCcdSoftPart* btCcdSoftStep::carrierOf(const DeformableContact& contact) 
 {
     const btCcdSoftPart& a = *m_parts[std::size_t(contact.bodyA)];
     const btCcdSoftPart& b = *m_parts[std::size_t(contact.bodyB)];
-    for (const btCcdSoftPart* obstacle : {&a, &b})
+    std::vector<const btCcdSoftPart*> obstacles{&a, &b};
+    forAnchors(contact, [&](const btCcdSoftPart& body) { obstacles.push_back(&body); });
+    for (const btCcdSoftPart* obstacle : obstacles)
     {
         if (obstacle->m_soft == nullptr && !yields(*obstacle) &&
             !(obstacle->m_endPose == obstacle->m_startPose))

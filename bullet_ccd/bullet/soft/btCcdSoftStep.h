@@ -130,6 +130,9 @@ private:
     /// What takes along the rigid body (kNone) or node; null if nothing does.
     [[nodiscard]] const btCcdSoftPart* carrierOf(const btCollisionObject* object,
                                                  std::int32_t node) const;
+    /// The bodies that vertices of the contact are anchored to: they move what meets.
+    void forAnchors(const bullet_ccd::DeformableContact& contact,
+                    const std::function<void(btCcdSoftPart&)>& visit) const;
     /// The same of any of those that meet: a kinematic object, or what takes one of them along.
     [[nodiscard]] const btCcdSoftPart* carrierOf(
         const bullet_ccd::DeformableContact& contact) const;

@@ -747,6 +747,80 @@ TEST(SoftDrops, AnchoredNodesStayOnTheirBody)
     }
 }
 
+/// A bar that turns and carries a cloth by a few nodes.
+struct Carried
+{
+    Vector3d half;
+    double mass;  ///< 0: the bar is kinematic
+    int cells;
+    double side;
+    double ofCloth;  ///< [kg]
+    Vector3d velocity;
+    Vector3d turn;
+    std::vector<int> anchors;
+};
+
+// An anchored node cannot evade, but its body can be held back, or takes along what the node meets.
+// Once such a node pulled an edge of its cloth through another one.
+TEST(SoftDrops, AnAnchoredNodeGoesThroughNothing)
+{
+    const Carried dynamic{.half = {0.1737, 0.1087, 0.1839},
+                          .mass = 3.191,
+                          .cells = 10,
+                          .side = 0.9002,
+                          .ofCloth = 2.488,
+                          .velocity = {-3.806, 0.1827, 3.831},
+                          .turn = {1.748, 5.992, -3.340},
+                          .anchors = {37, 49, 60, 61, 70}};
+    const Carried kinematic{.half = {0.3344, 0.05093, 0.1809},
+                            .mass = 0.0,
+                            .cells = 11,
+                            .side = 1.175,
+                            .ofCloth = 0.6452,
+                            .velocity = {0.468, -0.3674, 0.8298},
+                            .turn = {-1.756, 0.447, 0.8205},
+                            .anchors = {52, 55}};
+    for (const Carried& c : {dynamic, kinematic})
+    {
+        SoftScene scene(SoftWorld::World);
+        btRigidBody* bar = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(c.half)),
+                                          makeBox(c.half),
+                                          at(0, 0.4, 0),
+                                          std::max(c.mass, 1.0));
+        bar->setActivationState(DISABLE_DEACTIVATION);
+        btSoftBody* cloth =
+            scene.cloth(at(0, 0.4 + c.half.y() + kRest, 0), c.side, c.cells, c.ofCloth);
+        for (const int node : c.anchors)
+        {
+            cloth->appendDeformableAnchor(node, bar);
+        }
+        if (c.mass > 0.0)
+        {
+            bar->setLinearVelocity(btCcdToBullet(c.velocity));
+            bar->setAngularVelocity(btCcdToBullet(c.turn));
+        }
+        else
+        {
+            bar->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        }
+        for (int i = 0; i < 30; ++i)
+        {
+            if (c.mass == 0.0 && i > 0)
+            {
+                btTransform pose = bar->getWorldTransform();
+                pose.getOrigin() += btCcdToBullet(Vector3d(c.velocity / 30.0));
+                const btQuaternion turn(btCcdToBullet(Vector3d(c.turn.normalized())),
+                                        btScalar(c.turn.norm() / 30.0));
+                pose.setRotation((turn * pose.getRotation()).normalized());
+                bar->setWorldTransform(pose);
+            }
+            scene.step(1.0 / 30.0);
+            ASSERT_EQ(scene.judge().crossing, 0) << "mass " << c.mass << ", step " << i;
+        }
+        EXPECT_GT(scene.solver()->getCcdSoftCounters().m_contacts, 0);
+    }
+}
+
 TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
 {
     for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
