@@ -4,14 +4,16 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace bullet_ccd
 {
 namespace
 {
-using Eigen::Array4f;
 using Eigen::Matrix3d;
 using Eigen::Matrix3f;
 using Eigen::Vector3d;
@@ -43,145 +45,168 @@ SsvAxes straightened(const Vector3d& first, const Vector3d& second)
 
 /// Measure of a box to be made small: its surface, and a little of its width so that flat boxes are
 /// told apart.
-template <class T>
+template <class Number, class T>
 T boxMeasure(T x, T y, T z)
 {
     const T width = x + y + z;
-    return x * y + y * z + z * x + T(0.1) * width * width;
+    return x * y + y * z + z * x + Number(0.1) * width * width;
 }
 
-/// A box around a few points that is turned step by step; four points at a time.
-class TurningBox
+/// Boxes around a few points each that are turned step by step: a box in every lane, so that no
+/// step waits for the one before and none has to be guessed.
+class TurningBoxes
 {
 public:
-    static constexpr int kMostFours = 8;
+    static constexpr std::size_t kMostPoints = 32;
 
-    void add(const Array4f& x, const Array4f& y, const Array4f& z)
+    TurningBoxes()
     {
-        m_points[0][m_fours] = x;
-        m_points[1][m_fours] = y;
-        m_points[2][m_fours] = z;
-        ++m_fours;
+        for (FourNumbers(&points)[kMostPoints] : m_points)
+        {
+            points[0] = FourNumbers{};
+        }
+    }
+    void add(std::size_t lane, float x, float y, float z)
+    {
+        const std::size_t i = m_counts[lane]++;
+        m_points[0][i][lane] = x;
+        m_points[1][i][lane] = y;
+        m_points[2][i][lane] = z;
     }
 
     /// Turns about each axis in turn by less and less as long as that makes the box smaller; a long
     /// side by a fraction of its slope against the short one.
     void turnUntilSmall()
     {
-        for (int k = 0; k < 3; ++k)
+        repeatPoints();
+        for (std::size_t k = 0; k < 3; ++k)
         {
-            m_size[k] = extent(k);
+            FourRanges range;
+            for (std::size_t i = 0; i < m_count; ++i)
+            {
+                range.add(m_points[k][i]);
+            }
+            m_sizes[k] = range.high - range.low;
         }
-        m_measure = boxMeasure(m_size[0], m_size[1], m_size[2]);
+        m_measures = boxMeasure<float>(m_sizes[0], m_sizes[1], m_sizes[2]);
         for (const float step : {0.8F, 0.35F, 0.15F, 0.06F})
         {
-            for (int k = 0; k < 3; ++k)
+            tryTurns<0>(step);
+            tryTurns<1>(step);
+            tryTurns<2>(step);
+        }
+    }
+
+    /// Columns, in the axes of the points; longest side first.
+    [[nodiscard]] Matrix3f axes(std::size_t lane) const
+    {
+        std::array<std::size_t, 3> order = {0, 1, 2};
+        for (const std::size_t i : {0U, 1U, 0U})
+        {
+            if (m_sizes[order[i]][lane] < m_sizes[order[i + 1]][lane])
             {
-                const float sizeU = m_size[(k + 1) % 3];
-                const float sizeV = m_size[(k + 2) % 3];
-                const float slope = std::min(sizeU, sizeV) / std::max(sizeU, sizeV);
-                if (slope > 1e-4F)
+                std::swap(order[i], order[i + 1]);
+            }
+        }
+        Matrix3f axes;
+        for (int k = 0; k < 3; ++k)
+        {
+            const FourNumbers(&axis)[3] = m_axes[order[static_cast<std::size_t>(k)]];
+            axes.col(k) << axis[0][lane], axis[1][lane], axis[2][lane];
+        }
+        return axes;
+    }
+
+private:
+    /// Lanes with fewer points than others repeat their first, empty ones have the origin.
+    void repeatPoints()
+    {
+        m_count = *std::max_element(m_counts.begin(), m_counts.end());
+        for (std::size_t lane = 0; lane < m_counts.size(); ++lane)
+        {
+            for (std::size_t i = m_counts[lane]; i < m_count; ++i)
+            {
+                for (FourNumbers(&points)[kMostPoints] : m_points)
                 {
-                    tryTurns(k, step * slope);
+                    points[i][lane] = points[0][lane];
                 }
             }
         }
     }
 
-    /// Columns, in the axes of the points; longest side first.
-    [[nodiscard]] Matrix3f axes() const
+    /// Turns about axis k one way or the other where that makes a box smaller.
+    template <std::size_t k>
+    void tryTurns(float step)
     {
-        std::array<int, 3> order = {0, 1, 2};
-        for (const std::size_t i : {0U, 1U, 0U})
+        constexpr std::size_t u = (k + 1) % 3;
+        constexpr std::size_t v = (k + 2) % 3;
+        const FourNumbers slope = smaller(m_sizes[u], m_sizes[v]) / larger(m_sizes[u], m_sizes[v]);
+        const FourNumbers h = 0.5F * (step * slope);  // tangent of half the angle: without a root
+        const FourNumbers scale = 1.0F / (1.0F + h * h);
+        const FourNumbers c = (1.0F - h * h) * scale;
+        const FourNumbers s = 2.0F * h * scale;
+        FourRanges rangesU[2];
+        FourRanges rangesV[2];
+        for (std::size_t i = 0; i < m_count; ++i)
         {
-            if (m_size[order[i]] < m_size[order[i + 1]])
-            {
-                std::swap(order[i], order[i + 1]);
-            }
-        }
-        return m_axes(Eigen::all, order);
-    }
-
-private:
-    [[nodiscard]] float extent(int axis) const
-    {
-        Array4f low = m_points[axis][0];
-        Array4f high = low;
-        for (int i = 1; i < m_fours; ++i)
-        {
-            low = low.min(m_points[axis][i]);
-            high = high.max(m_points[axis][i]);
-        }
-        return high.maxCoeff() - low.minCoeff();
-    }
-
-    /// Turns about axis k one way or the other, about by the given angle, if that makes the box
-    /// smaller.
-    void tryTurns(int k, float angle)
-    {
-        const int u = (k + 1) % 3;
-        const int v = (k + 2) % 3;
-        const float h = 0.5F * angle;  // the tangent of half the angle: no root is needed
-        const float scale = 1.0F / (1.0F + h * h);
-        const float c = (1.0F - h * h) * scale;
-        const float s = 2.0F * h * scale;
-        struct Range
-        {
-            Array4f low = Array4f::Constant(std::numeric_limits<float>::infinity());
-            Array4f high = Array4f::Constant(-std::numeric_limits<float>::infinity());
-
-            void add(const Array4f& x)
-            {
-                low = low.min(x);
-                high = high.max(x);
-            }
-            [[nodiscard]] float size() const { return high.maxCoeff() - low.minCoeff(); }
-        };
-        Range rangesU[2];
-        Range rangesV[2];
-        for (int i = 0; i < m_fours; ++i)
-        {
-            const Array4f cu = c * m_points[u][i];
-            const Array4f su = s * m_points[u][i];
-            const Array4f cv = c * m_points[v][i];
-            const Array4f sv = s * m_points[v][i];
+            const FourNumbers cu = c * m_points[u][i];
+            const FourNumbers su = s * m_points[u][i];
+            const FourNumbers cv = c * m_points[v][i];
+            const FourNumbers sv = s * m_points[v][i];
             rangesU[0].add(cu + sv);
             rangesV[0].add(cv - su);
             rangesU[1].add(cu - sv);
             rangesV[1].add(cv + su);
         }
-        const float sizesU[2] = {rangesU[0].size(), rangesU[1].size()};
-        const float sizesV[2] = {rangesV[0].size(), rangesV[1].size()};
-        const float measures[2] = {boxMeasure(m_size[k], sizesU[0], sizesV[0]),
-                                   boxMeasure(m_size[k], sizesU[1], sizesV[1])};
-        const int better = measures[0] <= measures[1] ? 0 : 1;
-        if (measures[better] < 0.99999F * m_measure)
+        FourNumbers sizesU[2];
+        FourNumbers sizesV[2];
+        FourNumbers measures[2];
+        for (std::size_t way = 0; way < 2; ++way)
         {
-            m_measure = measures[better];
-            m_size[u] = sizesU[better];
-            m_size[v] = sizesV[better];
-            turn(u, v, c, better == 0 ? s : -s);
+            sizesU[way] = rangesU[way].high - rangesU[way].low;
+            sizesV[way] = rangesV[way].high - rangesV[way].low;
+            measures[way] = boxMeasure<float>(m_sizes[k], sizesU[way], sizesV[way]);
         }
+        const auto isFirst = measures[0] <= measures[1];
+        const FourNumbers measure = isFirst ? measures[0] : measures[1];
+        const auto isSmaller = (slope > 1e-4F) & (measure < 0.99999F * m_measures);
+        if ((isSmaller[0] | isSmaller[1] | isSmaller[2] | isSmaller[3]) == 0)
+        {
+            return;
+        }
+        m_measures = isSmaller ? measure : m_measures;
+        m_sizes[u] = isSmaller ? (isFirst ? sizesU[0] : sizesU[1]) : m_sizes[u];
+        m_sizes[v] = isSmaller ? (isFirst ? sizesV[0] : sizesV[1]) : m_sizes[v];
+        const FourNumbers none{};
+        turn(u, v, isSmaller ? c : none + 1.0F, isSmaller ? (isFirst ? s : -s) : none);
     }
 
-    void turn(int u, int v, float c, float s)
+    void turn(std::size_t u, std::size_t v, FourNumbers c, FourNumbers s)
     {
-        for (int i = 0; i < m_fours; ++i)
+        const auto turnOne = [c, s](FourNumbers& x, FourNumbers& y)
         {
-            const Array4f x = m_points[u][i];
-            m_points[u][i] = c * x + s * m_points[v][i];
-            m_points[v][i] = c * m_points[v][i] - s * x;
+            const FourNumbers before = x;
+            x = c * x + s * y;
+            y = c * y - s * before;
+        };
+        for (std::size_t i = 0; i < m_count; ++i)
+        {
+            turnOne(m_points[u][i], m_points[v][i]);
         }
-        const Vector3f axisU = m_axes.col(u);
-        m_axes.col(u) = c * axisU + s * m_axes.col(v);
-        m_axes.col(v) = c * m_axes.col(v) - s * axisU;
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            turnOne(m_axes[u][i], m_axes[v][i]);
+        }
     }
 
-    Array4f m_points[3][kMostFours];  ///< coordinates along the sides
-    int m_fours = 0;
-    Matrix3f m_axes = Matrix3f::Identity();  ///< columns, in the axes of the points
-    Vector3f m_size = Vector3f::Zero();
-    float m_measure = 0.0F;
+    FourNumbers m_points[3][kMostPoints];  ///< coordinates along the sides
+    std::array<std::size_t, 4> m_counts{};
+    std::size_t m_count = 0;  ///< the largest
+    FourNumbers m_axes[3][3] = {{FourNumbers{} + 1.0F, FourNumbers{}, FourNumbers{}},
+                                {FourNumbers{}, FourNumbers{} + 1.0F, FourNumbers{}},
+                                {FourNumbers{}, FourNumbers{}, FourNumbers{} + 1.0F}};
+    FourNumbers m_sizes[3] = {};
+    FourNumbers m_measures{};
 };
 
 struct Spread
@@ -193,16 +218,14 @@ struct Spread
 Spread principalSpread(const SsvPoints& points)
 {
     const std::size_t stride = points.stride();
-    Array4f sum[3];
-    Array4f square[6];
-    std::fill(sum, sum + 3, Array4f::Zero());
-    std::fill(square, square + 6, Array4f::Zero());
+    FourNumbers sum[3] = {};
+    FourNumbers square[6] = {};
     float count = 0.0F;
     for (std::size_t i = 0; i < points.fours(); i += stride)
     {
-        const Array4f x = points[0][i];
-        const Array4f y = points[1][i];
-        const Array4f z = points[2][i];
+        const FourNumbers x = points.numbers(0, i);
+        const FourNumbers y = points.numbers(1, i);
+        const FourNumbers z = points.numbers(2, i);
         sum[0] += x;
         sum[1] += y;
         sum[2] += z;
@@ -214,13 +237,15 @@ Spread principalSpread(const SsvPoints& points)
         square[5] += z * z;
         count += 4.0F;
     }
-    const Vector3d mean = Vector3f(sum[0].sum(), sum[1].sum(), sum[2].sum()).cast<double>() / count;
+    const auto total = [](FourNumbers x) { return (x[0] + x[2]) + (x[1] + x[3]); };
+    const Vector3d mean =
+        Vector3f(total(sum[0]), total(sum[1]), total(sum[2])).cast<double>() / count;
     Matrix3d spread;
     for (int i = 0, n = 0; i < 3; ++i)
     {
         for (int k = i; k < 3; ++k, ++n)
         {
-            spread(i, k) = spread(k, i) = square[n].sum() / count - mean[i] * mean[k];
+            spread(i, k) = spread(k, i) = total(square[n]) / count - mean[i] * mean[k];
         }
     }
     const double largest = spread.cwiseAbs().maxCoeff();
@@ -242,97 +267,91 @@ Spread principalSpread(const SsvPoints& points)
 Spread spreadAlong(const SsvPoints& points, const SsvAxes& axes)
 {
     Spread spread{.axes = axes.matrix()};
+    if (points.count() <= TurningBoxes::kMostPoints)
+    {
+        return spread;  // all points are taken, however they are stretched
+    }
     const Matrix3f columns = spread.axes.cast<float>();
     const std::size_t stride = points.stride();
+    FourRanges ranges[3];
+    for (std::size_t i = 0; i < points.fours(); i += stride)
+    {
+        for (int k = 0; k < 3; ++k)
+        {
+            ranges[k].add(points.along(columns.col(k), i));
+        }
+    }
+    const FourNumbers sizes = sizesOf(ranges[0], ranges[1], ranges[2], ranges[2]);
     for (int k = 0; k < 3; ++k)
     {
-        Array4f low = points.along(columns.col(k), 0);
-        Array4f high = low;
-        for (std::size_t i = stride; i < points.fours(); i += stride)
-        {
-            const Array4f x = points.along(columns.col(k), i);
-            low = low.min(x);
-            high = high.max(x);
-        }
-        spread.deviation[k] = static_cast<double>(high.maxCoeff() - low.minCoeff());
+        spread.deviation[k] = static_cast<double>(sizes[k]);
     }
     return spread;
 }
 
 /// The extremes along the axes, the diagonals of the widest face and the space diagonals, stretched
 /// with the set.
-void addExtremes(const SsvPoints& points, const Spread& spread, TurningBox& box)
+void addExtremes(const SsvPoints& points,
+                 const Spread& spread,
+                 std::size_t lane,
+                 TurningBoxes& boxes)
 {
     constexpr int kDirections = 9;
-    constexpr float kSigns[kDirections][3] = {{1, 0, 0},
-                                              {0, 1, 0},
-                                              {0, 0, 1},
-                                              {1, 1, 0},
-                                              {1, -1, 0},
-                                              {1, 1, 1},
-                                              {1, 1, -1},
-                                              {1, -1, 1},
-                                              {1, -1, -1}};
+    using Places = std::int32_t __attribute__((vector_size(16)));
+    /// In every lane how far its points reach, and where the first of those that reach so far is.
+    struct Extreme
+    {
+        FourNumbers height = FourNumbers{} - std::numeric_limits<float>::infinity();
+        Places at{};
+
+        void take(FourNumbers h, Places place)
+        {
+            at = h > height ? place : at;
+            height = larger(h, height);
+        }
+    };
     const Vector3f stretch =
         spread.deviation.cwiseMax(1e-6 * spread.deviation.maxCoeff()).cwiseInverse().cast<float>();
     const Matrix3f columns = spread.axes.cast<float>();
-    // In every lane the extreme of its points.
-    struct Extreme
-    {
-        Array4f height;
-        Array4f at[3];
-
-        void take(const Array4f& h, const Array4f (&p)[3])
-        {
-            const auto better = (h > height).eval();
-            height = better.select(h, height);
-            for (int k = 0; k < 3; ++k)
-            {
-                at[k] = better.select(p[k], at[k]);
-            }
-        }
-        [[nodiscard]] Vector3f best() const
-        {
-            Eigen::Index lane = 0;
-            height.maxCoeff(&lane);
-            return {at[0][lane], at[1][lane], at[2][lane]};
-        }
-    };
-    Extreme lowest[kDirections];
-    Extreme highest[kDirections];
+    Extreme extremes[2 * kDirections];  // the lowest and the highest along every direction
+    FourNumbers sample[3][SsvPoints::kSample];
     const std::size_t stride = points.stride();
-    for (std::size_t i = 0; i < points.fours(); i += stride)
+    Places place{};
+    for (std::size_t i = 0, count = 0; i < points.fours(); i += stride, ++count)
     {
-        const Array4f p[3] = {points.along(columns.col(0), i),
-                              points.along(columns.col(1), i),
-                              points.along(columns.col(2), i)};
-        const Array4f q[3] = {p[0] * stretch[0], p[1] * stretch[1], p[2] * stretch[2]};
+        FourNumbers q[3];
+        for (int k = 0; k < 3; ++k)
+        {
+            sample[k][count] = points.along(columns.col(k), i);
+            q[k] = sample[k][count] * stretch[k];
+        }
+        const FourNumbers sum = q[0] + q[1];
+        const FourNumbers difference = q[0] - q[1];
+        const FourNumbers heights[kDirections] = {q[0],
+                                                  q[1],
+                                                  q[2],
+                                                  sum,
+                                                  difference,
+                                                  sum + q[2],
+                                                  sum - q[2],
+                                                  difference + q[2],
+                                                  difference - q[2]};
         for (int k = 0; k < kDirections; ++k)
         {
-            const Array4f h = kSigns[k][0] * q[0] + kSigns[k][1] * q[1] + kSigns[k][2] * q[2];
-            if (i == 0)
-            {
-                lowest[k] = {-h, {p[0], p[1], p[2]}};
-                highest[k] = {h, {p[0], p[1], p[2]}};
-                continue;
-            }
-            lowest[k].take(-h, p);
-            highest[k].take(h, p);
+            extremes[2 * k].take(-heights[k], place);
+            extremes[2 * k + 1].take(heights[k], place);
         }
+        place += 1;
     }
-    Array4f found[3][5];
-    for (int k = 0; k < 2 * kDirections + 2; ++k)  // two fill the last four
+    for (const Extreme& extreme : extremes)
     {
-        const int direction = std::min(k / 2, kDirections - 1);
-        const Vector3f p = k % 2 == 0 ? lowest[direction].best() : highest[direction].best();
-        for (int axis = 0; axis < 3; ++axis)
+        int best = 0;
+        for (int other = 1; other < 4; ++other)
         {
-            found[axis][k / 4][k % 4] = p[axis];
+            best = extreme.height[other] > extreme.height[best] ? other : best;
         }
-    }
-    for (int i = 0; i < 5; ++i)
-    {
-        box.add(found[0][i], found[1][i], found[2][i]);
+        const auto at = extreme.at[best];
+        boxes.add(lane, sample[0][at][best], sample[1][at][best], sample[2][at][best]);
     }
 }
 }  // namespace
@@ -354,31 +373,36 @@ Matrix3d SsvAxes::matrix() const
 SsvTriangleBox triangleBox(const SsvCorners& c)
 {
     const double area = (c[1] - c[0]).cross(c[2] - c[0]).norm();  // twice
-    double bestMeasure = std::numeric_limits<double>::infinity();
-    std::size_t best = 0;
-    double low = 0.0;
-    double high = 0.0;
-    double height = 0.0;
-    for (std::size_t i = 0; i < 3; ++i)
+    struct Side
+    {
+        double low = 0.0;
+        double high = 0.0;
+        double height = 0.0;
+        double measure = std::numeric_limits<double>::infinity();
+    };
+    // Which is best is as good as random, so branches would be guessed wrongly.
+    const auto sideAlong = [&](std::size_t i) -> Side
     {
         const Vector3d edge = c[(i + 1) % 3] - c[i];
         const double length = edge.norm();
         if (!(length > 0.0))
         {
-            continue;
+            return {};
         }
         const double along = edge.dot(c[(i + 2) % 3] - c[i]) / length;
-        const double reach = std::max(length, along) - std::min(0.0, along);
-        const double measure = boxMeasure(reach, area / length, 0.0);
-        if (measure < bestMeasure)
-        {
-            bestMeasure = measure;
-            best = i;
-            low = std::min(0.0, along);
-            high = std::max(length, along);
-            height = area / length;
-        }
-    }
+        const double low = std::min(0.0, along);
+        const double high = std::max(length, along);
+        const double height = area / length;
+        return {.low = low,
+                .high = high,
+                .height = height,
+                .measure = boxMeasure<double>(high - low, height, 0.0)};
+    };
+    const Side sides[3] = {sideAlong(0), sideAlong(1), sideAlong(2)};
+    const auto betterOf = [&sides](std::size_t i, std::size_t k)
+    { return sides[k].measure < sides[i].measure ? k : i; };
+    const std::size_t best = betterOf(betterOf(0, 1), 2);
+    const auto [low, high, height, measure] = sides[best];
     const Vector3d edge = c[(best + 1) % 3] - c[best];
     const Vector3d other = c[(best + 2) % 3] - c[best];
     constexpr double kNeedle = 1e-6;
@@ -409,36 +433,55 @@ SsvTriangleBox triangleBox(const SsvCorners& c)
 
 namespace
 {
-SsvAxes turned(const SsvPoints& points, const Spread& start)
+void addTo(TurningBoxes& boxes, std::size_t lane, const SsvPoints& points, const Spread& start)
 {
-    TurningBox box;
-    if (points.fours() <= TurningBox::kMostFours)
+    if (points.count() > TurningBoxes::kMostPoints)
     {
-        const Matrix3f columns = start.axes.cast<float>();
-        for (std::size_t i = 0; i < points.fours(); ++i)
+        addExtremes(points, start, lane, boxes);
+        return;
+    }
+    const Matrix3f columns = start.axes.cast<float>();
+    for (std::size_t i = 0; i < points.fours(); ++i)
+    {
+        const FourNumbers x = points.along(columns.col(0), i);
+        const FourNumbers y = points.along(columns.col(1), i);
+        const FourNumbers z = points.along(columns.col(2), i);
+        for (std::size_t k = 0; k < std::min<std::size_t>(4, points.count() - 4 * i); ++k)
         {
-            box.add(points.along(columns.col(0), i),
-                    points.along(columns.col(1), i),
-                    points.along(columns.col(2), i));
+            boxes.add(lane, x[k], y[k], z[k]);
         }
     }
-    else
-    {
-        addExtremes(points, start, box);
-    }
-    box.turnUntilSmall();
-    const Matrix3d axes = start.axes * box.axes().cast<double>();
+}
+
+SsvAxes axesIn(const TurningBoxes& boxes, std::size_t lane, const Spread& start)
+{
+    const Matrix3d axes = start.axes * boxes.axes(lane).cast<double>();
     return straightened(axes.col(0), axes.col(1));
 }
 }  // namespace
 
 SsvAxes smallBoxAxes(const SsvPoints& points)
 {
-    return turned(points, principalSpread(points));
+    const Spread start = principalSpread(points);
+    TurningBoxes boxes;
+    addTo(boxes, 0, points, start);
+    boxes.turnUntilSmall();
+    return axesIn(boxes, 0, start);
 }
 
-SsvAxes smallBoxAxes(const SsvPoints& points, const SsvAxes& start)
+void turnToSmallBoxes(std::span<const SsvPoints> points, std::span<SsvAxes> axes)
 {
-    return turned(points, spreadAlong(points, start));
+    std::array<Spread, kSsvTurnedAtOnce> starts;
+    TurningBoxes boxes;
+    for (std::size_t lane = 0; lane < points.size(); ++lane)
+    {
+        starts[lane] = spreadAlong(points[lane], axes[lane]);
+        addTo(boxes, lane, points[lane], starts[lane]);
+    }
+    boxes.turnUntilSmall();
+    for (std::size_t lane = 0; lane < points.size(); ++lane)
+    {
+        axes[lane] = axesIn(boxes, lane, starts[lane]);
+    }
 }
 }  // namespace bullet_ccd

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
+#include <span>
 
 namespace bullet_ccd
 {
@@ -42,6 +44,10 @@ struct SsvTriangleBox
 /// taken is a matter of size, not of safety.
 [[nodiscard]] SsvAxes smallBoxAxes(const SsvPoints& points);
 
-/// The same, beginning with axes that fit a part of the points.
-[[nodiscard]] SsvAxes smallBoxAxes(const SsvPoints& points, const SsvAxes& start);
+/// How many boxes are turned at once, in the time of one.
+inline constexpr std::size_t kSsvTurnedAtOnce = 4;
+
+/// The same for 1 to kSsvTurnedAtOnce sets of points, beginning with axes that fit a part of each.
+/// None depends on the others.
+void turnToSmallBoxes(std::span<const SsvPoints> points, std::span<SsvAxes> axes);
 }  // namespace bullet_ccd

@@ -13,7 +13,6 @@ namespace bullet_ccd
 {
 namespace
 {
-using Eigen::Array4f;
 using Eigen::Matrix3d;
 using Eigen::Matrix3f;
 using Eigen::Vector3d;
@@ -80,32 +79,42 @@ public:
     }
     void moveTo(const Vector3d& middle) { m_middle = middle.cast<float>(); }
 
-    [[nodiscard]] Array4f operator()(std::size_t i, int k) const
+    [[nodiscard]] FourNumbers operator()(std::size_t i, int k) const
     {
         return m_points.along(m_axes.col(k), i) - m_middle[k];
     }
-    /// Largest distance of every stride-th four of points from a core.
-    [[nodiscard]] double reachFrom(const Vector3d& half, std::size_t stride) const
+    /// How far out they are.
+    [[nodiscard]] FourNumbers away(std::size_t i, int k) const
     {
-        const Vector3f core = half.cast<float>();
-        Array4f squared = Array4f::Zero();
-        for (std::size_t i = 0; i < m_points.fours(); i += stride)
-        {
-            Array4f sum = Array4f::Zero();
-            for (int k = 0; k < 3; ++k)
-            {
-                const Array4f out = ((*this)(i, k).abs() - core[k]).max(0.0F);
-                sum += out * out;
-            }
-            squared = squared.max(sum);
-        }
-        return std::sqrt(static_cast<double>(squared.maxCoeff()));
+        const FourNumbers x = (*this)(i, k);
+        return larger(x, -x);
     }
 
 private:
     const SsvPoints& m_points;
     Matrix3f m_axes;  ///< columns
     Vector3f m_middle = Vector3f::Zero();
+};
+
+/// Largest distance of points from a core.
+class Reach
+{
+public:
+    explicit Reach(const Vector3d& half) : m_core(half.cast<float>()) {}
+
+    /// Of coordinates how far out they are.
+    void add(FourNumbers x, FourNumbers y, FourNumbers z)
+    {
+        const FourNumbers outX = larger(x - m_core[0], FourNumbers{});
+        const FourNumbers outY = larger(y - m_core[1], FourNumbers{});
+        const FourNumbers outZ = larger(z - m_core[2], FourNumbers{});
+        m_squared = larger(outX * outX + outY * outY + outZ * outZ, m_squared);
+    }
+    [[nodiscard]] FourNumbers squared() const { return m_squared; }
+
+private:
+    Vector3f m_core;
+    FourNumbers m_squared{};
 };
 }  // namespace
 
@@ -129,18 +138,22 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
     AlongAxes along(points, e);
     Vector3d low;
     Vector3d high;
+    FourRanges ranges[3];
+    for (std::size_t i = 0; i < points.fours(); ++i)
+    {
+        for (int k = 0; k < 3; ++k)
+        {
+            ranges[k].add(along(i, k));
+        }
+    }
+    const FourNumbers lows =
+        folded(ranges[0].low, ranges[1].low, ranges[2].low, ranges[2].low, smaller);
+    const FourNumbers highs =
+        folded(ranges[0].high, ranges[1].high, ranges[2].high, ranges[2].high, larger);
     for (int k = 0; k < 3; ++k)
     {
-        Array4f lows = along(0, k);
-        Array4f highs = lows;
-        for (std::size_t i = 1; i < points.fours(); ++i)
-        {
-            const Array4f s = along(i, k);
-            lows = lows.min(s);
-            highs = highs.max(s);
-        }
-        low[k] = static_cast<double>(lows.minCoeff());
-        high[k] = static_cast<double>(highs.maxCoeff());
+        low[k] = static_cast<double>(lows[k]);
+        high[k] = static_cast<double>(highs[k]);
     }
     const Vector3f center = toFloats(points.about() + e * (0.5 * unit * (low + high)));
     const Vector3d offset = e.transpose() * (center.cast<double>() - points.about());
@@ -155,14 +168,35 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
     }
     along.moveTo(offset / unit);
     constexpr int kSteps = 4;
+    const auto coreOf = [&half](int step) -> Vector3d
+    { return (half.array() - half[2] * step / kSteps).cwiseMax(0.0).matrix(); };
+    std::array<Reach, kSteps> reaches = {Reach(coreOf(1) / unit),
+                                         Reach(coreOf(2) / unit),
+                                         Reach(coreOf(3) / unit),
+                                         Reach(coreOf(4) / unit)};
+    for (std::size_t i = 0; i < points.fours(); i += points.stride())
+    {
+        const FourNumbers x = along.away(i, 0);
+        const FourNumbers y = along.away(i, 1);
+        const FourNumbers z = along.away(i, 2);
+        for (Reach& reach : reaches)
+        {
+            reach.add(x, y, z);
+        }
+    }
+    const FourNumbers squared = folded(reaches[0].squared(),
+                                       reaches[1].squared(),
+                                       reaches[2].squared(),
+                                       reaches[3].squared(),
+                                       larger);
     Vector3d bestHalf = half;
     const double boxSurface = sweptSurface(half, 0.0);
     double bestSurface = boxSurface;
     for (int i = 1; i <= kSteps; ++i)
     {
-        const Vector3d core = (half.array() - half[2] * i / kSteps).cwiseMax(0.0).matrix();
+        const Vector3d core = coreOf(i);
         const double surface =
-            sweptSurface(core, unit * along.reachFrom(core / unit, points.stride()));
+            sweptSurface(core, unit * std::sqrt(static_cast<double>(squared[i - 1])));
         if (surface < bestSurface)
         {
             bestSurface = surface;
@@ -174,9 +208,16 @@ SsvNode roundedBox(const SsvPoints& points, const SsvAxes& axes)
         return box;
     }
     SsvNode rounded = storeNode(axes, center, bestHalf, 0.0);
-    const double radius =
-        unit * along.reachFrom(toDoubles(rounded.half) / unit, 1) * (1.0 + kRounding) +
-        2.0 * rounding;  // of three coordinates
+    Reach reach(toDoubles(rounded.half) / unit);
+    for (std::size_t i = 0; i < points.fours(); ++i)
+    {
+        reach.add(along.away(i, 0), along.away(i, 1), along.away(i, 2));
+    }
+    const FourNumbers farthest = reach.squared();
+    const float most =
+        std::max(std::max(farthest[0], farthest[1]), std::max(farthest[2], farthest[3]));
+    const double radius = unit * std::sqrt(static_cast<double>(most)) * (1.0 + kRounding) +
+                          2.0 * rounding;  // of three coordinates
     rounded.radius = roundedUp<1>({radius})[0];
     return sweptSurface(bestHalf, radius) < boxSurface ? rounded : box;
 }
@@ -188,19 +229,12 @@ class Block
 {
 public:
     static constexpr std::int32_t kMostTriangles = 64;
+    static constexpr std::size_t kMostPoints = 3 * kMostTriangles;
+    using Bits = std::array<std::uint64_t, kMostPoints / 64>;
 
-    Block(std::span<const SsvBranch> branches,
-          std::span<const SsvCorners> corners,
-          std::span<SsvNode> nodes,
-          SsvPoints& points)
-        : m_branches(branches), m_corners(corners), m_nodes(nodes), m_points(points)
+    /// Of the triangles below a node.
+    void collect(std::span<const SsvCorners> corners, const SsvBranch& branch)
     {
-    }
-
-    /// Fits the node and all below it. Returns their points.
-    std::vector<Vector3d> fit(std::int32_t node)
-    {
-        const SsvBranch& branch = m_branches[static_cast<std::size_t>(node)];
         m_begin = static_cast<std::size_t>(branch.begin);
         m_count = 0;
         m_table.fill(kFree);
@@ -208,18 +242,30 @@ public:
         {
             for (std::size_t k = 0; k < 3; ++k)
             {
-                m_cornerAt[slot - m_begin][k] = find(m_corners[slot][k]);
+                m_cornerAt[slot - m_begin][k] = find(corners[slot][k]);
             }
         }
-        fitBelow(node);
-        return {m_distinct.begin(), m_distinct.begin() + m_count};
+    }
+
+    [[nodiscard]] std::span<const Vector3d> points() const
+    {
+        return std::span(m_distinct).first(m_count);
+    }
+
+    /// Which of the points are corners of the triangle.
+    [[nodiscard]] Bits cornersOf(std::size_t slot) const
+    {
+        Bits bits{};
+        for (const std::uint8_t point : m_cornerAt[slot - m_begin])
+        {
+            bits[point / 64U] |= std::uint64_t{1} << point % 64U;
+        }
+        return bits;
     }
 
 private:
-    static constexpr std::size_t kMostPoints = 3 * kMostTriangles;
     static constexpr std::uint8_t kFree = 255;
     static_assert(kMostPoints < kFree);
-    using Bits = std::array<std::uint64_t, kMostPoints / 64>;
 
     std::uint8_t find(const Vector3d& point)
     {
@@ -242,48 +288,139 @@ private:
         return m_table[at];
     }
 
-    /// Which of the distinct points are below the node.
-    Bits fitBelow(std::int32_t index)
+    std::size_t m_begin = 0;  ///< the first slot
+    std::size_t m_count = 0;
+    std::array<Vector3d, kMostPoints> m_distinct;
+    std::array<std::array<std::uint8_t, 3>, kMostTriangles> m_cornerAt;
+    std::array<std::uint8_t, 512> m_table;
+};
+
+/// Fits a few blocks at a time, level by level from the leaves up: nodes of one level wait for
+/// nothing but those below.
+class BlockFitter
+{
+public:
+    static constexpr std::size_t kMostBlocks = 4;
+
+    BlockFitter(std::span<const SsvBranch> branches,
+                std::span<const SsvCorners> corners,
+                std::span<SsvNode> nodes)
+        : m_branches(branches), m_corners(corners), m_nodes(nodes)
+    {
+    }
+
+    /// Fits the nodes at the top of blocks and all below them. Gives the points of every block.
+    void fit(std::span<const std::int32_t> blocks, std::span<std::vector<Vector3d>> points)
+    {
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+        {
+            m_blocks[i].collect(m_corners, m_branches[static_cast<std::size_t>(blocks[i])]);
+            open(blocks[i], i);
+            points[i].assign(m_blocks[i].points().begin(), m_blocks[i].points().end());
+        }
+        for (std::vector<Waiting>& level : m_levels)
+        {
+            fitLevel(level);
+            level.clear();
+        }
+    }
+
+private:
+    /// An inner node, and which points of its block are below it.
+    struct Waiting
+    {
+        Block::Bits bits{};
+        std::int32_t node = 0;
+        std::uint16_t block = 0;
+        std::uint16_t count = 0;  ///< of points
+    };
+    struct Below
+    {
+        Block::Bits bits{};
+        std::size_t height = 0;  ///< of a leaf 0
+    };
+
+    /// Fits the leaves and lets the inner nodes wait.
+    Below open(std::int32_t index, std::size_t block)
     {
         const SsvBranch& branch = m_branches[static_cast<std::size_t>(index)];
         SsvNode& node = m_nodes[static_cast<std::size_t>(index)];
-        Bits bits{};
         if (branch.count == 0)
         {
             const auto slot = static_cast<std::size_t>(branch.first);
             node = boxOfTriangle(m_corners[slot]);
-            for (const std::uint8_t point : m_cornerAt[slot - m_begin])
-            {
-                bits[point / 64U] |= std::uint64_t{1} << point % 64U;
-            }
+            node.first = branch.first;
+            node.count = 0;
+            return {.bits = m_blocks[block].cornersOf(slot)};
         }
-        else
+        Below all;
+        for (std::int32_t k = 0; k < branch.count; ++k)
         {
-            for (std::int32_t k = 0; k < branch.count; ++k)
+            const Below below = open(branch.first + k, block);
+            all.height = std::max(all.height, below.height + 1);
+            for (std::size_t word = 0; word < all.bits.size(); ++word)
             {
-                const Bits below = fitBelow(branch.first + k);
-                for (std::size_t word = 0; word < bits.size(); ++word)
-                {
-                    bits[word] |= below[word];
-                }
+                all.bits[word] |= below.bits[word];
             }
-            std::size_t count = 0;
-            for (std::size_t word = 0; word < bits.size(); ++word)
-            {
-                for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1)
-                {
-                    m_gathered[count++] =
-                        m_distinct[64 * word + static_cast<std::size_t>(std::countr_zero(rest))];
-                }
-            }
-            m_points.begin(m_gathered[0], count);
-            m_points.add(std::span(m_gathered).first(count));
-            m_points.end();
-            node = roundedBox(m_points, smallBoxAxes(m_points, axesOfLargestChild(branch)));
         }
-        node.first = branch.first;
-        node.count = branch.count;
-        return bits;
+        if (m_levels.size() < all.height)
+        {
+            m_levels.resize(all.height);
+        }
+        int count = 0;
+        for (const std::uint64_t word : all.bits)
+        {
+            count += std::popcount(word);
+        }
+        m_levels[all.height - 1].push_back({.bits = all.bits,
+                                            .node = index,
+                                            .block = static_cast<std::uint16_t>(block),
+                                            .count = static_cast<std::uint16_t>(count)});
+        return all;
+    }
+
+    void fitLevel(std::span<Waiting> level)
+    {
+        // Boxes that are turned at once should have as many points as each other.
+        std::sort(level.begin(),
+                  level.end(),
+                  [](const Waiting& a, const Waiting& b) { return a.count < b.count; });
+        for (std::size_t begin = 0; begin < level.size(); begin += kSsvTurnedAtOnce)
+        {
+            const std::span<const Waiting> group =
+                level.subspan(begin, std::min(kSsvTurnedAtOnce, level.size() - begin));
+            std::array<SsvAxes, kSsvTurnedAtOnce> axes;
+            for (std::size_t i = 0; i < group.size(); ++i)
+            {
+                gather(group[i], m_points[i]);
+                axes[i] = axesOfLargestChild(m_branches[static_cast<std::size_t>(group[i].node)]);
+            }
+            turnToSmallBoxes(std::span(m_points).first(group.size()), axes);
+            for (std::size_t i = 0; i < group.size(); ++i)
+            {
+                const auto index = static_cast<std::size_t>(group[i].node);
+                m_nodes[index] = roundedBox(m_points[i], axes[i]);
+                m_nodes[index].first = m_branches[index].first;
+                m_nodes[index].count = m_branches[index].count;
+            }
+        }
+    }
+
+    void gather(const Waiting& waiting, SsvPoints& points)
+    {
+        const std::span<const Vector3d> all = m_blocks[waiting.block].points();
+        std::size_t count = 0;
+        for (std::size_t word = 0; word < waiting.bits.size(); ++word)
+        {
+            for (std::uint64_t rest = waiting.bits[word]; rest != 0; rest &= rest - 1)
+            {
+                m_gathered[count++] =
+                    all[64 * word + static_cast<std::size_t>(std::countr_zero(rest))];
+            }
+        }
+        points.begin(m_gathered[0], count);
+        points.add(std::span(m_gathered).first(count));
+        points.end();
     }
 
     [[nodiscard]] SsvAxes axesOfLargestChild(const SsvBranch& branch) const
@@ -300,13 +437,10 @@ private:
     std::span<const SsvBranch> m_branches;
     std::span<const SsvCorners> m_corners;
     std::span<SsvNode> m_nodes;
-    SsvPoints& m_points;
-    std::size_t m_begin = 0;  ///< the first slot
-    std::size_t m_count = 0;
-    std::array<Vector3d, kMostPoints> m_distinct;
-    std::array<Vector3d, kMostPoints> m_gathered;
-    std::array<std::array<std::uint8_t, 3>, kMostTriangles> m_cornerAt;
-    std::array<std::uint8_t, 512> m_table;
+    std::array<Block, kMostBlocks> m_blocks;
+    std::vector<std::vector<Waiting>> m_levels;  ///< by height above the leaves
+    std::array<SsvPoints, kSsvTurnedAtOnce> m_points;
+    std::array<Vector3d, Block::kMostPoints> m_gathered;
 };
 
 /// The nodes above blocks, and the blocks in the order of their slots.
@@ -346,12 +480,13 @@ Levels levelsOf(std::span<const SsvBranch> branches)
     return levels;
 }
 
+using Indices = tbb::blocked_range<std::size_t>;
+
 /// On all threads if there is more than one of grain.
 template <class Work>
 void forAll(std::size_t count, std::size_t grain, const Work& work)
 {
-    using Range = tbb::blocked_range<std::size_t>;
-    const Range all(0, count, grain);
+    const Indices all(0, count, grain);
     if (all.is_divisible())
     {
         tbb::parallel_for(all, work);
@@ -367,23 +502,23 @@ void fitNodes(std::span<const SsvBranch> branches,
               std::span<const SsvCorners> corners,
               std::span<SsvNode> nodes)
 {
-    using Range = tbb::blocked_range<std::size_t>;
     const Levels levels = levelsOf(branches);
     std::vector<std::vector<Vector3d>> points(levels.blocks.size());
     forAll(levels.blocks.size(),
            8,
-           [&](const Range& range)
+           [&](const Indices& range)
            {
-               SsvPoints scratch;
-               Block block(branches, corners, nodes, scratch);
-               for (std::size_t i = range.begin(); i < range.end(); ++i)
+               BlockFitter fitter(branches, corners, nodes);
+               for (std::size_t i = range.begin(); i < range.end(); i += BlockFitter::kMostBlocks)
                {
-                   points[i] = block.fit(levels.blocks[i]);
+                   const std::size_t count = std::min(BlockFitter::kMostBlocks, range.end() - i);
+                   fitter.fit(std::span(levels.blocks).subspan(i, count),
+                              std::span(points).subspan(i, count));
                }
            });
     forAll(levels.upper.size(),
            1,
-           [&](const Range& range)
+           [&](const Indices& range)
            {
                SsvPoints all;
                for (std::size_t i = range.begin(); i < range.end(); ++i)

@@ -1,5 +1,6 @@
 #include "bullet_ccd/hierarchy/ssv_split.h"
 
+#include "bullet_ccd/hierarchy/ssv_points.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include <Eigen/Eigenvalues>
@@ -9,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <oneapi/tbb/parallel_invoke.h>
 #include <utility>
@@ -17,7 +19,6 @@ namespace bullet_ccd
 {
 namespace
 {
-using Eigen::Array4f;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -64,37 +65,46 @@ private:
 /// Axes of largest, middle and smallest spread; the fourth lane is unused.
 struct ItemAxes
 {
-    Array4f x{1.0F, 0.0F, 0.0F, 0.0F};
-    Array4f y{0.0F, 1.0F, 0.0F, 0.0F};
-    Array4f z{0.0F, 0.0F, 1.0F, 0.0F};
+    FourNumbers x{1.0F, 0.0F, 0.0F, 0.0F};
+    FourNumbers y{0.0F, 1.0F, 0.0F, 0.0F};
+    FourNumbers z{0.0F, 0.0F, 1.0F, 0.0F};
 
-    [[nodiscard]] Array4f operator()(const Vector3f& p) const
+    [[nodiscard]] FourNumbers operator()(const Vector3f& p) const
     {
         return x * p.x() + y * p.y() + z * p.z();
     }
     [[nodiscard]] Vector3f operator[](int i) const { return {x[i], y[i], z[i]}; }
 };
 
-struct Bounds
+/// A box along these axes: a range in every lane.
+struct Bounds : FourRanges
 {
-    Array4f low = Array4f::Constant(kFloatInfinity);
-    Array4f high = Array4f::Constant(-kFloatInfinity);
-
-    void add(const Array4f& p)
-    {
-        low = low.min(p);
-        high = high.max(p);
-    }
+    using FourRanges::add;
     void add(const Bounds& other)
     {
-        low = low.min(other.low);
-        high = high.max(other.high);
+        low = smaller(other.low, low);
+        high = larger(other.high, high);
+    }
+    /// Areas of three sides; their sum is half the surface.
+    [[nodiscard]] FourNumbers sides() const
+    {
+        const FourNumbers size = high - low;
+        return size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
     }
     /// Half of it.
-    [[nodiscard]] float surface() const
+    [[nodiscard]] float surface() const { return sumOf(sides()); }
+
+    static float sumOf(FourNumbers sides) { return sides[0] + sides[1] + sides[2]; }
+    /// The same of four boxes.
+    static FourNumbers sumsOf(const FourNumbers (&sides)[4])
     {
-        const Array4f size = high - low;
-        return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+        const FourNumbers ab = __builtin_shufflevector(sides[0], sides[1], 0, 4, 1, 5);
+        const FourNumbers cd = __builtin_shufflevector(sides[2], sides[3], 0, 4, 1, 5);
+        const FourNumbers lastAB = __builtin_shufflevector(sides[0], sides[1], 2, 6, 3, 7);
+        const FourNumbers lastCD = __builtin_shufflevector(sides[2], sides[3], 2, 6, 3, 7);
+        return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) +
+               __builtin_shufflevector(ab, cd, 2, 3, 6, 7) +
+               __builtin_shufflevector(lastAB, lastCD, 0, 1, 4, 5);
     }
 };
 
@@ -154,7 +164,7 @@ void sortKeys(std::span<Key> keys, std::span<Key> spare)
 }
 
 /// Three times the middle of an item's corners.
-Array4f middleOf(const Item& item, const ItemAxes& axes)
+FourNumbers middleOf(const Item& item, const ItemAxes& axes)
 {
     return axes(item.corners[0] + item.corners[1] + item.corners[2]);
 }
@@ -210,9 +220,9 @@ ItemAxes principalAxes(const ItemSet& items)
         const Eigen::Matrix3f vectors = solver.eigenvectors().cast<float>();
         if (vectors.allFinite())
         {
-            axes.x << vectors.row(0).reverse().transpose().array(), 0.0F;
-            axes.y << vectors.row(1).reverse().transpose().array(), 0.0F;
-            axes.z << vectors.row(2).reverse().transpose().array(), 0.0F;
+            axes.x = FourNumbers{vectors(0, 2), vectors(0, 1), vectors(0, 0), 0.0F};
+            axes.y = FourNumbers{vectors(1, 2), vectors(1, 1), vectors(1, 0), 0.0F};
+            axes.z = FourNumbers{vectors(2, 2), vectors(2, 1), vectors(2, 0), 0.0F};
         }
     }
     return axes;
@@ -280,7 +290,7 @@ private:
     void add(const Item& item)
     {
         const Bounds bounds = boundsOf(item, m_axes);
-        const Array4f place = (middleOf(item, m_axes) - m_low) * m_scale;
+        const FourNumbers place = (middleOf(item, m_axes) - m_low) * m_scale;
         for (int axis = 0; axis < 3; ++axis)
         {
             if (!m_isFlat[axis])
@@ -333,8 +343,8 @@ public:
 
 private:
     const ItemAxes& m_axes;
-    Array4f m_low;
-    Array4f m_scale;
+    FourNumbers m_low;
+    FourNumbers m_scale;
     bool m_isFlat[3] = {};
     int m_count = 0;
     int m_total = 0;
@@ -375,10 +385,10 @@ public:
         for (std::size_t i = 0; i < items.size(); ++i)
         {
             m_bounds[i] = boundsOf(items[i], axes);
-            const Array4f middle = middleOf(items[i], axes);
+            const FourNumbers middle = middleOf(items[i], axes);
             for (std::size_t axis = 0; axis < 3; ++axis)
             {
-                keys[axis][i] = keyOf(middle[static_cast<Eigen::Index>(axis)], i);
+                keys[axis][i] = keyOf(middle[axis], i);
             }
         }
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -438,46 +448,86 @@ private:
         build(firstFree + 1, firstFree + 2 * cut.left);
     }
 
-    /// All cuts along one axis.
+    /// All cuts along one axis that leave enough on both sides; four at a time, without a branch
+    /// that depends on them.
     void sweep(std::size_t axis, std::size_t begin, std::size_t count, SmallCut& best)
     {
         const std::uint16_t* const sorted = m_sorted[axis].data() + begin;
+        const std::size_t least = (count + Bins::kLeastShare - 1) / Bins::kLeastShare;
+        const std::size_t last = count - least;
         Bounds right;
-        for (std::size_t i = count - 1; i > 0; --i)
+        for (std::size_t i = count - 1; i > last; --i)
         {
             right.add(m_bounds[sorted[i]]);
-            m_surfaceFrom[i] = right.surface();
+        }
+        for (std::size_t i = last; i >= least; --i)
+        {
+            right.add(m_bounds[sorted[i]]);
+            m_sidesFrom[i] = right.sides();
         }
         Bounds left;
-        const std::size_t least = (count + Bins::kLeastShare - 1) / Bins::kLeastShare;
-        for (std::size_t i = 1; i < count; ++i)
+        for (std::size_t i = 1; i < least; ++i)
         {
             left.add(m_bounds[sorted[i - 1]]);
-            if (i < least || count - i < least)
-            {
-                continue;
-            }
-            const float surfaceLeft = left.surface();
-            const float cost = surfaceLeft * rootOf(i) + m_surfaceFrom[i] * rootOf(count - i);
-            if (cost < best.cost)
-            {
-                best = {axis, i, cost, surfaceLeft, m_surfaceFrom[i]};
-            }
+        }
+        for (std::size_t i = least; i <= last; ++i)
+        {
+            left.add(m_bounds[sorted[i - 1]]);
+            m_sidesTo[i] = left.sides();
+        }
+        for (std::size_t i = last + 1; i < last + 4; ++i)  // they fill the last four
+        {
+            m_sidesTo[i] = m_sidesFrom[i] = FourNumbers{} + kFloatInfinity;
+        }
+
+        const float* const roots = rootsOfCounts();
+        FourNumbers cost = FourNumbers{} + kFloatInfinity;
+        using Places = std::int32_t __attribute__((vector_size(16)));
+        Places at{};
+        Places here = Places{0, 1, 2, 3} + static_cast<std::int32_t>(least);
+        for (std::size_t i = least; i <= last; i += 4, here += 4)
+        {
+            const FourNumbers to = Bounds::sumsOf(
+                {m_sidesTo[i], m_sidesTo[i + 1], m_sidesTo[i + 2], m_sidesTo[i + 3]});
+            const FourNumbers from = Bounds::sumsOf(
+                {m_sidesFrom[i], m_sidesFrom[i + 1], m_sidesFrom[i + 2], m_sidesFrom[i + 3]});
+            FourNumbers rootsTo;
+            FourNumbers rootsFrom;
+            std::memcpy(&rootsTo, roots + i, sizeof(rootsTo));
+            std::memcpy(&rootsFrom, roots + count - i - 3, sizeof(rootsFrom));
+            const FourNumbers costs =
+                to * rootsTo + from * __builtin_shufflevector(rootsFrom, rootsFrom, 3, 2, 1, 0);
+            at = costs < cost ? here : at;
+            cost = smaller(costs, cost);
+        }
+        int lane = 0;  // of the first of the cheapest
+        for (int other = 1; other < 4; ++other)
+        {
+            const bool isBetter =
+                cost[other] < cost[lane] || (cost[other] == cost[lane] && at[other] < at[lane]);
+            lane = isBetter ? other : lane;
+        }
+        if (cost[lane] < best.cost)
+        {
+            const auto i = static_cast<std::size_t>(at[lane]);
+            best = {
+                axis, i, cost[lane], Bounds::sumOf(m_sidesTo[i]), Bounds::sumOf(m_sidesFrom[i])};
         }
     }
 
-    static float rootOf(std::size_t count)
+    /// From three counts below zero to three above the most.
+    static const float* rootsOfCounts()
     {
-        static const std::array<float, kMost> roots = []
+        static const std::array<float, kMost + 7> roots = []
         {
-            std::array<float, kMost> made{};
-            for (std::size_t i = 0; i < kMost; ++i)
+            std::array<float, kMost + 7> made{};
+            for (std::size_t i = 0; i <= kMost; ++i)
             {
-                made[i] = std::sqrt(static_cast<float>(i));
+                made[i + 3] = std::sqrt(static_cast<float>(i));
             }
             return made;
         }();
-        return roots[count];
+        return roots.data() + 3;
     }
 
     /// Keeps the items of both sides in order along every axis.
@@ -514,7 +564,8 @@ private:
     std::array<Bounds, kMost> m_bounds;
     std::array<std::array<std::uint16_t, kMost>, 3> m_sorted;
     // Scratch, here because the recursion may be deep.
-    std::array<float, kMost> m_surfaceFrom;
+    FourNumbers m_sidesTo[kMost + 4];
+    FourNumbers m_sidesFrom[kMost + 4];
     std::array<std::uint16_t, kMost> m_isLeft;
     std::array<std::uint16_t, kMost> m_rest;
 };
@@ -638,19 +689,36 @@ private:
 };
 
 /// In the order of their numbers, whatever the order of the file.
-std::vector<Item> sorted(std::span<const Item> items)
+std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
 {
-    std::vector<Key> keys(items.size());
-    for (std::size_t i = 0; i < items.size(); ++i)
+    double reach = 0.0;
+    for (const Vector3d& vertex : mesh.vertices)
     {
-        keys[i] = keyOf(items[i].corners[0].x(), i);
+        reach = std::max(reach, (vertex - origin).cwiseAbs().maxCoeff());
     }
-    std::vector<Key> spare(items.size());
-    sortKeys(keys, spare);
-    std::vector<Item> result(items.size());
+    const double scale = reach > 0.0 ? 1.0 / reach : 0.0;
+    const auto vertexOf = [&mesh](std::size_t triangle, std::size_t k) -> const Vector3d&
+    { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k])]; };
+    std::vector<Key> keys(mesh.triangles.size());
+    for (std::size_t i = 0; i < keys.size(); ++i)
+    {
+        const auto x = [&](std::size_t k)
+        { return static_cast<float>(scale * (vertexOf(i, k).x() - origin.x())); };
+        keys[i] = keyOf(std::min({x(0), x(1), x(2)}), i);  // of the smallest corner
+    }
+    {
+        std::vector<Key> spare(keys.size());
+        sortKeys(keys, spare);
+    }
+    std::vector<Item> items(keys.size());
     for (std::size_t i = 0; i < items.size(); ++i)
     {
-        result[i] = items[keys[i].index];
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            items[i].corners[k] = (scale * (vertexOf(keys[i].index, k) - origin)).cast<float>();
+        }
+        items[i].triangle = static_cast<std::int32_t>(keys[i].index);
+        rotateToSmallest(items[i].corners);
     }
     const auto numbers = [](const Item& item) { return item.corners[0].data(); };
     const auto isLess = [&](const Item& a, const Item& b)
@@ -665,33 +733,11 @@ std::vector<Item> sorted(std::span<const Item> items)
         {
             ++end;
         }
-        std::sort(result.begin() + static_cast<std::ptrdiff_t>(begin),
-                  result.begin() + static_cast<std::ptrdiff_t>(end),
+        std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin),
+                  items.begin() + static_cast<std::ptrdiff_t>(end),
                   isLess);
     }
-    return result;
-}
-
-std::vector<Item> makeItems(const TriangleMesh& mesh, const Vector3d& origin)
-{
-    double reach = 0.0;
-    for (const Vector3d& vertex : mesh.vertices)
-    {
-        reach = std::max(reach, (vertex - origin).cwiseAbs().maxCoeff());
-    }
-    const double scale = reach > 0.0 ? 1.0 / reach : 0.0;
-    std::vector<Item> items(mesh.triangles.size());
-    for (std::size_t i = 0; i < items.size(); ++i)
-    {
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto vertex = static_cast<std::size_t>(mesh.triangles[i][k]);
-            items[i].corners[k] = (scale * (mesh.vertices[vertex] - origin)).cast<float>();
-        }
-        items[i].triangle = static_cast<std::int32_t>(i);
-        rotateToSmallest(items[i].corners);
-    }
-    return sorted(items);
+    return items;
 }
 }  // namespace
 

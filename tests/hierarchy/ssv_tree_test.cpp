@@ -1,6 +1,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/hierarchy/ssv_axes.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/flat_plate.h"
 #include "tests/support/tree_check.h"
@@ -170,6 +171,43 @@ TEST(SsvTree, IsTheSameForAnyNumberOfThreads)
             ASSERT_EQ(first.triangle(slot), second.triangle(slot));
         }
     }
+}
+
+/// Which sets are turned together is a matter of how the work is shared out.
+TEST(SsvTree, BoxesThatAreTurnedAtOnceDoNotDependOnEachOther)
+{
+    Random random(3);
+    int turned = 0;
+    for (int i = 0; i < 300; ++i)
+    {
+        std::array<SsvPoints, kSsvTurnedAtOnce> sets;
+        std::array<SsvAxes, kSsvTurnedAtOnce> starts;
+        for (std::size_t k = 0; k < sets.size(); ++k)
+        {
+            const Vector3d size(1.0, random.logUniform(1e-3, 1.0), random.logUniform(1e-3, 1.0));
+            std::vector<Vector3d> points;
+            for (int count = random.integer(3, 60); count > 0; --count)
+            {
+                points.emplace_back(size.cwiseProduct(random.inBox(1.0)));
+            }
+            sets[k].begin(points[0], points.size());
+            sets[k].add(points);
+            sets[k].end();
+            const Eigen::Matrix3f R = random.rotation().cast<float>();
+            starts[k] = {.axis0 = R.col(0), .axis1 = R.col(1)};
+        }
+        std::array<SsvAxes, kSsvTurnedAtOnce> together = starts;
+        turnToSmallBoxes(sets, together);
+        for (std::size_t k = 0; k < sets.size(); ++k)
+        {
+            SsvAxes alone = starts[k];
+            turnToSmallBoxes(std::span(sets).subspan(k, 1), std::span(&alone, 1));
+            EXPECT_EQ(alone.axis0, together[k].axis0);
+            EXPECT_EQ(alone.axis1, together[k].axis1);
+            turned += alone.axis0 != starts[k].axis0 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(turned, 1000);
 }
 
 std::vector<Vector3d> deformed(const std::vector<Vector3d>& vertices, Random& random)
