@@ -176,7 +176,7 @@ struct Drape
         ends.insert(ends.end(), end.begin(), end.end());
         const auto isOfCloth = [&](std::int32_t v)
         { return v >= std::int32_t(sphere.vertices.size()); };
-        for (const FeaturePair& features : overlappingFeatures(both, both.vertices, ends, 0.1))
+        for (const FeaturePair& features : UnionBoxes(both).overlapping(both.vertices, ends, 0.1))
         {
             ElementaryPair pair{.kind = features.kind};
             for (std::size_t k = 0; k < 4; ++k)

@@ -71,7 +71,7 @@ public:
     [[nodiscard]] BigInteger operator-() const;
     /// Times 2^bits.
     [[nodiscard]] BigInteger shifted(std::int32_t bits) const;
-    /// Nearly the value times 2^-exponent: at most 1e-9 off relatively; may overflow to infinity.
+    /// The value times 2^-exponent, at most 2^-51 off relatively; may overflow to infinity.
     [[nodiscard]] double toDouble(std::int64_t exponent) const;
     /// Bits of the absolute value, 0 for 0.
     [[nodiscard]] std::int64_t bits() const;

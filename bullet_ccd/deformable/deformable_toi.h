@@ -112,7 +112,7 @@ struct ElementaryResult
 // A triangle mesh that deforms: its topology and hierarchy, built once, and where its vertices are
 // at both ends of a step, set for every step.
 //
-// The triangles are kept in patches of at most eight, under a hierarchy with eight children a node
+// The triangles are kept in patches of at most sixteen, under a hierarchy with eight children a node
 // whose boxes move: one box at t = 0, one at t = 1. Every vertex and edge belongs to one patch, so
 // that no pair of features is met twice.
 
@@ -230,7 +230,7 @@ struct DeformableOptions
 /// What a query cost.
 struct DeformableCounters
 {
-    std::int64_t patchPairs = 0;    ///< pairs of up to eight triangles each
+    std::int64_t patchPairs = 0;    ///< pairs of up to sixteen triangles each
     std::int64_t featurePairs = 0;  ///< whose boxes meet
     std::int64_t advanced = 0;      ///< that no fixed direction separates
 };

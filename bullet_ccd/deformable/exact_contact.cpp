@@ -2,6 +2,8 @@
 
 #include "bullet_ccd/deformable/big_integer.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -148,24 +150,36 @@ bool isBefore(const Dyadic& a, const Dyadic& b)
     return (a.numerator.shifted(b.shift) - b.numerator.shifted(a.shift)).sign() < 0;
 }
 
-/// Shrinks the interval around a root at which the polynomial changes its sign: to 2^-40 by a guess
+/// Bits of the largest coefficient.
+std::int64_t bitsOf(const Polynomial& p)
+{
+    std::int64_t bits = 0;
+    for (const BigInteger& c : p)
+    {
+        bits = std::max(bits, c.bits());
+    }
+    return bits;
+}
+
+/// Shrinks the interval around a root at which the polynomial changes its sign: to 2^-39 by a guess
 /// in double precision, if that can be confirmed. Otherwise it stays.
 void narrow(Moment& moment)
 {
     constexpr std::int32_t kShift = 50;
     constexpr std::int64_t kHalfWidth = std::int64_t{1} << 10;
     const Polynomial& p = *moment.equation;
-    std::int64_t bits = 0;
+    const std::int64_t bits = bitsOf(p);
+    std::vector<double> coefficients;
     for (const BigInteger& c : p)
     {
-        bits = std::max(bits, c.bits());
+        coefficients.push_back(c.toDouble(bits));
     }
     const auto value = [&](double t)
     {
         double sum = 0.0;
-        for (std::size_t i = p.size(); i-- > 0;)
+        for (std::size_t i = coefficients.size(); i-- > 0;)
         {
-            sum = sum * t + p[i].toDouble(bits);
+            sum = sum * t + coefficients[i];
         }
         return sum;
     };
@@ -271,17 +285,11 @@ Polynomial withoutEnds(Polynomial p)
 class ExactTriangle
 {
 public:
-    explicit ExactTriangle(const std::array<MovingPoint, 3>& corners) : m_corners(corners)
-    {
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            m_crosses[k] = cross(m_corners[k], m_corners[(k + 1) % 3]);
-        }
-    }
+    explicit ExactTriangle(const std::array<MovingPoint, 3>& corners) : m_corners(corners) {}
 
     [[nodiscard]] bool meetsOrigin()
     {
-        const Polynomial determinant = dot(m_corners[2], m_crosses[0]);
+        const Polynomial determinant = dot(m_corners[2], crossed(0));
         if (!determinant.empty())
         {
             return holdsAtEnd(determinant, 0) || holdsAtEnd(determinant, 1) ||
@@ -297,7 +305,7 @@ public:
         for (std::size_t k = 0; k < 3; ++k)
         {
             for (const Polynomial& squared :
-                 {dot(m_crosses[k], m_crosses[k]), dot(m_corners[k], m_corners[k])})
+                 {dot(crossed(k), crossed(k)), dot(m_corners[k], m_corners[k])})
             {
                 if (!squared.empty() && holdsAtRoots(squared))
                 {
@@ -325,12 +333,12 @@ public:
             const auto isWithinEdge = [&](const Moment& moment)
             { return moment.sign(from) <= 0 && moment.sign(to) >= 0 && moment.sign(length) > 0; };
             if (isReached(dot(corner, corner) - limit, [](const Moment&) { return true; }) ||
-                isReached(dot(m_crosses[k], m_crosses[k]) - limit * length, isWithinEdge))
+                isReached(dot(crossed(k), crossed(k)) - limit * length, isWithinEdge))
             {
                 return true;
             }
         }
-        const Polynomial determinant = dot(m_corners[2], m_crosses[0]);
+        const Polynomial determinant = dot(m_corners[2], crossed(0));
         const Polynomial area = dot(normal(), normal());
         const auto isWithinFace = [&](const Moment& moment)
         {
@@ -386,6 +394,10 @@ private:
     /// Whether the triangle contains the origin at a moment when it lies in one plane with it.
     [[nodiscard]] bool contains(const Moment& moment)
     {
+        if (const std::optional<bool> known = containsAlongAxis(moment))
+        {
+            return *known;
+        }
         // The three sides add up to the square of the normal, so one of them is positive, unless
         // the normal is zero.
         bool hasNormal = false;
@@ -406,7 +418,7 @@ private:
         for (std::size_t k = 0; k < 3; ++k)
         {
             const auto isZero = [&](const Polynomial& p) { return moment.sign(p) == 0; };
-            if (std::ranges::all_of(m_crosses[k], isZero) &&
+            if (std::ranges::all_of(crossed(k), isZero) &&
                 moment.sign(dot(m_corners[k], m_corners[(k + 1) % 3])) <= 0)
             {
                 return true;
@@ -415,11 +427,77 @@ private:
         return false;
     }
 
+    /// What contains() says, where double precision can tell a component of the normal from 0. In
+    /// one plane with the origin, the cross products of corners are parallel to the normal, so that
+    /// the signs of sides are those of one component.
+    [[nodiscard]] std::optional<bool> containsAlongAxis(const Moment& moment) const
+    {
+        // Coordinates are at most 1 in size at both ends, hence at all times, and change by at most
+        // 2. With u = 2^-53, a time that is off by half a width and conversions leave them off by
+        // e = width + 20 u, cross products by less than 4.3 e, and the sum of three by 14 e.
+        const double from = moment.low.numerator.toDouble(moment.low.shift);
+        const double to =
+            moment.equation == nullptr ? from : moment.high.numerator.toDouble(moment.high.shift);
+        const double error = 16.0 * (to - from + 0x1p-48);
+        std::int64_t bits = 0;
+        for (const MovingPoint& corner : m_corners)
+        {
+            for (const Polynomial& x : corner)
+            {
+                bits = std::max(bits, bitsOf(x));
+            }
+        }
+        std::array<Eigen::Vector3d, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            for (std::size_t i = 0; i < 3; ++i)
+            {
+                const Polynomial& x = m_corners[k][i];
+                const double start = x.empty() ? 0.0 : x[0].toDouble(bits + 1);
+                const double way = x.size() < 2 ? 0.0 : x[1].toDouble(bits + 1);
+                corners[k][static_cast<Eigen::Index>(i)] = start + 0.5 * (from + to) * way;
+            }
+        }
+        const std::array<Eigen::Vector3d, 3> crosses{corners[0].cross(corners[1]),
+                                                     corners[1].cross(corners[2]),
+                                                     corners[2].cross(corners[0])};
+        const Eigen::Vector3d normal = crosses[0] + crosses[1] + crosses[2];
+        Eigen::Index axis = 0;
+        if (!(normal.cwiseAbs().maxCoeff(&axis) > error) || !(error < 0.01))
+        {
+            return std::nullopt;
+        }
+        const auto signAlong = [&](std::size_t k)
+        {
+            const double nearly = crosses[k][axis];
+            if (std::abs(nearly) > error)
+            {
+                return nearly > 0.0 ? 1 : -1;
+            }
+            const auto i = static_cast<std::size_t>(axis + 1) % 3;
+            const std::size_t j = (i + 1) % 3;
+            const MovingPoint& a = m_corners[k];
+            const MovingPoint& b = m_corners[(k + 1) % 3];
+            return moment.sign(a[i] * b[j] - a[j] * b[i]);
+        };
+        const int sign = normal[axis] > 0.0 ? 1 : -1;
+        return signAlong(0) != -sign && signAlong(1) != -sign && signAlong(2) != -sign;
+    }
+
+    /// The cross product of corners k and k + 1.
+    [[nodiscard]] const MovingPoint& crossed(std::size_t k)
+    {
+        if (!m_crosses[k])
+        {
+            m_crosses[k] = cross(m_corners[k], m_corners[(k + 1) % 3]);
+        }
+        return *m_crosses[k];
+    }
     [[nodiscard]] const MovingPoint& normal()
     {
         if (!m_normal)
         {
-            m_normal = m_crosses[0] + m_crosses[1] + m_crosses[2];
+            m_normal = crossed(0) + crossed(1) + crossed(2);
         }
         return *m_normal;
     }
@@ -428,13 +506,13 @@ private:
     {
         if (!m_sides[k])
         {
-            m_sides[k] = dot(m_crosses[k], normal());
+            m_sides[k] = dot(crossed(k), normal());
         }
         return *m_sides[k];
     }
 
     std::array<MovingPoint, 3> m_corners;
-    std::array<MovingPoint, 3> m_crosses;  ///< of corners k and k + 1
+    std::array<std::optional<MovingPoint>, 3> m_crosses;
     std::optional<MovingPoint> m_normal;
     std::array<std::optional<Polynomial>, 3> m_sides;
 };

@@ -175,6 +175,90 @@ TEST(DeformableCatalogue, ARigidBodyIsNotLateBecauseItsPathIsAnArc)
     EXPECT_LE(deformableToi(bodies, {}, work).time, 1.0 / 3.0);
 }
 
+/// A wall is put where a cloth comes farther than ever before at a time that is drawn: the farthest
+/// of points that go straight is a convex function of time, so it meets the wall then.
+TEST(DeformableCatalogue, AnythingMeetsAWallWhereItIsPut)
+{
+    reference::Random random(61);
+    DeformableWorkspace work;
+    const int count = longTests() ? 2000 : 200;
+    int met = 0;
+    for (int i = 0; i < count; ++i)
+    {
+        const MovingMesh cloth = crumpledCloth(random, 5, 0.05, 0.3);
+        const Vector3d normal = random.direction();
+        const auto farthest = [&](double t)
+        {
+            double most = -std::numeric_limits<double>::infinity();
+            for (std::size_t v = 0; v < cloth.end.size(); ++v)
+            {
+                const Vector3d x = (1.0 - t) * cloth.mesh.vertices[v] + t * cloth.end[v];
+                most = std::max(most, normal.dot(x));
+            }
+            return most;
+        };
+        const double time = random.uniform(0.05, 0.95);
+        const double offset = farthest(time);
+        const double speed = (offset - farthest(time - 1e-3)) / 1e-3;  // at most that at the time
+        if (!(offset > farthest(0.0) + 1e-3 && speed > 0.01))
+        {
+            continue;
+        }
+        ++met;
+        const Vector3d u = 10.0 * normal.unitOrthogonal();
+        const Vector3d w = u.cross(normal);
+        const Vector3d middle = offset * normal;
+        const TriangleMesh wall{
+            .vertices = {middle - u - w, middle + u - w, middle + u + w, middle - u + w},
+            .triangles = {{0, 1, 2}, {0, 2, 3}}};
+        const MovingSurface moving(cloth.mesh, cloth.end);
+        const MovingSurface fixed(wall, wall.vertices);
+        const std::vector<DeformableBody> bodies{moving.body(), fixed.body()};
+        for (const double tolerance : {1e-4, 1e-8})
+        {
+            const DeformableResult result = deformableToi(bodies, {.tolerance = tolerance}, work);
+            ASSERT_EQ(result.status, ToiStatus::Hit) << i;
+            EXPECT_LE(result.time, time + 1e-13 / speed) << i;
+            EXPECT_GE(result.time, time - 1.01 * (tolerance + 1e-13) / speed) << i;
+        }
+    }
+    EXPECT_GT(met, count / 4);
+}
+
+/// A rod that turns, in more and more steps: never late, and early by the square of a step's turn.
+TEST(DeformableCatalogue, ManySmallStepsOfARigidBodyComeToItsTime)
+{
+    const TriangleMesh rod = reference::segment({0, 0, 0}, {2, 0, 0});
+    const TriangleMesh wall = reference::wallAtY(1.0, 9.0);
+    const double turn = std::numbers::pi / 2.0;
+    const MovingSurface fixed(wall, wall.vertices);
+    DeformableSurface surface(rod);
+    DeformableWorkspace work;
+    for (const int steps : {1, 3, 10, 30, 100, 300})
+    {
+        RigidMotion motion;
+        motion.w_W = Vector3d(0, 0, turn / steps);
+        double time = 2.0;
+        double early = 0.0;  // at most, by the deviation and the tolerance
+        for (int i = 0; i < steps && time > 1.0; ++i)
+        {
+            motion.X_W0.linear() =
+                Eigen::AngleAxisd(i * turn / steps, Vector3d::UnitZ()).toRotationMatrix();
+            const RigidStep step = rigidStep(rod, motion);
+            surface.setStep(step.start, step.end);
+            const std::vector<DeformableBody> bodies{
+                {.surface = &surface, .selfCollision = false, .deviation = step.deviation},
+                fixed.body()};
+            const DeformableResult result = deformableToi(bodies, {.tolerance = 1e-9}, work);
+            time = isContact(result.status) ? (i + result.time) / steps : time;
+            early = 2.0 * (step.deviation + 1e-9) / (2.0 * turn * std::cos(std::numbers::pi / 6.0));
+            EXPECT_LT(step.deviation, 2.0 * 2.0 * turn * turn / (8.0 * steps * steps));
+        }
+        EXPECT_LE(time, 1.0 / 3.0 + 1e-12) << steps;
+        EXPECT_GE(time, 1.0 / 3.0 - early) << steps;
+    }
+}
+
 TEST(DeformableCatalogue, AFlapMeetsTheTriangleItHangsOn)
 {
     const TriangleMesh flap{.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {0.5, 0.5, 1}},
@@ -317,7 +401,7 @@ TEST(DeformableCatalogue, WholeFramesHaveTheContactsOfPlainMethods)
                 found.emplace(contact.kind, contact.vertices);
             }
             for (const reference::FeaturePair& features :
-                 reference::overlappingFeatures(scene.mesh, start, end, kTolerance))
+                 reference::UnionBoxes(scene.mesh).overlapping(start, end, kTolerance))
             {
                 ElementaryPair pair{.kind = features.kind};
                 for (std::size_t k = 0; k < 4; ++k)

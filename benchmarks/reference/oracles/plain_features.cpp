@@ -11,60 +11,112 @@ namespace bullet_ccd::reference
 {
 namespace
 {
-/// A vertex, an edge or a triangle, and the box that holds it during the whole step.
-struct Feature
+/// The vertices of a vertex, an edge or a triangle; the last one is repeated.
+using Feature = std::array<std::int32_t, 3>;
+
+/// Features in the order of a tree of boxes over the whole step, which halves them down to one.
+struct Tree
 {
-    std::vector<std::int32_t> vertices;
-    Eigen::AlignedBox3d box{};
-
-    [[nodiscard]] double low() const { return box.min().x(); }
+    std::vector<Feature> features;
+    std::vector<Eigen::AlignedBox3d> boxes;  // of the features
+    std::vector<Eigen::AlignedBox3d> nodes;  // by the middles of what they hold
 };
-using Features = std::vector<Feature>;
 
-/// The lowest along x first.
-/// @param all vertices of each, maybe several times
-Features boxedFeatures(std::vector<std::vector<std::int32_t>> all,
-                       std::span<const Eigen::Vector3d> start,
-                       std::span<const Eigen::Vector3d> end,
-                       double distance)
+/// What a node of a tree holds.
+struct Node
+{
+    Tree* tree;
+    std::size_t first;
+    std::size_t last;
+
+    explicit Node(Tree& whole) : Node(whole, 0, whole.features.size()) {}
+    Node(Tree& t, std::size_t from, std::size_t to) : tree(&t), first(from), last(to) {}
+    [[nodiscard]] std::size_t size() const { return last - first; }
+    [[nodiscard]] std::size_t middle() const { return (first + last) / 2; }
+    [[nodiscard]] Node left() const { return {*tree, first, middle()}; }
+    [[nodiscard]] Node right() const { return {*tree, middle(), last}; }
+    [[nodiscard]] const Feature& feature() const { return tree->features[first]; }
+    [[nodiscard]] Eigen::AlignedBox3d& box() const
+    {
+        return size() == 1 ? tree->boxes[first] : tree->nodes[middle()];
+    }
+};
+
+/// Halves along the longest side, by where the features begin.
+void cut(const Node& node, const std::vector<Eigen::Vector3d>& rest)
+{
+    if (node.size() < 2)
+    {
+        return;
+    }
+    const auto at = [&](std::size_t i) { return node.tree->features.begin() + std::ptrdiff_t(i); };
+    const auto place = [&](const Feature& f) -> auto&
+    {
+        return rest[std::size_t(f[0])];
+    };
+    Eigen::AlignedBox3d box;
+    std::for_each(at(node.first), at(node.last), [&](const Feature& f) { box.extend(place(f)); });
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    std::nth_element(at(node.first),
+                     at(node.middle()),
+                     at(node.last),
+                     [&](const Feature& a, const Feature& b)
+                     { return place(a)[axis] < place(b)[axis]; });
+    cut(node.left(), rest);
+    cut(node.right(), rest);
+}
+
+Tree treeOf(std::vector<Feature> all, const std::vector<Eigen::Vector3d>& rest)
 {
     std::ranges::sort(all);
     all.erase(std::unique(all.begin(), all.end()), all.end());
-    const Eigen::Vector3d pad = Eigen::Vector3d::Constant(0.5 * distance);
-    Features features;
-    for (const std::vector<std::int32_t>& vertices : all)
+    Tree tree{.features = std::move(all), .boxes = {}, .nodes = {}};
+    tree.nodes.resize(tree.features.size());
+    cut(Node(tree), rest);
+    return tree;
+}
+
+const Eigen::AlignedBox3d& refit(const Node& node)
+{
+    if (node.size() > 1)
     {
-        Feature& feature = features.emplace_back(Feature{.vertices = vertices});
-        for (const std::int32_t vertex : vertices)
-        {
-            const auto v = static_cast<std::size_t>(vertex);
-            feature.box.extend(start[v].cwiseMin(end[v]) - pad);
-            feature.box.extend(start[v].cwiseMax(end[v]) + pad);
-        }
+        node.box() = refit(node.left()).merged(refit(node.right()));
     }
-    std::ranges::sort(features, {}, &Feature::low);
-    return features;
+    return node.box();
 }
 
-bool shareVertex(const Feature& a, const Feature& b)
+/// Calls found() for those without a common vertex whose boxes overlap.
+template <typename Found>
+void meet(const Node& a, const Node& b, const Found& found)
 {
-    return std::ranges::any_of(
-        a.vertices, [&](std::int32_t v) { return std::ranges::count(b.vertices, v) > 0; });
-}
-
-/// Calls meet() for those from `first` on that begin within the feature along x and overlap it.
-template <typename Meet>
-void meetFrom(Features::const_iterator first,
-              const Features& others,
-              const Feature& feature,
-              const Meet& meet)
-{
-    for (; first != others.end() && first->low() <= feature.box.max().x(); ++first)
+    if (!a.box().intersects(b.box()))
     {
-        if (feature.box.intersects(first->box) && !shareVertex(feature, *first))
+        return;
+    }
+    if (a.size() == 1 && b.size() == 1)
+    {
+        const Feature& other = b.feature();
+        if (std::ranges::none_of(a.feature(),
+                                 [&](auto v) { return std::ranges::count(other, v) > 0; }))
         {
-            meet(*first);
+            found(a.feature(), other);
         }
+        return;
+    }
+    const bool isOfA = a.size() >= b.size();
+    meet(isOfA ? a.left() : a, isOfA ? b : b.left(), found);
+    meet(isOfA ? a.right() : a, isOfA ? b : b.right(), found);
+}
+
+template <typename Found>
+void meetItself(const Node& node, const Found& found)
+{
+    if (node.size() > 1)
+    {
+        meetItself(node.left(), found);
+        meetItself(node.right(), found);
+        meet(node.left(), node.right(), found);
     }
 }
 
@@ -147,55 +199,62 @@ double bisect(
 }
 }  // namespace
 
-std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
-                                             std::span<const Eigen::Vector3d> start,
-                                             std::span<const Eigen::Vector3d> end,
-                                             double distance)
+struct UnionBoxes::Trees
 {
-    std::array<std::vector<std::vector<std::int32_t>>, 3> ofSize;
+    std::array<Tree, 3> ofSize;  // vertices, edges, faces
+};
+
+UnionBoxes::UnionBoxes(const TriangleMesh& mesh) : m_trees(std::make_shared<Trees>())
+{
+    std::array<std::vector<Feature>, 3> ofSize;
     for (const Triangle& t : mesh.triangles)
     {
         for (std::size_t k = 0; k < 3; ++k)
         {
             const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-            ofSize[0].push_back({t[k]});
-            ofSize[1].push_back({low, high});
+            ofSize[0].push_back({t[k], t[k], t[k]});
+            ofSize[1].push_back({low, high, high});
         }
         ofSize[2].push_back({t[0], t[1], t[2]});
     }
-    const Features vertices = boxedFeatures(std::move(ofSize[0]), start, end, distance);
-    const Features edges = boxedFeatures(std::move(ofSize[1]), start, end, distance);
-    const Features faces = boxedFeatures(std::move(ofSize[2]), start, end, distance);
-    std::vector<FeaturePair> pairs;
-    const auto add = [&](ElementaryKind kind, const Feature& a, const Feature& b)
+    for (std::size_t i = 0; i < 3; ++i)
     {
-        FeaturePair& pair = pairs.emplace_back(FeaturePair{.kind = kind});
-        std::ranges::copy(b.vertices, std::ranges::copy(a.vertices, pair.vertices.begin()).out);
-    };
-    // Of two that overlap, one begins within the other along x.
-    for (const Feature& vertex : vertices)
-    {
-        meetFrom(std::ranges::lower_bound(faces, vertex.low(), {}, &Feature::low),
-                 faces,
-                 vertex,
-                 [&](const Feature& face) { add(ElementaryKind::VertexFace, vertex, face); });
+        m_trees->ofSize[i] = treeOf(std::move(ofSize[i]), mesh.vertices);
     }
-    for (const Feature& face : faces)
+}
+
+std::vector<FeaturePair> UnionBoxes::overlapping(std::span<const Eigen::Vector3d> start,
+                                                 std::span<const Eigen::Vector3d> end,
+                                                 double distance) const
+{
+    const Eigen::Vector3d pad = Eigen::Vector3d::Constant(0.5 * distance);
+    for (Tree& tree : m_trees->ofSize)
     {
-        meetFrom(std::ranges::upper_bound(vertices, face.low(), {}, &Feature::low),
-                 vertices,
-                 face,
-                 [&](const Feature& vertex) { add(ElementaryKind::VertexFace, vertex, face); });
-    }
-    for (auto edge = edges.begin(); edge != edges.end(); ++edge)
-    {
-        const auto addEdges = [&](const Feature& other)
+        tree.boxes.assign(tree.features.size(), {});
+        for (std::size_t i = 0; i < tree.features.size(); ++i)
         {
-            const bool isInOrder = edge->vertices < other.vertices;
-            add(ElementaryKind::EdgeEdge, isInOrder ? *edge : other, isInOrder ? other : *edge);
-        };
-        meetFrom(edge + 1, edges, *edge, addEdges);
+            for (const std::int32_t vertex : tree.features[i])
+            {
+                const auto v = static_cast<std::size_t>(vertex);
+                tree.boxes[i].extend(start[v].cwiseMin(end[v]) - pad);
+                tree.boxes[i].extend(start[v].cwiseMax(end[v]) + pad);
+            }
+        }
+        refit(Node(tree));
     }
+    auto& [vertices, edges, faces] = m_trees->ofSize;
+    std::vector<FeaturePair> pairs;
+    meet(Node(vertices),
+         Node(faces),
+         [&](const Feature& v, const Feature& f) {
+             pairs.push_back({ElementaryKind::VertexFace, {v[0], f[0], f[1], f[2]}});
+         });
+    meetItself(Node(edges),
+               [&](const Feature& a, const Feature& b)
+               {
+                   const auto& [low, high] = std::minmax(a, b);
+                   pairs.push_back({ElementaryKind::EdgeEdge, {low[0], low[1], high[0], high[1]}});
+               });
     return pairs;
 }
 

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,11 +22,20 @@ struct FeaturePair
     std::array<std::int32_t, 4> vertices{};
 };
 
-/// Pairs without a common vertex whose boxes over the whole step, widened by the distance, overlap.
-[[nodiscard]] std::vector<FeaturePair> overlappingFeatures(const TriangleMesh& mesh,
-                                                           std::span<const Eigen::Vector3d> start,
-                                                           std::span<const Eigen::Vector3d> end,
-                                                           double distance);
+/// Boxes over the whole step of the features of a mesh, in binary trees that are made once.
+class UnionBoxes
+{
+public:
+    explicit UnionBoxes(const TriangleMesh& mesh);
+    /// Pairs without a common vertex whose boxes, widened by the distance, overlap.
+    [[nodiscard]] std::vector<FeaturePair> overlapping(std::span<const Eigen::Vector3d> start,
+                                                       std::span<const Eigen::Vector3d> end,
+                                                       double distance) const;
+
+private:
+    struct Trees;
+    std::shared_ptr<Trees> m_trees;
+};
 
 /// Time of contact, or 2 without one, by halving time and the places on both features, in at most
 /// 100,000 cells.
