@@ -49,6 +49,8 @@ ConvexCourse::ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB)
     reachA = shapeA->coreRadius + (hasArms ? armA.norm() : 0.0);
     reachB = shapeB->coreRadius + (hasArms ? armB.norm() : 0.0);
     farthest = std::sqrt(std::max(D0.squaredNorm(), Vector3d(D0 + V).squaredNorm()));
+    sizes = farthest + reachA + reachB + shapeA->radius + shapeB->radius +
+            std::abs(shapeB->offset) + sizeOf(a.reference_B) + sizeOf(b.reference_B);
 }
 
 namespace
@@ -72,9 +74,6 @@ ConvexPair::ConvexPair(const ConvexCourse& course, const ConvexBody& bodyA, cons
 {
     // Some dozens of roundings of what is added up, and those of the angles.
     constexpr double kUnit = std::numeric_limits<double>::epsilon();
-    const double sizes = farthest + reachA + reachB + shapeA->radius + shapeB->radius +
-                         std::abs(shapeB->offset) + sizeOf(bodyA.motion.reference_B) +
-                         sizeOf(bodyB.motion.reference_B);
     rounding = kUnit * (32.0 * sizes + 4.0 * (spinA.rate * reachA + spinB.rate * reachB));
 }
 
@@ -188,23 +187,5 @@ double GapAlong::gapAt(double t) const
     }
     const Vector3d n = Turn{m_spin.axis, sinesAndCosines(m_spin.rate * later, 0.0)[0]}(m_n);
     return n.dot(D) - heightA(n) + heightB(n);
-}
-
-double certifiedRoot(double first, double last, double length, double bend)
-{
-    // first + b s + bend s^2 / 2 is the chord less its sag. All is taken times the length, which
-    // spares a division.
-    const double b = (last - first) - 0.5 * bend * length * length;
-    if (b >= 0.0)
-    {
-        return length;
-    }
-    const double square = b * b - 2.0 * bend * first * (length * length);
-    if (square < 0.0)
-    {
-        return length;
-    }
-    const double root = 2.0 * first * length / (std::sqrt(square) - b);
-    return root < length ? root * (1.0 - 1e-13) : length;
 }
 }  // namespace bullet_ccd

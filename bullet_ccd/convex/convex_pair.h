@@ -4,6 +4,7 @@
 /// turn about their reference points.
 #pragma once
 
+#include "bullet_ccd/convex/certified_root.h"
 #include "bullet_ccd/convex/closest_points.h"
 #include "bullet_ccd/convex/turn.h"
 #include "bullet_ccd/motion/rigid_motion.h"
@@ -50,6 +51,7 @@ struct ConvexCourse
     double reachA = 0.0;  ///< farthest point of the core from the reference
     double reachB = 0.0;
     double farthest = 0.0;  ///< |D(t)| at most
+    double sizes = 0.0;     ///< of all that is added up to a gap
 
     ConvexCourse(const ConvexBody& bodyA, const ConvexBody& bodyB);
 };
@@ -119,8 +121,4 @@ private:
     double m_rate = 0.0;
     double m_bend = 0.0;
 };
-
-/// The first s in (0, length] at which the lower bound of a semi-concave function meets zero, given
-/// its values at 0 (positive) and at `length`; `length` if it does not.
-[[nodiscard]] double certifiedRoot(double first, double last, double length, double bend);
 }  // namespace bullet_ccd

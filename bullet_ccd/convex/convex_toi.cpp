@@ -3,6 +3,7 @@
 #include "bullet_ccd/convex/box_separation.h"
 #include "bullet_ccd/convex/closest_points.h"
 #include "bullet_ccd/convex/convex_pair.h"
+#include "bullet_ccd/convex/kernels/moving_boxes.h"
 #include "bullet_ccd/convex/support.h"
 #include "bullet_ccd/math/check.h"
 #include "bullet_ccd/math/pose.h"
@@ -407,6 +408,77 @@ ToiResult ConvexQuery::run(const Window& window)
     }
 }
 
+/// The box as the kernel takes it; `axes` is scratch.
+MovingBox movingBox(
+    const ConvexBody& body, bool isPlain, const Vector3d& arm, double reach, Matrix3d& axes)
+{
+    if (!isPlain)
+    {
+        axes = body.motion.X_W0.linear() * body.X_BG.linear();
+    }
+    const auto axis = [&](Eigen::Index k)
+    { return isPlain ? &body.motion.X_W0.matrix().coeffRef(0, k) : &axes.coeffRef(0, k); };
+    return {.axes = {axis(0), axis(1), axis(2)},
+            .half = body.shape->half.data(),
+            .arm = arm.data(),
+            .w = body.motion.w_W.data(),
+            .reach = reach};
+}
+
+/// What the kernel for two boxes finds out.
+BoxesMeeting meetBoxes(BoxKernel& kernel,
+                       const ConvexCourse& course,
+                       const ConvexBody& bodyA,
+                       const ConvexBody& bodyB,
+                       const PairLimits& limits,
+                       const Window& window,
+                       std::int64_t mostLooks)
+{
+    Matrix3d axesA;
+    Matrix3d axesB;
+    const double radii = bodyA.shape->radius + bodyB.shape->radius;
+    return kernel({.a = movingBox(bodyA, course.isPlainA, course.armA, course.reachA, axesA),
+                   .b = movingBox(bodyB, course.isPlainB, course.armB, course.reachB, axesB),
+                   .D0 = course.D0.data(),
+                   .V = course.V.data(),
+                   .farthest = course.farthest,
+                   .sizes = course.sizes,
+                   .margin = limits.margin() + radii,
+                   .near = limits.near() + radii,
+                   .threshold = limits.threshold + radii,
+                   .begin = window.begin,
+                   .end = window.end,
+                   .mostLooks = mostLooks});
+}
+
+/// The same as an answer.
+ToiResult answerOf(const BoxesMeeting& meeting,
+                   const ConvexBody& bodyA,
+                   const ConvexBody& bodyB,
+                   double margin)
+{
+    ToiResult result;
+    result.time = meeting.time;
+    result.gap = margin;
+    result.counters.states = meeting.looks;
+    result.counters.nodePairs = meeting.probes;
+    if (meeting.outcome == BoxesMeeting::Outcome::Hit)
+    {
+        result.status = ToiStatus::Hit;
+        const RigidMotion& motion = bodyB.motion;
+        const Vector3d p_WB = motion.X_W0 * motion.reference_B + meeting.time * motion.v_W;
+        const Vector3d n(meeting.normal);
+        result.gap = std::max(0.0, meeting.gap - bodyA.shape->radius - bodyB.shape->radius);
+        result.pointA = p_WB + Vector3d(meeting.pointA) + bodyA.shape->radius * n;
+        result.pointB = p_WB + Vector3d(meeting.pointB) - bodyB.shape->radius * n;
+        if (result.gap > 0.0)
+        {
+            result.normal = n;
+        }
+    }
+    return result;
+}
+
 ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
 {
     const PairLimits limits{.floor = options.minimumSeparation,
@@ -426,7 +498,34 @@ ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions
             return result;
         }
     }
-    return ConvexQuery(course, bodyA, bodyB, options, limits).run(window);
+    ToiCounters counters;
+    BoxKernel* const kernel = boxKernel();
+    constexpr double kSquare = kMostTurning * kMostTurning;
+    if (kernel != nullptr && bodyA.shape->core == ConvexCore::Box &&
+        bodyB.shape->core == ConvexCore::Box && bodyA.motion.w_W.squaredNorm() < kSquare &&
+        bodyB.motion.w_W.squaredNorm() < kSquare &&
+        !options.stop.isGiven())  // which is looked at step by step
+    {
+        constexpr std::int64_t kMostLooks = 1000;
+        const BoxesMeeting meeting = meetBoxes(*kernel,
+                                               course,
+                                               bodyA,
+                                               bodyB,
+                                               limits,
+                                               window,
+                                               std::min(options.maxIterations, kMostLooks));
+        if (meeting.outcome != BoxesMeeting::Outcome::Open)
+        {
+            return answerOf(meeting, bodyA, bodyB, limits.margin());
+        }
+        window.begin = meeting.time;
+        counters.states = meeting.looks;
+        counters.nodePairs = meeting.probes;
+    }
+    ToiResult result = ConvexQuery(course, bodyA, bodyB, options, limits).run(window);
+    result.counters.states += counters.states;
+    result.counters.nodePairs += counters.nodePairs;
+    return result;
 }
 }  // namespace
 

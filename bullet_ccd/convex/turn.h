@@ -1,6 +1,8 @@
 /// Turning at constant speed about an axis at rest.
 #pragma once
 
+#include "bullet_ccd/convex/sine_series.h"
+
 #include <Eigen/Geometry>
 
 #include <array>
@@ -21,12 +23,11 @@ using TwoNumbers = double __attribute__((vector_size(16)));
 /// call of the library functions does, and give the same bits with every C library.
 [[nodiscard]] inline std::array<SineAndCosine, 2> sinesAndCosines(double first, double second)
 {
-    constexpr double kLarge = 1e5;  // beyond, the reduction below would lose digits
     if (first == 0.0 && second == 0.0)
     {
         return {};  // neither body turns
     }
-    const auto isLarge = [](double angle) { return !(std::abs(angle) < kLarge); };
+    const auto isLarge = [](double angle) { return !(std::abs(angle) < kLargestAngle); };
     if (isLarge(first) || isLarge(second))
     {
         const auto alone = [&](double angle)
@@ -36,39 +37,8 @@ using TwoNumbers = double __attribute__((vector_size(16)));
         };
         return {alone(first), alone(second)};
     }
-    // angle = quarters pi/2 + x with |x| <= pi/4; pi/2 in three parts, the products with the first
-    // two being exact.
-    constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to whole numbers
-    const TwoNumbers angle{first, second};
-    const TwoNumbers quarters = (angle * 0.63661977236758134308 + kRound) - kRound;
-    TwoNumbers x = angle - quarters * 1.57079632673412561417;
-    x -= quarters * 6.07710050630396597660e-11;
-    x -= quarters * 2.02226624879595063154e-21;
-    const TwoNumbers y = x * x;
-    // Taylor's series; what is left out is below 5e-17.
-    TwoNumbers s = y * (-1.0 / 1307674368000.0) + 1.0 / 6227020800.0;
-    s = s * y - 1.0 / 39916800.0;
-    s = s * y + 1.0 / 362880.0;
-    s = s * y - 1.0 / 5040.0;
-    s = s * y + 1.0 / 120.0;
-    s = s * y - 1.0 / 6.0;
-    s = x + x * y * s;
-    TwoNumbers c = y * (1.0 / 20922789888000.0) - 1.0 / 87178291200.0;
-    c = c * y + 1.0 / 479001600.0;
-    c = c * y - 1.0 / 3628800.0;
-    c = c * y + 1.0 / 40320.0;
-    c = c * y - 1.0 / 720.0;
-    c = c * y + 1.0 / 24.0;
-    c = 1.0 - 0.5 * y + y * y * c;
-    const auto inQuadrant = [](double quarter, double sine, double cosine) -> SineAndCosine
-    {
-        const auto quadrant = static_cast<int>(quarter) & 3;
-        const double across = (quadrant & 1) != 0 ? cosine : sine;
-        const double along = (quadrant & 1) != 0 ? sine : cosine;
-        return {(quadrant & 2) != 0 ? -across : across,
-                quadrant == 1 || quadrant == 2 ? -along : along};
-    };
-    return {inQuadrant(quarters[0], s[0], c[0]), inQuadrant(quarters[1], s[1], c[1])};
+    const auto [sines, cosines] = sinesAndCosinesOf(TwoNumbers{first, second});
+    return {SineAndCosine{sines[0], cosines[0]}, SineAndCosine{sines[1], cosines[1]}};
 }
 
 struct Spin

@@ -5,6 +5,7 @@
 #include "benchmarks/reference/queries/convex_queries.h"
 #include "benchmarks/reference/queries/soak_tally.h"
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/convex/kernels/moving_boxes.h"
 #include "tests/support/test_data.h"
 
 #include <gtest/gtest.h>
@@ -366,6 +367,45 @@ TEST(ConvexToi, RoundThingsTouchInPointsThatAreNearAndHaveANormal)
         EXPECT_NEAR(across.norm(), result.gap, 1e-13) << i;
     }
     EXPECT_GT(hits, 2500);
+}
+
+/// The kernel for two boxes and the way that takes step by step, which is what queries with a
+/// deadline take.
+TEST(ConvexToi, KernelOfBoxesAgreesWithThePortableWay)
+{
+    if (boxKernel() == nullptr)
+    {
+        GTEST_SKIP() << "this processor has no kernel for boxes, or BULLET_CCD_SIMD forbids it";
+    }
+    constexpr int kQueries = 6000;
+    int boxes = 0;
+    int hits = 0;
+    int sameSteps = 0;
+    for (std::uint64_t seed = 0; boxes < kQueries; ++seed)
+    {
+        reference::ConvexQueryCase asked = reference::convexQuery(seed);
+        if (asked.shapes[0].shape.core != ConvexCore::Box ||
+            asked.shapes[1].shape.core != ConvexCore::Box)
+        {
+            continue;
+        }
+        ++boxes;
+        const ToiResult fast = convexToi(asked.body(0), asked.body(1), asked.options);
+        asked.options.stop = stopAfter(1e6);
+        const ToiResult slow = convexToi(asked.body(0), asked.body(1), asked.options);
+        ASSERT_EQ(fast.status, slow.status) << seed;
+        // Both stop within a thousandth of the tolerance from the minimum separation.
+        ASSERT_NEAR(fast.gap, slow.gap, 2e-3 * asked.options.tolerance + 1e-13) << seed;
+        sameSteps += fast.counters.states == slow.counters.states ? 1 : 0;
+        if (fast.status == ToiStatus::Hit)
+        {
+            ++hits;
+            ASSERT_NEAR((fast.pointB - fast.pointA - fast.gap * fast.normal).norm(), 0.0, 1e-9)
+                << seed;
+        }
+    }
+    EXPECT_GT(hits, kQueries / 4);
+    EXPECT_GT(sameSteps, kQueries / 2);
 }
 
 TEST(ConvexToi, RandomQueriesAreRight)
