@@ -33,11 +33,11 @@ struct btCcdSoftPart
     bool m_hasChanged = true;  ///< since the surface was last told of the step
 
     // Of soft bodies, by node.
-    std::vector<double> m_inverseMass;               ///< 0: goes its way whatever it meets [1/kg]
-    std::vector<Eigen::Vector3d> m_velocity;         ///< at the end of the step [m/s]
-    std::vector<std::int64_t> m_bent;                ///< when the response last moved its end
-    std::vector<const btCollisionObject*> m_anchor;  ///< what the node hangs on; null if free
-    double m_shortestEdge = 0.0;                     ///< of the surface, when it was built [m]
+    std::vector<double> m_inverseMass;         ///< 0: goes its way whatever it meets [1/kg]
+    std::vector<Eigen::Vector3d> m_velocity;   ///< at the end of the step [m/s]
+    std::vector<std::int64_t> m_bent;          ///< when the response last moved its end
+    std::vector<btCollisionObject*> m_anchor;  ///< what the node hangs on; null if free
+    double m_shortestEdge = 0.0;               ///< of the surface, when it was built [m]
 
     // Of colliders.
     std::shared_ptr<const bullet_ccd::SsvTree> m_tree;  ///< has the mesh

@@ -34,6 +34,9 @@ constexpr double kOpposite = 0.7;
 /// Layers that pass it on, at most, and how much heavier (1 / this) each counts than the one above.
 constexpr int kLayers = 16;
 constexpr double kLayerShare = 0.1;
+/// Part of a side that has to give way, at least, so that its touch is answered. Where nearly all
+/// is pinned, the little that is left would have to go many times as far.
+constexpr double kLeastShare = 0.1;
 /// What is asleep wakes up if its velocity changes by more [m/s, rad/s].
 constexpr double kWakingSpeed = 0.05;
 
@@ -44,9 +47,9 @@ double frictionOf(const btCcdSoftPart& part)
 }
 
 /// The body, if it is one that moves by forces.
-btRigidBody* dynamicBody(const btCcdSoftPart& part)
+btRigidBody* dynamicBody(btCollisionObject* object)
 {
-    btRigidBody* body = part.m_soft == nullptr ? btRigidBody::upcast(part.m_object) : nullptr;
+    btRigidBody* body = object != nullptr ? btRigidBody::upcast(object) : nullptr;
     return body != nullptr && body->getInvMass() > btScalar(0) && !body->isStaticOrKinematicObject()
                ? body
                : nullptr;
@@ -341,15 +344,26 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     path.m_response = path.ofNodes();
     const std::array<const btCcdSoftPart*, 2> parts{&partA, &partB};
     bool isLinked = false;
+    double mostShare = 0.0;
     for (std::size_t i = 0; i < 2; ++i)
     {
-        btRigidBody* body = dynamicBody(*parts[i]);
+        double share = takeAnchored(i, ofA, touch, path);
+        Side& side = touch.m_sides[i];
+        btRigidBody* body =
+            side.m_anchor != nullptr ? side.m_anchor : dynamicBody(parts[i]->m_object);
         if (body != nullptr && body->isActive())
         {
-            addLever(i, moverOf(*body), touch, path);
+            addLever(i, moverOf(*body), *body, touch, path);
             touch.m_key = keyOf(contact, partA, partB);
+            share += side.m_share;
         }
+        mostShare = std::max(mostShare, share);
         isLinked = isLinked || multiBody(*parts[i]) != nullptr;
+    }
+    if (mostShare < kLeastShare)
+    {
+        path.m_give = {};
+        path.m_response.setZero();
     }
     if (!(path.m_response[0] > 0.0) && !isLinked)
     {
@@ -372,6 +386,37 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     }
     m_touches.push_back(std::move(touch));
     m_paths.push_back(path);
+}
+
+double btCcdSoftResponse::takeAnchored(std::size_t side,
+                                       std::size_t ofA,
+                                       Touch& touch,
+                                       const Path& path)
+{
+    Side& own = touch.m_sides[side];
+    double free = 0.0;
+    for (std::size_t k = side == 0 ? 0 : ofA; k < (side == 0 ? ofA : 4); ++k)
+    {
+        const btCcdSoftPart& part = *touch.m_part[k];
+        if (part.m_soft == nullptr)
+        {
+            return 0.0;
+        }
+        const double w = std::abs(path.m_weight[k]);
+        btRigidBody* anchor = dynamicBody(part.m_anchor[touch.m_vertex[k]]);
+        free += path.m_give[k] != 0.0 ? w : 0.0;
+        if (anchor == nullptr || !anchor->isActive() || w == 0.0 ||
+            (own.m_anchor != nullptr && own.m_anchor != anchor))
+        {
+            continue;
+        }
+        own.m_share = own.m_anchor == nullptr ? w : own.m_share + w;
+        own.m_anchor = anchor;
+        own.m_point += w * *path.m_end[k];
+        touch.m_part[k] = nullptr;  // the body has its velocity
+    }
+    own.m_point /= own.m_share;
+    return free;
 }
 
 void btCcdSoftResponse::addPressed(btCcdSoftPart& partA,
@@ -738,7 +783,8 @@ btCcdSoftResponse::Mover& btCcdSoftResponse::moverOf(Body& body)
     return *mover;
 }
 
-void btCcdSoftResponse::addLever(std::size_t side, Mover& mover, const Touch& touch, Path& path)
+void btCcdSoftResponse::addLever(
+    std::size_t side, Mover& mover, const btCollisionObject& object, const Touch& touch, Path& path)
 {
     path.m_levers[side] = {.m_mover = &mover, .m_rows = m_rows.size()};
     ++mover.m_touches;
@@ -746,9 +792,9 @@ void btCcdSoftResponse::addLever(std::size_t side, Mover& mover, const Touch& to
     for (Eigen::Index k = 0; k < 3; ++k)
     {
         Row& row = rows[std::size_t(k)];
-        row = mover.row(*touch.m_sides[side].m_obstacle->m_object,
-                        touch.m_sides[side].m_point,
-                        path.m_axes.row(k).transpose());
+        row = mover.row(object, touch.m_sides[side].m_point, path.m_axes.row(k).transpose());
+        row.m_jacobian *= touch.m_sides[side].m_share;
+        row.m_response *= touch.m_sides[side].m_share;
     }
     // Axes are answered at once, though turning couples them: with sums of magnitudes it converges.
     for (std::size_t k = 0; k < 3; ++k)
@@ -875,11 +921,11 @@ void btCcdSoftResponse::solveVelocities()
             }
             if (btMultiBody* body = multiBody(*obstacle))
             {
-                addLever(side, moverOf(*body), touch, path);
+                addLever(side, moverOf(*body), *obstacle->m_object, touch, path);
             }
-            else if (btRigidBody* rigid = dynamicBody(*obstacle))
+            else if (btRigidBody* rigid = dynamicBody(obstacle->m_object))
             {
-                addLever(side, moverOf(*rigid), touch, path);
+                addLever(side, moverOf(*rigid), *rigid, touch, path);
             }
         }
         const double speed = -relativeVelocity(touch, path)[0];

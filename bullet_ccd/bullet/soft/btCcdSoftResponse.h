@@ -117,10 +117,12 @@ private:
         /// Part of m_response that is of nodes.
         [[nodiscard]] Eigen::Vector3d ofNodes() const;
     };
-    /// Of a touch, where it is an obstacle.
+    /// Of a touch, where it is an obstacle, or where nodes of it hang on a dynamic body.
     struct Side
     {
         btCcdSoftPart* m_obstacle = nullptr;
+        btRigidBody* m_anchor = nullptr;
+        double m_share = 1.0;                               // of the weights: 1, or of such nodes
         Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // at the end
         Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
     };
@@ -196,7 +198,17 @@ private:
     /// @param side  -1: A presses, 1: B does
     [[nodiscard]] bool press(const Path& path, double side);
     void clamp(std::size_t touch, std::size_t k, Clamp& clamp);
-    void addLever(std::size_t side, Mover& mover, const Touch& touch, Path& path);
+    void addLever(std::size_t side,
+                  Mover& mover,
+                  const btCollisionObject& object,
+                  const Touch& touch,
+                  Path& path);
+    /// Nodes of a side that hang on a dynamic body move as it does: what meets them pushes it.
+    /// Returns the part of the weights that is of nodes which give way.
+    [[nodiscard]] static double takeAnchored(std::size_t side,
+                                             std::size_t ofA,
+                                             Touch& touch,
+                                             const Path& path);
     template <typename Body>
     [[nodiscard]] Mover& moverOf(Body& body);
     void keepSupports();

@@ -126,7 +126,7 @@ bool setStepOf(btSoftBody& body, btScalar timeStep, btCcdSoftPart& part)
         part.m_end[node] =
             btCcdToEigen(anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local);
         part.m_inverseMass[node] = 0.0;
-        part.m_anchor[node] = anchor.m_cti.m_colObj;
+        part.m_anchor[node] = const_cast<btCollisionObject*>(anchor.m_cti.m_colObj);
     }
     return isFinite;
 }

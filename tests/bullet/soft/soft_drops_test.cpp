@@ -821,6 +821,39 @@ TEST(SoftDrops, AnAnchoredNodeGoesThroughNothing)
     }
 }
 
+// A body pushes what it stands on with the nodes that hang on it, too. Once only the free nodes
+// beside them could answer, by ways a hundred times as long: the body got 20 m/s.
+TEST(SoftDrops, ABodyStandsOnTheNodesThatHangOnIt)
+{
+    for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
+    {
+        SoftScene scene(kind);
+        addFloor(scene, Floor::Box);
+        btSoftBody* cloth = scene.cloth(at(0, 0.01, 0), 0.8, 10, 0.5);
+        const Vector3d half(0.1, 0.1, 0.1);
+        btRigidBody* box = scene.obstacle(
+            std::make_unique<btBoxShape>(btCcdToBullet(half)), makeBox(half), at(0, 0.15, 0), 1.0);
+        box->setActivationState(DISABLE_DEACTIVATION);
+        for (int i = 0; i < 90; ++i)
+        {
+            if (i == 45)
+            {
+                cloth->appendDeformableAnchor(60, box);  // in the middle
+            }
+            scene.step(1.0 / 60.0);
+            if (i >= 44)
+            {
+                const btVector3 place = box->getWorldTransform().getOrigin();
+                EXPECT_NEAR(double(place.y()), 0.1025 + 2 * kRest, 1e-3) << i;
+                EXPECT_LT(std::hypot(double(place.x()), double(place.z())), 2e-3) << i;
+                EXPECT_LT(double(box->getLinearVelocity().length()), 0.05) << i;
+                ASSERT_FALSE(HasFailure()) << int(kind);
+            }
+        }
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
+    }
+}
+
 TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
 {
     for (const SoftWorld kind : {SoftWorld::Solver, SoftWorld::World})
