@@ -55,10 +55,10 @@ btRigidBody* dynamicBody(btCollisionObject* object)
                : nullptr;
 }
 
-btMultiBody* multiBody(const btCcdSoftPart& part)
+btMultiBody* multiBody(btCollisionObject* object)
 {
     btMultiBodyLinkCollider* link =
-        part.m_soft == nullptr ? btMultiBodyLinkCollider::upcast(part.m_object) : nullptr;
+        object != nullptr ? btMultiBodyLinkCollider::upcast(object) : nullptr;
     return link != nullptr ? link->m_multiBody : nullptr;
 }
 
@@ -348,9 +348,9 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
     for (std::size_t i = 0; i < 2; ++i)
     {
         double share = takeAnchored(i, ofA, touch, path);
-        Side& side = touch.m_sides[i];
-        btRigidBody* body =
-            side.m_anchor != nullptr ? side.m_anchor : dynamicBody(parts[i]->m_object);
+        const Side& side = touch.m_sides[i];
+        btCollisionObject* object = side.m_anchor != nullptr ? side.m_anchor : parts[i]->m_object;
+        btRigidBody* body = dynamicBody(object);
         if (body != nullptr && body->isActive())
         {
             addLever(i, moverOf(*body), *body, touch, path);
@@ -358,7 +358,7 @@ void btCcdSoftResponse::add(const bullet_ccd::DeformableContact& contact,
             share += side.m_share;
         }
         mostShare = std::max(mostShare, share);
-        isLinked = isLinked || multiBody(*parts[i]) != nullptr;
+        isLinked = isLinked || multiBody(object) != nullptr;
     }
     if (mostShare < kLeastShare)
     {
@@ -403,9 +403,9 @@ double btCcdSoftResponse::takeAnchored(std::size_t side,
             return 0.0;
         }
         const double w = std::abs(path.m_weight[k]);
-        btRigidBody* anchor = dynamicBody(part.m_anchor[touch.m_vertex[k]]);
+        btCollisionObject* anchor = part.m_anchor[touch.m_vertex[k]];
         free += path.m_give[k] != 0.0 ? w : 0.0;
-        if (anchor == nullptr || !anchor->isActive() || w == 0.0 ||
+        if ((dynamicBody(anchor) == nullptr && multiBody(anchor) == nullptr) || w == 0.0 ||
             (own.m_anchor != nullptr && own.m_anchor != anchor))
         {
             continue;
@@ -539,7 +539,7 @@ void btCcdSoftResponse::findClamped()
         return;
     }
     const auto isFixed = [](const btCcdSoftPart* part)
-    { return part != nullptr && part->m_soft == nullptr && multiBody(*part) == nullptr; };
+    { return part != nullptr && part->m_soft == nullptr && multiBody(part->m_object) == nullptr; };
     const auto wayOf = [](const Path& path, std::size_t k)
     { return Vector3d((path.m_weight[k] > 0.0 ? 1.0 : -1.0) * path.m_axes.row(0).transpose()); };
     const auto isOfBody = [](const Path& path)
@@ -914,18 +914,20 @@ void btCcdSoftResponse::solveVelocities()
         pushing.push_back(i);
         for (std::size_t side = 0; side < 2; ++side)
         {
-            const btCcdSoftPart* obstacle = touch.m_sides[side].m_obstacle;
-            if (obstacle == nullptr || path.m_levers[side].m_mover != nullptr)
+            const Side& own = touch.m_sides[side];
+            btCollisionObject* object =
+                own.m_obstacle != nullptr ? own.m_obstacle->m_object : own.m_anchor;
+            if (path.m_levers[side].m_mover != nullptr)
             {
                 continue;
             }
-            if (btMultiBody* body = multiBody(*obstacle))
+            if (btMultiBody* body = multiBody(object))
             {
-                addLever(side, moverOf(*body), *obstacle->m_object, touch, path);
+                addLever(side, moverOf(*body), *object, touch, path);
             }
-            else if (btRigidBody* rigid = dynamicBody(obstacle->m_object))
+            else if (btRigidBody* rigid = dynamicBody(object))
             {
-                addLever(side, moverOf(*rigid), *rigid, touch, path);
+                addLever(side, moverOf(*rigid), *object, touch, path);
             }
         }
         const double speed = -relativeVelocity(touch, path)[0];

@@ -117,11 +117,11 @@ private:
         /// Part of m_response that is of nodes.
         [[nodiscard]] Eigen::Vector3d ofNodes() const;
     };
-    /// Of a touch, where it is an obstacle, or where nodes of it hang on a dynamic body.
+    /// Of a touch, where it is an obstacle, or where nodes of it hang on a body that forces move.
     struct Side
     {
         btCcdSoftPart* m_obstacle = nullptr;
-        btRigidBody* m_anchor = nullptr;
+        btCollisionObject* m_anchor = nullptr;
         double m_share = 1.0;                               // of the weights: 1, or of such nodes
         Eigen::Vector3d m_point = Eigen::Vector3d::Zero();  // at the end
         Eigen::Vector3d m_pathVelocity = Eigen::Vector3d::Zero();
@@ -203,8 +203,8 @@ private:
                   const btCollisionObject& object,
                   const Touch& touch,
                   Path& path);
-    /// Nodes of a side that hang on a dynamic body move as it does: what meets them pushes it.
-    /// Returns the part of the weights that is of nodes which give way.
+    /// Nodes of a side that hang on a rigid body or link move as it does: what meets them pushes
+    /// it. Returns the part of the weights that is of nodes which give way.
     [[nodiscard]] static double takeAnchored(std::size_t side,
                                              std::size_t ofA,
                                              Touch& touch,

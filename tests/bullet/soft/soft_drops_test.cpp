@@ -16,6 +16,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -852,6 +853,29 @@ TEST(SoftDrops, ABodyStandsOnTheNodesThatHangOnIt)
         }
         EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
     }
+}
+
+// The same of a link: once it was held back in every step, and its speed grew on.
+TEST(SoftDrops, ALinkStandsOnTheNodesThatHangOnIt)
+{
+    SoftScene scene(SoftWorld::Solver);
+    addFloor(scene, Floor::Box);
+    const TriangleMesh box = makeBox({0.1, 0.1, 0.1});
+    btMultiBody* press = scene.slider(btCcdMeshShape::fromMesh(box), box, 1.0);
+    press->setJointPos(0, btScalar(0.4));
+    scene.step(1e-3);  // The link is where it has been put before there is a cloth.
+    btSoftBody* cloth = scene.cloth(at(0, 0.298, 0), 0.15, 4, 0.1);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    {
+        cloth->appendDeformableAnchor(i, press->getLink(0).m_collider);
+    }
+    for (int i = 0; i < 90; ++i)
+    {
+        scene.step(1.0 / 60.0);
+        EXPECT_LT(std::abs(double(press->getJointVel(0))), i < 45 ? 3.0 : 0.05) << i;
+    }
+    EXPECT_NEAR(double(press->getJointPos(0)), 0.1045 + kRest, kRest);
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
 }
 
 TEST(SoftDrops, ABallOnAClothOnAFloorSqueezesNothingThrough)
