@@ -7,7 +7,9 @@
 
 namespace bullet_ccd::grasp
 {
-GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
+GraspObject makeGraspObject(std::string name,
+                            TriangleMesh mesh,
+                            SsvTree (*build)(TriangleMesh mesh))
 {
     checkMesh(mesh, name);
     const Eigen::Vector3d center = massProperties(mesh).center;
@@ -18,7 +20,7 @@ GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
         radius = std::max(radius, (vertex - center).norm());
     }
     return {.name = std::move(name),
-            .tree = buildSsvTree(std::move(mesh)),
+            .tree = build(std::move(mesh)),
             .centerOfMass = center,
             .radius = radius,
             .watertight = watertight};

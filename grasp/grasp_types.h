@@ -25,8 +25,10 @@ struct GraspObject
 };
 
 /// Builds the hierarchy of the mesh and computes what GraspObject holds.
+/// @param build  buildSsvTreeAsNeeded() for an object of which few closings will see a part
 /// Throws std::invalid_argument as buildSsvTree() does.
-[[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(std::string name, TriangleMesh mesh);
+[[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(
+    std::string name, TriangleMesh mesh, SsvTree (*build)(TriangleMesh mesh) = buildSsvTree);
 
 /// A point contact of a link on the object.
 struct GraspContact

@@ -122,6 +122,7 @@ void btCcdMeshShape::processAllTriangles(btTriangleCallback* callback,
         }
         if (!node.isLeaf())
         {
+            m_scaledTree->open(node);
             for (std::int32_t k = 0; k < node.count; ++k)
             {
                 open.push_back(node.first + k);

@@ -89,8 +89,17 @@ struct ContactSurface::Edges
     std::vector<std::uint8_t> flat;
 };
 
+namespace
+{
+const SsvTree& opened(const SsvTree& tree)
+{
+    tree.openAll();
+    return tree;
+}
+}  // namespace
+
 ContactSurface::ContactSurface(const SsvTree& tree)
-    : ContactSurface(tree, countedTo(tree.mesh().triangles.size()))
+    : ContactSurface(opened(tree), countedTo(tree.mesh().triangles.size()))
 {
 }
 

@@ -66,6 +66,7 @@ void collectNearSlots(const SsvTree& treeA,
         // In the frame of the one that is opened: only the other has to be turned, once.
         const PlacedSsv whole = openA ? place(ofB, inverseR, inverseP) : place(ofA, R, p);
         const SsvNode& opened = openA ? ofA : ofB;
+        (openA ? treeA : treeB).open(opened);
         for (std::int32_t child = opened.first; child < opened.first + opened.count; ++child)
         {
             if (!isApart(place(openA ? nodeA(child) : nodeB(child)), whole, threshold))

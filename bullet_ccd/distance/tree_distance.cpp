@@ -106,6 +106,7 @@ struct Descent
         // Of volumes that overlap, or are equally far, the ones whose centers are nearest.
         std::array<Child, kArity> children;
         const std::int32_t count = openA ? nodeOfA.count : nodeOfB.count;
+        openA ? treeA.open(nodeOfA) : treeB.open(nodeOfB);
         const PlacedSsv whole = openA ? place(nodeOfB) : place(nodeOfA, R, p);
         for (std::int32_t k = 0; k < count; ++k)
         {
@@ -313,11 +314,11 @@ DistanceBounds distanceWithin(const SsvTree& treeA,
                               const Eigen::Isometry3d& X_BA,
                               double accuracy,
                               const StopCondition& stop,
-                              const NodeMarks& exempt)
+                              const NodeMarks& exempt,
+                              double upperBound)
 {
     require(accuracy > 0.0, "distance of meshes: the accuracy must be above 0");
-    return nearestPair(
-        treeA, treeB, X_BA, std::numeric_limits<double>::infinity(), accuracy, stop, exempt);
+    return nearestPair(treeA, treeB, X_BA, upperBound, accuracy, stop, exempt);
 }
 
 TrianglePair treeDistance(const SsvTree& treeA,
@@ -376,6 +377,7 @@ public:
     {
         require(marks.size() == tree.mesh().triangles.size(),
                 "marks of triangles: give one mark a triangle");
+        tree.openAll();
         for (std::size_t i = 0; i < m_nodes.size(); ++i)
         {
             const SsvNode& node = tree.nodes()[i];
@@ -385,7 +387,7 @@ public:
                 m_parents[static_cast<std::size_t>(node.first) + static_cast<std::size_t>(k)] =
                     static_cast<std::int32_t>(i);
             }
-            if (node.isLeaf())
+            if (node.isLeaf() && node.first != kNone)
             {
                 m_leaves[static_cast<std::size_t>(node.first)] = static_cast<std::int32_t>(i);
             }

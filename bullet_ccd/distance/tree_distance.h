@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -68,12 +69,15 @@ struct DistanceBounds
                                                            const StopCondition& stop,
                                                            const NodeMarks& exempt = {});
 
+/// No bound of a distance.
+constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
+
 /// A distance of two meshes that is right within an accuracy, and a pair of triangles that has it.
 /// Nothing is opened that could be nearer than this pair by no more than the accuracy.
 ///
 /// Guarantee: lowerBound <= true distance <= nearest.distance <= lowerBound + accuracy, up to the
 /// share that treeDistance() names; so for meshes that are within the accuracy of each other any
-/// pair within it will do.
+/// pair within it will do. If no pair is below `upperBound`, nearest is as treeDistance() says.
 /// @param X_BA     pose of A's frame in B's
 /// @param accuracy [m], > 0
 /// Throws std::invalid_argument for an accuracy that is not above 0, or a pose that is none.
@@ -82,7 +86,8 @@ struct DistanceBounds
                                                            const Eigen::Isometry3d& X_BA,
                                                            double accuracy,
                                                            const StopCondition& stop = {},
-                                                           const NodeMarks& exempt = {});
+                                                           const NodeMarks& exempt = {},
+                                                           double upperBound = kAnyDistance);
 
 /// Appends to `pairs` all pairs of triangles at a distance <= `threshold` [m], in the order of
 /// (triangleA, triangleB). Points are in the frame of B.

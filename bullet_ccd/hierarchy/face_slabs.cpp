@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 namespace bullet_ccd
@@ -27,17 +26,13 @@ struct Facing
 constexpr double kCell = 1e-6;
 
 using Cell = std::array<std::int64_t, 3>;
+}  // namespace
 
-/// The normals of the largest faces, the largest first.
-std::vector<Vector3d> largestNormals(std::span<const Corners> corners)
+std::vector<Vector3d> largestNormals(std::span<const Corners> sample)
 {
-    // A sample is enough: faces of few triangles cost little.
-    constexpr std::size_t kSample = 4096;
-    const std::size_t stride = (corners.size() + kSample - 1) / kSample;
     std::map<Cell, Facing> facings;
-    for (std::size_t i = 0; i < corners.size(); i += stride)
+    for (const Corners& c : sample)
     {
-        const Corners& c = corners[i];
         Vector3d area = (c[1] - c[0]).cross(c[2] - c[0]);
         const double size = area.norm();
         if (!(size > 0.0))
@@ -77,41 +72,57 @@ std::vector<Vector3d> largestNormals(std::span<const Corners> corners)
     }
     return areas;
 }
-}  // namespace
-
-FaceSlabs findFaceSlabs(std::span<const SsvNode> nodes, std::span<const Corners> corners)
+void include(Slab& slab, const Vector3d& normal, const Corners& corners)
 {
-    FaceSlabs found{.normals = largestNormals(corners)};
-    const std::size_t count = found.normals.size();
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    found.slabs.assign(count * nodes.size(), {.low = kInfinity, .high = -kInfinity});
-    for (std::size_t i = nodes.size(); i-- > 0;)  // children come after their parent
+    for (const Vector3d& corner : corners)
+    {
+        const double height = normal.dot(corner);
+        slab.low = std::min(slab.low, height);
+        slab.high = std::max(slab.high, height);
+    }
+}
+
+void fillSlabs(std::span<const Vector3d> normals,
+               std::span<const SsvNode> nodes,
+               std::span<const Corners> corners,
+               std::size_t begin,
+               std::size_t end,
+               std::span<Slab> slabs)
+{
+    const std::size_t count = normals.size();
+    for (std::size_t i = end; i-- > begin;)  // children come after their parent
     {
         const SsvNode& node = nodes[i];
         for (std::size_t k = 0; k < count; ++k)
         {
-            Slab& slab = found.slabs[i * count + k];
-            const auto include = [&slab](double low, double high)
+            Slab slab = kNoSlab;
+            if (node.isLeaf() && node.first != kNone)
             {
-                slab.low = std::min(slab.low, low);
-                slab.high = std::max(slab.high, high);
-            };
-            if (node.isLeaf())
-            {
-                for (const Vector3d& corner : corners[static_cast<std::size_t>(node.first)])
-                {
-                    const double height = found.normals[k].dot(corner);
-                    include(height, height);
-                }
+                include(slab, normals[k], corners[static_cast<std::size_t>(node.first)]);
             }
             for (std::int32_t child = 0; child < node.count; ++child)
             {
-                const Slab& below =
-                    found.slabs[static_cast<std::size_t>(node.first + child) * count + k];
-                include(below.low, below.high);
+                const Slab& below = slabs[static_cast<std::size_t>(node.first + child) * count + k];
+                slab.low = std::min(slab.low, below.low);
+                slab.high = std::max(slab.high, below.high);
             }
+            slabs[i * count + k] = slab;
         }
     }
+}
+
+FaceSlabs findFaceSlabs(std::span<const SsvNode> nodes, std::span<const Corners> corners)
+{
+    // A sample is enough: faces of few triangles cost little.
+    const std::size_t stride = (corners.size() + kFaceSample - 1) / kFaceSample;
+    std::vector<Corners> sample;
+    for (std::size_t i = 0; i < corners.size(); i += stride)
+    {
+        sample.push_back(corners[i]);
+    }
+    FaceSlabs found{.normals = largestNormals(sample)};
+    found.slabs.resize(found.normals.size() * nodes.size());
+    fillSlabs(found.normals, nodes, corners, 0, nodes.size(), found.slabs);
     return found;
 }
 }  // namespace bullet_ccd

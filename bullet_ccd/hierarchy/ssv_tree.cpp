@@ -1,6 +1,7 @@
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 
 #include "bullet_ccd/hierarchy/face_slabs.h"
+#include "bullet_ccd/hierarchy/ssv_blocks.h"
 #include "bullet_ccd/hierarchy/ssv_fit.h"
 #include "bullet_ccd/hierarchy/ssv_split.h"
 #include "bullet_ccd/math/check.h"
@@ -96,6 +97,8 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
         require(vertices[i].allFinite(),
                 "refit: vertex " + std::to_string(i) + " is not finite: repair the deformation");
     }
+    openAll();
+    m_blocks = {};
     m_mesh.vertices.assign(vertices.begin(), vertices.end());
     m_origin = bounds(m_mesh).center();
     placeCorners();
@@ -103,7 +106,9 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
     findFaces();
 }
 
-SsvTree buildSsvTree(TriangleMesh mesh)
+namespace
+{
+void checkForTree(const TriangleMesh& mesh)
 {
     checkMesh(mesh, "buildSsvTree");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
@@ -114,6 +119,12 @@ SsvTree buildSsvTree(TriangleMesh mesh)
                 "buildSsvTree: the mesh is " + toText(size) +
                     " across: choose a unit of length in which it is between 1e-16 and 1e17");
     }
+}
+}  // namespace
+
+SsvTree buildSsvTree(TriangleMesh mesh)
+{
+    checkForTree(mesh);
     SsvTree tree(std::move(mesh));
     SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
     tree.m_triangles = std::move(topology.triangles);
@@ -123,4 +134,76 @@ SsvTree buildSsvTree(TriangleMesh mesh)
     tree.findFaces();
     return tree;
 }
+
+SsvTree buildSsvTreeAsNeeded(TriangleMesh mesh)
+{
+    if (mesh.triangles.size() < kLeastAsNeeded)
+    {
+        return buildSsvTree(std::move(mesh));
+    }
+    checkForTree(mesh);
+    SsvTree tree(std::move(mesh));
+    SsvUpperTree upper = splitIntoBlocks(tree.m_mesh, tree.m_origin);
+    tree.m_radius = upper.radius;
+    tree.m_corners.resize(upper.triangles.size());
+    const SsvBlock& last = upper.blocks.back();
+    tree.m_nodes.resize(static_cast<std::size_t>(last.root + 2 * (last.end - last.begin) - 1));
+    std::ranges::copy(upper.nodes, tree.m_nodes.begin());
+    tree.m_faces = findUpperSlabs(upper, tree.m_mesh, tree.m_origin, tree.m_nodes.size());
+    tree.m_triangles = std::move(upper.triangles);
+    tree.m_blocks = SsvBlocksOwner(
+        std::make_unique<SsvBlocks>(std::move(upper.blocks),
+                                    SsvBlocks::Parts{.vertices = tree.m_mesh.vertices,
+                                                     .meshTriangles = tree.m_mesh.triangles,
+                                                     .origin = tree.m_origin,
+                                                     .nodes = tree.m_nodes,
+                                                     .corners = tree.m_corners,
+                                                     .triangles = tree.m_triangles,
+                                                     .normals = tree.m_faces.normals,
+                                                     .slabs = tree.m_faces.slabs}));
+    return tree;
+}
+
+void SsvTree::buildBelow(const SsvNode& node) const
+{
+    if (m_blocks.get() != nullptr)
+    {
+        m_blocks.get()->build(node.first);
+    }
+}
+
+void SsvTree::openAll() const
+{
+    if (m_blocks.get() != nullptr)
+    {
+        m_blocks.get()->buildAll();
+    }
+}
+
+std::size_t SsvTree::builtTriangles() const
+{
+    return m_blocks.get() != nullptr ? m_blocks.get()->builtTriangles() : m_triangles.size();
+}
+
+SsvBlocksOwner::SsvBlocksOwner() = default;
+
+SsvBlocksOwner::SsvBlocksOwner(std::unique_ptr<SsvBlocks> blocks) : m_blocks(std::move(blocks)) {}
+
+SsvBlocksOwner::SsvBlocksOwner(const SsvBlocksOwner& other)
+{
+    if (other.m_blocks != nullptr)
+    {
+        other.m_blocks->buildAll();
+    }
+}
+
+SsvBlocksOwner& SsvBlocksOwner::operator=(const SsvBlocksOwner& other)
+{
+    *this = SsvBlocksOwner(other);
+    return *this;
+}
+
+SsvBlocksOwner::SsvBlocksOwner(SsvBlocksOwner&&) noexcept = default;
+SsvBlocksOwner& SsvBlocksOwner::operator=(SsvBlocksOwner&&) noexcept = default;
+SsvBlocksOwner::~SsvBlocksOwner() = default;
 }  // namespace bullet_ccd

@@ -19,13 +19,40 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace bullet_ccd
 {
+class SsvBlocks;
+
 /// Largest number of children of a node.
 constexpr std::int32_t kArity = 4;
+
+/// Memory of plain values that is not touched before they are written: what of a large array is
+/// never used costs nothing.
+template <class T>
+struct UntouchedMemory : std::allocator<T>
+{
+    template <class U>
+    struct rebind
+    {
+        using other = UntouchedMemory<U>;
+    };
+    template <class U, class... Arguments>
+    void construct(U* at, Arguments&&... arguments)
+    {
+        if constexpr (sizeof...(Arguments) > 0)
+        {
+            ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+        }
+    }
+};
+template <class T>
+using UntouchedVector = std::vector<T, UntouchedMemory<T>>;
 
 /// low <= n.x <= high for all points x of some triangles along a unit direction n [m].
 struct Slab
@@ -46,7 +73,7 @@ struct FaceSlabs
     static constexpr std::int32_t kLeastTriangles = 8;
 
     std::vector<Eigen::Vector3d> normals{};  ///< unit, in the frame of the tree
-    std::vector<Slab> slabs{};               ///< for every node one along every normal
+    UntouchedVector<Slab> slabs{};           ///< for every node one along every normal
 
     [[nodiscard]] bool empty() const { return normals.empty(); }
     [[nodiscard]] std::span<const Slab> ofNode(std::int32_t node) const
@@ -56,12 +83,48 @@ struct FaceSlabs
     }
 };
 
+/// What builds the rest of a tree that is built as far as it is looked at. A copy of the tree is
+/// built to the end, and has none.
+class BULLET_CCD_API SsvBlocksOwner
+{
+public:
+    SsvBlocksOwner();
+    explicit SsvBlocksOwner(std::unique_ptr<SsvBlocks> blocks);
+    /// Builds the rest of the tree that is copied, before its other parts are copied.
+    SsvBlocksOwner(const SsvBlocksOwner& other);
+    SsvBlocksOwner& operator=(const SsvBlocksOwner& other);
+    SsvBlocksOwner(SsvBlocksOwner&&) noexcept;
+    SsvBlocksOwner& operator=(SsvBlocksOwner&&) noexcept;
+    ~SsvBlocksOwner();
+
+    [[nodiscard]] SsvBlocks* get() const { return m_blocks.get(); }
+
+private:
+    std::unique_ptr<SsvBlocks> m_blocks;
+};
+
 /// Hierarchy over a mesh, of which it keeps its own copy. Only refit() changes it.
 class BULLET_CCD_API SsvTree
 {
 public:
     /// All nodes; there is at least one. Node 0 is the root, and children come after their parent.
+    ///
+    /// Of a tree of buildSsvTreeAsNeeded(), a node with one child is a door: the child, and what is
+    /// below, is there once open() has been called with it.
     [[nodiscard]] std::span<const SsvNode> nodes() const { return m_nodes; }
+    /// To be called before the children of a node, or anything below them, are looked at. Any
+    /// number of threads may do so.
+    void open(const SsvNode& node) const
+    {
+        if (node.count == 1) [[unlikely]]
+        {
+            buildBelow(node);
+        }
+    }
+    /// Opens all nodes. Nodes whose `first` is kNone then belong to no tree.
+    void openAll() const;
+    /// How many triangles are below no door that has not been opened.
+    [[nodiscard]] std::size_t builtTriangles() const;
     [[nodiscard]] const TriangleMesh& mesh() const { return m_mesh; }
     /// Origin of the tree's frame in the mesh's [m]. It is the middle of the bounds, so that single
     /// precision is spent on the size of the mesh and not on its place.
@@ -94,16 +157,19 @@ public:
     void refit(std::span<const Eigen::Vector3d> vertices);
 
     friend SsvTree buildSsvTree(TriangleMesh mesh);
+    friend SsvTree buildSsvTreeAsNeeded(TriangleMesh mesh);
     friend SsvTree loadSsvTree(TriangleMesh mesh, const std::filesystem::path& path);
 
 private:
     explicit SsvTree(TriangleMesh mesh);
     void placeCorners();
     void findFaces();
+    void buildBelow(const SsvNode& node) const;
 
+    SsvBlocksOwner m_blocks;  ///< the first, see there
     TriangleMesh m_mesh;
-    std::vector<SsvNode> m_nodes;
-    std::vector<std::array<Eigen::Vector3d, 3>> m_corners;
+    UntouchedVector<SsvNode> m_nodes;
+    UntouchedVector<std::array<Eigen::Vector3d, 3>> m_corners;
     std::vector<std::int32_t> m_triangles;
     FaceSlabs m_faces;
     Eigen::Vector3d m_origin = Eigen::Vector3d::Zero();
@@ -118,6 +184,16 @@ private:
 /// that are not finite (see checkMesh()).
 [[nodiscard]] BULLET_CCD_API SsvTree buildSsvTree(TriangleMesh mesh);
 
+/// The same for a mesh of which few queries will see a small part: only the top is built, and the
+/// rest block by block of some hundred triangles when a query first comes there (SsvTree::open()).
+/// Memory likewise. Meshes of fewer than kLeastAsNeeded triangles are built at once.
+///
+/// Guarantee: the tree does not depend on the order of the queries, nor on the number of threads.
+/// It is another one than that of buildSsvTree(); answers keep the same promises.
+/// Throws as buildSsvTree().
+[[nodiscard]] BULLET_CCD_API SsvTree buildSsvTreeAsNeeded(TriangleMesh mesh);
+constexpr std::size_t kLeastAsNeeded = 8192;
+
 // Hierarchies on disk, so that a large mesh is ready in milliseconds.
 //
 // A file holds the nodes and the order of the triangles, but not the mesh. The caller gives the
@@ -128,13 +204,16 @@ private:
 
 /// Writes a temporary file beside `path` and renames it.
 ///
+/// What is not built of the tree is built first, and doors are left out.
+///
 /// Guarantee: whoever reads or writes the same file at the same time sees a complete one.
 /// Throws std::runtime_error "<path>: <what>: <remedy>".
 BULLET_CCD_API void saveSsvTree(const SsvTree& tree, const std::filesystem::path& path);
 
 /// Loads the hierarchy of `mesh`.
 ///
-/// Guarantee: the result has the same bits that buildSsvTree(mesh) gave where it was saved.
+/// Guarantee: the result has the same bits that buildSsvTree(mesh) gave where it was saved, if it
+/// was that tree that was saved.
 /// Throws std::runtime_error "<path>: <what>: <remedy>" for a file that is missing, truncated,
 /// damaged, no hierarchy, or of another version, mesh or kind of volumes. Throws
 /// std::invalid_argument for a mesh that buildSsvTree() would refuse.

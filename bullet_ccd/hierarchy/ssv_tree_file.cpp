@@ -211,16 +211,41 @@ bool isTree(std::span<const SsvNode> nodes, std::span<const std::int32_t> triang
     }
     return leaves == slots;
 }
+bool isDoor(const SsvNode& node)
+{
+    return node.count == 1;
+}
+
+/// The nodes of a tree that is open, without doors.
+std::vector<SsvNode> wholeNodes(std::span<const SsvNode> nodes)
+{
+    const auto behindDoors = [&](const SsvNode& node) -> const SsvNode&
+    { return isDoor(node) ? nodes[static_cast<std::size_t>(node.first)] : node; };
+    std::vector<SsvNode> whole{behindDoors(nodes[0])};
+    for (std::size_t i = 0; i < whole.size(); ++i)
+    {
+        const SsvNode node = whole[i];
+        whole[i].first = node.isLeaf() ? node.first : static_cast<std::int32_t>(whole.size());
+        for (std::int32_t k = 0; k < node.count; ++k)
+        {
+            whole.push_back(behindDoors(nodes[static_cast<std::size_t>(node.first + k)]));
+        }
+    }
+    return whole;
+}
 }  // namespace
 
 void saveSsvTree(const SsvTree& tree, const fs::path& path)
 {
+    tree.openAll();
+    const bool hasDoors = std::ranges::any_of(tree.nodes(), isDoor);
+    const std::vector<SsvNode> whole = hasDoors ? wholeNodes(tree.nodes()) : std::vector<SsvNode>{};
     std::vector<std::int32_t> triangles(tree.mesh().triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i)
     {
         triangles[i] = tree.triangle(static_cast<std::int32_t>(i));
     }
-    const std::span<const SsvNode> nodes = tree.nodes();
+    const std::span<const SsvNode> nodes = hasDoors ? whole : tree.nodes();
     const Header header{.meshHash = hashOf(tree.mesh()),
                         .nodes = nodes.size(),
                         .triangles = triangles.size(),

@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/io/obj_file.h"
 #include "bullet_ccd/io/off_file.h"
+#include "bullet_ccd/io/plain_obj.h"
 #include "bullet_ccd/io/polygon_soup.h"
 #include "bullet_ccd/io/reader_process.h"
 
@@ -10,6 +11,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -94,6 +96,20 @@ PolygonSoup readSoup(const std::filesystem::path& path, const std::string& exten
     }
     return extension == ".off" ? readOff(path) : readInProcess(path);
 }
+
+PlainObj readTriangles(const std::filesystem::path& path, const std::string& extension)
+{
+    if (extension == ".obj")
+    {
+        if (std::optional<PlainObj> plain = readPlainObj(path))
+        {
+            return *std::move(plain);
+        }
+    }
+    PolygonSoup soup = readSoup(path, extension);
+    const std::int64_t dropped = soup.droppedElements;
+    return {.mesh = triangulate(std::move(soup), path.string()), .droppedElements = dropped};
+}
 }  // namespace
 
 MeshFile loadMeshFile(const std::filesystem::path& path, const MeshFileOptions& options)
@@ -107,23 +123,27 @@ MeshFile loadMeshFile(const std::filesystem::path& path, const MeshFileOptions& 
     const std::string extension = lowerExtension(path);
     requireReadable(path, extension);
 
-    PolygonSoup soup = readSoup(path, extension);
+    PlainObj read = readTriangles(path, extension);
     MeshFile file;
-    if (soup.droppedElements > 0)
+    file.mesh = std::move(read.mesh);
+    if (read.droppedElements > 0)
     {
-        file.notes.push_back("ignored " + std::to_string(soup.droppedElements) +
+        file.notes.push_back("ignored " + std::to_string(read.droppedElements) +
                              " lines and points");
     }
-    if (soup.polygonEnds.empty())
+    if (file.mesh.triangles.empty())
     {
-        throw std::runtime_error(name + ": no faces among " + std::to_string(soup.vertices.size()) +
+        throw std::runtime_error(name + ": no faces among " +
+                                 std::to_string(file.mesh.vertices.size()) +
                                  " vertices: export the surface, not a point cloud or a scene "
                                  "without meshes");
     }
-    file.mesh = triangulate(std::move(soup), name);
-    for (Eigen::Vector3d& vertex : file.mesh.vertices)
+    if (options.scale != 1.0)
     {
-        vertex *= options.scale;
+        for (Eigen::Vector3d& vertex : file.mesh.vertices)
+        {
+            vertex *= options.scale;
+        }
     }
     checkFileMesh(file.mesh, name);
     file.repair = repairMesh(file.mesh);

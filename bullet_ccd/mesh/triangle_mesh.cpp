@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <oneapi/tbb/parallel_for.h>
+#include <ranges>
 #include <span>
 #include <utility>
 
@@ -68,6 +70,67 @@ std::vector<std::int32_t> firstOfEqual(std::size_t count,
     return first;
 }
 
+/// Of `count` things those that may equal another, in their order: all that do, and few that do
+/// not. Most meshes have none, and this is much faster than a table.
+template <typename HashOf>
+std::vector<std::int32_t> thoseWithEqualHash(std::size_t count, const HashOf& hashOf)
+{
+    constexpr std::size_t kBits = 64;
+    const std::size_t words = std::bit_ceil(count / 4 + 1);
+    std::vector<std::uint64_t> once(words);
+    std::vector<std::uint64_t> twice(words);
+    const auto find = [&](std::size_t i)
+    {
+        const std::uint64_t hash = hashOf(i);
+        return std::pair((hash / kBits) & (words - 1), std::uint64_t{1} << hash % kBits);
+    };
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const auto [word, bit] = find(i);
+        twice[word] |= once[word] & bit;
+        once[word] |= bit;
+    }
+    std::vector<std::int32_t> found;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const auto [word, bit] = find(i);
+        if ((twice[word] & bit) != 0)
+        {
+            found.push_back(static_cast<std::int32_t>(i));
+        }
+    }
+    return found;
+}
+
+/// What look(i, found) adds to `found` for some i below `count`, in the order of i, by all threads.
+template <typename Found, typename Look>
+std::vector<Found> collected(std::size_t count, const Look& look)
+{
+    constexpr std::size_t kChunk = 1U << 14;
+    std::vector<std::vector<Found>> parts((count + kChunk - 1) / kChunk);
+    const auto lookAt = [&](std::size_t part)
+    {
+        for (std::size_t i = part * kChunk; i < std::min(count, (part + 1) * kChunk); ++i)
+        {
+            look(i, parts[part]);
+        }
+    };
+    if (parts.size() < 2)  // starting threads would cost more than the work
+    {
+        std::ranges::for_each(std::views::iota(std::size_t{0}, parts.size()), lookAt);
+    }
+    else
+    {
+        tbb::parallel_for(std::size_t{0}, parts.size(), lookAt);
+    }
+    std::vector<Found> all;
+    for (const std::vector<Found>& part : parts)
+    {
+        all.insert(all.end(), part.begin(), part.end());
+    }
+    return all;
+}
+
 /// Redirects all corners to the first of exactly equal vertices.
 std::int64_t mergeEqualVertices(TriangleMesh& mesh)
 {
@@ -81,14 +144,29 @@ std::int64_t mergeEqualVertices(TriangleMesh& mesh)
         }
         return hash;
     };
-    const std::vector<std::int32_t> first =
-        firstOfEqual(vertices.size(),
-                     hashOf,
-                     [&](std::size_t i, std::size_t k) { return vertices[i] == vertices[k]; });
+    const std::vector<std::int32_t> some = thoseWithEqualHash(vertices.size(), hashOf);
+    const auto in = [&](std::size_t i) { return static_cast<std::size_t>(some[i]); };
+    const std::vector<std::int32_t> firstOfSome = firstOfEqual(
+        some.size(),
+        [&](std::size_t i) { return hashOf(in(i)); },
+        [&](std::size_t i, std::size_t k) { return vertices[in(i)] == vertices[in(k)]; });
+    std::vector<std::int32_t> first;
     std::int64_t merged = 0;
-    for (std::size_t i = 0; i < first.size(); ++i)
+    for (std::size_t i = 0; i < some.size(); ++i)
     {
-        merged += static_cast<std::size_t>(first[i]) != i ? 1 : 0;
+        if (static_cast<std::size_t>(firstOfSome[i]) != i)
+        {
+            if (merged++ == 0)
+            {
+                first.resize(vertices.size());
+                std::iota(first.begin(), first.end(), 0);
+            }
+            first[in(i)] = some[static_cast<std::size_t>(firstOfSome[i])];
+        }
+    }
+    if (merged == 0)
+    {
+        return 0;
     }
     for (Triangle& triangle : mesh.triangles)
     {
@@ -100,37 +178,79 @@ std::int64_t mergeEqualVertices(TriangleMesh& mesh)
     return merged;
 }
 
-/// Triangles of the same three vertices are equal, whatever their order.
+std::int32_t leastOf(const Triangle& t)
+{
+    return std::min({t[0], t[1], t[2]});
+}
+
+/// Triangles of the same three vertices are equal, whatever their order. Those of the same least
+/// vertex, which are few, are looked at together.
 std::int64_t removeDuplicateTriangles(TriangleMesh& mesh)
 {
-    std::vector<Triangle> sorted = mesh.triangles;
-    for (Triangle& triangle : sorted)
+    const std::size_t count = mesh.triangles.size();
+    std::vector<std::int32_t> begin(mesh.vertices.size() + 1, 0);
+    for (const Triangle& t : mesh.triangles)
     {
-        std::ranges::sort(triangle);
+        ++begin[static_cast<std::size_t>(leastOf(t))];
     }
-    const auto hashOf = [&](std::size_t i)
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::int32_t> byLeast(count);
+    for (std::size_t i = count; i-- > 0;)
     {
-        std::uint64_t hash = 0;
-        for (const std::int32_t index : sorted[i])
-        {
-            hash = mixed(hash, static_cast<std::uint64_t>(index));
-        }
-        return hash;
+        const auto at = --begin[static_cast<std::size_t>(leastOf(mesh.triangles[i]))];
+        byLeast[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(i);
+    }
+    // The other two vertices of a triangle, whatever their order.
+    const auto keyOf = [&](std::int32_t i)
+    {
+        const Triangle& t = mesh.triangles[static_cast<std::size_t>(i)];
+        const auto [least, most] = std::minmax({t[0], t[1], t[2]});
+        const std::int64_t middle = std::int64_t{t[0]} + t[1] + t[2] - least - most;
+        return (middle << 32U) + most;
     };
-    const std::vector<std::int32_t> first =
-        firstOfEqual(sorted.size(),
-                     hashOf,
-                     [&](std::size_t i, std::size_t k) { return sorted[i] == sorted[k]; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < first.size(); ++i)
-    {
-        if (static_cast<std::size_t>(first[i]) == i)
+    std::vector<std::int32_t> duplicates = collected<std::int32_t>(
+        mesh.vertices.size(),
+        [&](std::size_t vertex, std::vector<std::int32_t>& found)
         {
-            mesh.triangles[kept++] = mesh.triangles[i];
+            const auto group = std::span(byLeast).subspan(
+                static_cast<std::size_t>(begin[vertex]),
+                static_cast<std::size_t>(begin[vertex + 1] - begin[vertex]));
+            constexpr std::size_t kFew = 8;
+            if (group.size() > kFew)
+            {
+                std::ranges::stable_sort(group, {}, keyOf);
+            }
+            std::array<std::int64_t, kFew> keys{};
+            for (std::size_t i = 0; i < group.size(); ++i)
+            {
+                const std::int64_t key = keyOf(group[i]);
+                const std::size_t before = std::min(i, kFew);
+                const auto known = std::span(keys).first(before);
+                if (std::ranges::find(known, key) != known.end())
+                {
+                    found.push_back(group[i]);
+                }
+                keys[i % kFew] = key;
+            }
+        });
+    if (duplicates.empty())
+    {
+        return 0;
+    }
+    std::ranges::sort(duplicates);
+    auto next = duplicates.begin();
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        if (next != duplicates.end() && static_cast<std::size_t>(*next) == i)
+        {
+            ++next;
+            continue;
         }
+        mesh.triangles[kept++] = mesh.triangles[i];
     }
     mesh.triangles.resize(kept);
-    return static_cast<std::int64_t>(first.size() - kept);
+    return static_cast<std::int64_t>(count - kept);
 }
 
 /// Renumbers the vertices in use, keeping their order.
@@ -152,6 +272,10 @@ void dropUnreferencedVertices(TriangleMesh& mesh)
             renumbered[i] = static_cast<std::int32_t>(kept);
             mesh.vertices[kept++] = mesh.vertices[i];
         }
+    }
+    if (kept == mesh.vertices.size())
+    {
+        return;
     }
     mesh.vertices.resize(kept);
     for (Triangle& triangle : mesh.triangles)
@@ -238,6 +362,15 @@ void checkMesh(const TriangleMesh& mesh, const std::string& name)
     require(!mesh.triangles.empty(),
             name + ": mesh has no triangles (" + std::to_string(mesh.vertices.size()) +
                 " vertices): export it with its faces");
+    const auto isFinite = [](const Eigen::Vector3d& vertex) { return vertex.allFinite(); };
+    const auto isVertex = [count = static_cast<std::uint32_t>(mesh.vertices.size())](std::int32_t i)
+    { return static_cast<std::uint32_t>(i) < count; };
+    const auto isGood = [&](const Triangle& t)
+    { return isVertex(t[0]) && isVertex(t[1]) && isVertex(t[2]); };
+    if (std::ranges::all_of(mesh.vertices, isFinite) && std::ranges::all_of(mesh.triangles, isGood))
+    {
+        return;
+    }
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
     {
         if (!mesh.vertices[i].allFinite())
@@ -272,7 +405,16 @@ MeshRepair repairMesh(TriangleMesh& mesh)
         static_cast<std::int64_t>(std::erase_if(mesh.triangles, hasEqualCorners));
     repair.duplicateTriangles = removeDuplicateTriangles(mesh);
     const auto isFlat = [&](const Triangle& t) { return hasZeroArea(mesh, t); };
-    if (std::ranges::any_of(mesh.triangles, isFlat) && !isWatertight(mesh))
+    const std::vector<std::size_t> flat =
+        collected<std::size_t>(mesh.triangles.size(),
+                               [&](std::size_t i, std::vector<std::size_t>& found)
+                               {
+                                   if (isFlat(mesh.triangles[i]))
+                                   {
+                                       found.push_back(i);
+                                   }
+                               });
+    if (!flat.empty() && !isWatertight(mesh))
     {
         repair.degenerateTriangles +=
             static_cast<std::int64_t>(std::erase_if(mesh.triangles, isFlat));

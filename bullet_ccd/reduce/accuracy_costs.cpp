@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/reduce/reduce_mesh.h"
+#include "bullet_ccd/toi/model_use.h"
 #include "bullet_ccd/toi/rigid_toi.h"
 
 #include <algorithm>
@@ -19,6 +20,7 @@ using Eigen::Vector3d;
 constexpr std::array kAccuracies{1e-6, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 5e-3};
 constexpr int kQueries = 60;
 constexpr int kRepeats = 3;
+constexpr std::size_t kColdQueries = 3;
 
 /// The motion of A; B rests.
 using Motions = std::vector<RigidMotion>;
@@ -129,6 +131,55 @@ void ask(const SsvTree& modelA,
     row.trianglesB = modelB.mesh().triangles.size();
     row.bytes = bytesOf(modelA) + bytesOf(modelB);
 }
+/// Asks the bodies themselves, warm and cold.
+void askBodies(const SsvTree& bodyA,
+               const SsvTree& bodyB,
+               const Motions& motions,
+               AccuracyCost& row)
+{
+    const bool isAccuracy = row.accuracy > 0.0;
+    const ToiOptions options{.tolerance = isAccuracy ? row.accuracy : row.tolerance,
+                             .anyWithin = isAccuracy};
+    const auto query = [&](const SsvTree& a, const SsvTree& b, std::size_t i, ToiWorkspace& work)
+    { return rigidToi({.tree = &a, .motion = motions[i]}, {.tree = &b}, options, work); };
+    ToiWorkspace work;
+    ModelUse use;
+    std::vector<double> times;
+    for (std::size_t i = 0; i < motions.size(); ++i)
+    {
+        noteModelUse(work, &use);
+        const ToiResult result = query(bodyA, bodyB, i, work);
+        noteModelUse(work, nullptr);
+        row.pairs +=
+            static_cast<double>(result.counters.nodePairs + result.counters.trianglePairs) /
+            static_cast<double>(motions.size());
+        std::vector<double> repeats;
+        for (int k = 0; k < kRepeats; ++k)
+        {
+            const Stopwatch watch;
+            static_cast<void>(query(bodyA, bodyB, i, work));
+            repeats.push_back(1e6 * watch.seconds());
+        }
+        times.push_back(median(repeats));
+    }
+    row.warmMicroseconds = median(times);
+    row.trianglesSeen = use.count();
+    std::vector<double> cold;
+    std::vector<double> built;
+    for (std::size_t i = 0; i < kColdQueries; ++i)
+    {
+        TriangleMesh meshA = bodyA.mesh();
+        TriangleMesh meshB = bodyB.mesh();
+        const Stopwatch watch;
+        const SsvTree treeA = buildSsvTreeAsNeeded(std::move(meshA));
+        const SsvTree treeB = buildSsvTreeAsNeeded(std::move(meshB));
+        static_cast<void>(query(treeA, treeB, i, work));
+        cold.push_back(1e3 * watch.seconds());
+        built.push_back(static_cast<double>(treeA.builtTriangles() + treeB.builtTriangles()));
+    }
+    row.coldMilliseconds = median(cold);
+    row.trianglesBuilt = static_cast<std::size_t>(median(built));
+}
 }  // namespace
 
 std::vector<AccuracyCost> measureAccuracies(
@@ -144,6 +195,7 @@ std::vector<AccuracyCost> measureAccuracies(
     std::vector<AccuracyCost> rows;
     AccuracyCost full{.tolerance = 1e-6 * sizeOf(bodyB.mesh())};
     ask(bodyA, bodyB, bodyA, bodyB, motions, full);
+    askBodies(bodyA, bodyB, motions, full);
     rows.push_back(full);
     for (const double accuracy : kAccuracies)
     {
@@ -169,6 +221,7 @@ std::vector<AccuracyCost> measureAccuracies(
         const SsvTree modelB = buildSsvTree(std::move(smallB));
         row.buildSeconds = building.seconds();
         ask(modelA, modelB, bodyA, bodyB, motions, row);
+        askBodies(bodyA, bodyB, motions, row);
         rows.push_back(row);
     }
     return rows;

@@ -12,9 +12,11 @@ namespace bullet_ccd
 {
 /// One accuracy: what keeps it, and what that costs.
 ///
-/// The models deviate from their bodies by at most a fifth of the accuracy b each. Queries of
-/// them with a minimum separation of 2b/5 and a tolerance of b/5 stop where the bodies themselves
-/// have a gap in (0, b].
+/// There are two ways. Queries of the bodies themselves may keep it (ToiOptions::anyWithin); what
+/// that takes is measured warm, the same queries again and again, and cold, with hierarchies that
+/// are built as far as one query needs. Or smaller models are made first. These deviate from their
+/// bodies by at most a fifth of the accuracy b each. Queries of them with a minimum separation of
+/// 2b/5 and a tolerance of b/5 stop where the bodies themselves have a gap in (0, b].
 struct AccuracyCost
 {
     double accuracy = 0.0;  ///< [unit of the meshes]; 0: the bodies themselves, see tolerance
@@ -23,11 +25,16 @@ struct AccuracyCost
     double tolerance = 0.0;
     std::size_t trianglesA = 0;
     std::size_t trianglesB = 0;
-    double bytes = 0.0;          ///< of both hierarchies with their meshes
-    double reduceSeconds = 0.0;  ///< making the models
-    double buildSeconds = 0.0;   ///< building their hierarchies
-    double microseconds = 0.0;   ///< of a query, median
-    double largestGap = 0.0;     ///< of the bodies themselves where a query stopped
+    double bytes = 0.0;              ///< of both hierarchies with their meshes
+    double reduceSeconds = 0.0;      ///< making the models
+    double buildSeconds = 0.0;       ///< building their hierarchies
+    double microseconds = 0.0;       ///< of a query, median
+    double warmMicroseconds = 0.0;   ///< of a query of the bodies themselves, median
+    double pairs = 0.0;              ///< of nodes and of triangles that it looks at, mean
+    std::size_t trianglesSeen = 0;   ///< that all those queries together looked at
+    double coldMilliseconds = 0.0;   ///< building as far as one query needs, and that query, median
+    std::size_t trianglesBuilt = 0;  ///< for that query, median
+    double largestGap = 0.0;         ///< of the bodies themselves where a query stopped
     int contacts = 0;
     int broken = 0;  ///< contacts at a gap of the bodies that is 0 or above the accuracy
 };

@@ -75,6 +75,7 @@ struct NearestSearch
             look(node.first);
             return;
         }
+        tree.open(node);
         std::array<std::pair<double, const SsvNode*>, kArity> children;
         const std::span<const SsvNode> nodes = tree.nodes().subspan(
             static_cast<std::size_t>(node.first), static_cast<std::size_t>(node.count));

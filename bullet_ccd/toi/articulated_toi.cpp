@@ -284,21 +284,30 @@ private:
     }
 
     /// Closest pair of triangles that count, if it is within `threshold`.
+    /// @param accuracy  that will do of the distance; 0: as near as rounding allows
     [[nodiscard]] TrianglePair closest(const BodyPair& pair,
                                        const Isometry3d& X_BA,
-                                       double threshold) const
+                                       double threshold,
+                                       double accuracy) const
     {
         const SsvTree& treeA = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyA)].tree;
         const SsvTree& treeB = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyB)].tree;
         const NodeMarks exempt = pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{};
-        return treeDistance(treeA, treeB, X_BA, threshold, exempt);
+        return accuracy > 0.0
+                   ? distanceWithin(treeA, treeB, X_BA, accuracy, {}, exempt, threshold).nearest
+                   : treeDistance(treeA, treeB, X_BA, threshold, exempt);
     }
 
     /// Distance of a pair at time t if it is at most `threshold`, as a contact in W.
-    bool findContact(const BodyPair& pair, double t, double threshold, LinkContact& contact)
+    bool findContact(const BodyPair& pair,
+                     double t,
+                     double threshold,
+                     LinkContact& contact,
+                     double accuracy = 0.0)
     {
         const Isometry3d X_WB = poseAt(pair.bodyB, t);
-        const TrianglePair found = closest(pair, X_WB.inverse() * poseAt(pair.bodyA, t), threshold);
+        const TrianglePair found =
+            closest(pair, X_WB.inverse() * poseAt(pair.bodyA, t), threshold, accuracy);
         if (found.triangleA == kNone || found.distance <= 0.0)
         {
             return false;
@@ -311,6 +320,15 @@ private:
         // Not divided by the distance: the witnesses are rounded where the tree's origin is added.
         contact.normal = X_WB.linear() * (found.pointB - found.pointA).normalized();
         return true;
+    }
+
+    /// A pair that was within the tolerance at the start counts only if it closed in further: the
+    /// same rule as in the search.
+    bool closedIn(const BodyPair& pair, double reach, LinkContact& contact)
+    {
+        LinkContact begin;
+        return !findContact(pair, 0.0, reach, begin) ||
+               (findContact(pair, contact.time, reach, contact) && contact.gap <= 0.75 * begin.gap);
     }
 
     /// The hit of the state, and what else is in contact then.
@@ -333,15 +351,13 @@ private:
             return;
         }
         const double reach = m_options.toi.tolerance + m_options.toi.minimumSeparation;
+        const double accuracy = m_options.toi.anyWithin ? 0.25 * m_options.toi.tolerance : 0.0;
         for (std::size_t i = 0; i < pairs.size(); ++i)
         {
-            // A pair that was within the tolerance at the start counts only if it closed in
-            // further: the same rule as in the search.
-            LinkContact begin;
             LinkContact other = contactOf(pairs[i], first.time);
             if (static_cast<std::int32_t>(i) != first.pair &&
-                findContact(pairs[i], first.time, reach, other) &&
-                (!findContact(pairs[i], 0.0, reach, begin) || other.gap <= 0.75 * begin.gap))
+                findContact(pairs[i], first.time, reach, other, accuracy) &&
+                closedIn(pairs[i], reach, other))
             {
                 m_result.contacts.push_back(other);
             }

@@ -10,11 +10,16 @@ namespace
 /// A node is marked if all triangles below it are.
 std::vector<std::uint8_t> marksOfNodes(const SsvTree& tree, std::span<const std::uint8_t> marks)
 {
+    tree.openAll();
     const std::span<const SsvNode> nodes = tree.nodes();
     std::vector<std::uint8_t> result(nodes.size(), 1);
     for (std::size_t i = nodes.size(); i-- > 0;)  // children come after their parent
     {
         const SsvNode& node = nodes[i];
+        if (node.first == kNone)
+        {
+            continue;
+        }
         if (node.isLeaf())
         {
             result[i] = marks[static_cast<std::size_t>(tree.triangle(node.first))];

@@ -194,6 +194,7 @@ void forTrianglesOnGrid(const SsvTree& tree,
         {
             visit(tree.triangle(node.first));
         }
+        tree.open(node);
         for (std::int32_t child = 0; child < node.count; ++child)
         {
             open.push_back(node.first + child);

@@ -86,7 +86,9 @@ std::vector<std::int32_t> visit(
     }
     else
     {
-        EXPECT_GE(node.count, 2);
+        EXPECT_GE(node.count, 1);
+        check.doors += node.count == 1 ? 1 : 0;
+        tree.open(node);
         EXPECT_LE(node.count, kArity);
         for (std::int32_t k = 0; k < node.count; ++k)
         {
@@ -143,6 +145,7 @@ void expectSoundTree(const SsvTree& tree, const std::string& what)
     EXPECT_LE(check.worstEscape, 0.0) << what;
     EXPECT_LE(check.worstCoreRadius, 0.0) << what;
     EXPECT_EQ(check.visited, tree.nodes().size()) << what;
+    EXPECT_EQ(check.doors, 0u) << what;
     EXPECT_LE(tree.nodes().size(), 2 * count - 1) << what;
     EXPECT_TRUE(std::all_of(check.leavesOfTriangle.begin(),
                             check.leavesOfTriangle.end(),

@@ -19,6 +19,7 @@ struct TreeCheck
     double worstEscape = -std::numeric_limits<double>::infinity();  ///< relative to the node's size
     double worstCoreRadius = -std::numeric_limits<double>::infinity();
     std::size_t visited = 0;
+    std::size_t doors = 0;  ///< nodes with one child, see SsvTree::nodes()
 };
 
 /// Every node against the triangles below it.

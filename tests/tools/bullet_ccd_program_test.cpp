@@ -127,6 +127,12 @@ TEST_F(BulletCcdProgram, AnAccuracySaysWhatWasNeededAndIsNeverBelowRounding)
     const Outcome json = run("toi " + cubeAndPlate() + motion + "--accuracy 1e-3 --json");
     EXPECT_THAT(json.out, HasSubstr("\"of_triangles\": 24}"));
     EXPECT_THAT(run("toi " + cubeAndPlate() + motion).out, Not(HasSubstr("needed")));
+    const std::filesystem::path picture = m_temp.path() / "needed.ply";
+    const std::string draw = "--draw '" + picture.string() + "'";
+    EXPECT_EQ(run("toi " + cubeAndPlate() + motion + draw).exitCode, 2) << "needs an accuracy";
+    EXPECT_EQ(run("toi " + cubeAndPlate() + motion + "--accuracy 1e-3 " + draw).exitCode, 0);
+    EXPECT_THAT(contentOf(picture),
+                AllOf(HasSubstr("element face 24\n"), HasSubstr("\xE6\x6E\x14")));
     // The plate is 20 across.
     for (const char* accuracy : {"0", "-1", "1e-12"})
     {

@@ -66,8 +66,9 @@ TEST_F(ReduceProgram, SaysWhatIsWrong)
 }
 TEST_F(ReduceProgram, AdviseKeepsItsPromiseAndChooses)
 {
-    const Outcome outcome =
-        run("advise '" + m_mesh.string() + "' --accuracy 2e-3 -o '" + m_output.string() + "'");
+    const std::filesystem::path chart = m_output.parent_path() / "chart.svg";
+    const Outcome outcome = run("advise '" + m_mesh.string() + "' --accuracy 2e-3 -o '" +
+                                m_output.string() + "' --chart '" + chart.string() + "'");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
     // One row per accuracy, and one for the full meshes; contacts that broke the promise are last.
     std::istringstream text(outcome.out);
@@ -78,6 +79,7 @@ TEST_F(ReduceProgram, AdviseKeepsItsPromiseAndChooses)
         rows += line.substr(last + 1) == "0" ? 1 : 0;
     }
     EXPECT_EQ(rows, 8);
+    EXPECT_THAT(contentOf(chart), AllOf(HasSubstr("<polyline"), HasSubstr("</svg>")));
     EXPECT_THAT(contentOf(m_output),
                 AllOf(HasSubstr("accuracy: 0.002"), HasSubstr("tolerance: 0.0004")));
 

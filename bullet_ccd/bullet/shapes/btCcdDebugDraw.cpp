@@ -62,6 +62,7 @@ void drawBelow(const SsvTree& tree,
         drawVolume(tree, node, X_WG, radius, volumeColor(), draw);
         return;
     }
+    tree.open(node);
     for (std::int32_t k = 0; k < node.count; ++k)
     {
         drawBelow(tree, node.first + k, level - 1, X_WG, radius, draw);

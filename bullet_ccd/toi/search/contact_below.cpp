@@ -46,6 +46,7 @@ std::int32_t leafNear(const SsvTree& tree, std::int32_t node, const Vector3d& po
     while (!tree.nodes()[static_cast<std::size_t>(node)].isLeaf())
     {
         const SsvNode& here = tree.nodes()[static_cast<std::size_t>(node)];
+        tree.open(here);
         float least = std::numeric_limits<float>::infinity();
         for (std::int32_t k = here.first; k < here.first + here.count; ++k)
         {

@@ -88,6 +88,12 @@ public:
         return nodeOf(treeB(p), p.nodeB);
     }
 
+    /// Opens a node of one of the pair, see SsvTree::open().
+    void open(const NodePair& p, bool ofA) const
+    {
+        ofA ? treeA(p).open(nodeA(p)) : treeB(p).open(nodeB(p));
+    }
+
     /// True if the pair's mask exempts all that is below its nodes.
     [[nodiscard]] bool isExempt(const NodePair& p) const
     {

@@ -115,7 +115,8 @@ inline void checkLimit(SearchState& state, double time, std::int32_t pair)
 /// Moves the contact that was found back to a time from `state.hit.enough` on.
 void moveHit(SearchState& state, double time);
 
-/// The node pairs that the children of the larger node of `p` make, at the time of `p`.
+/// The node pairs that the children of the larger node of `p` make, at the time of `p`. The node
+/// must be opened (PairScene::open()) before they are looked at.
 struct Opening
 {
     bool openA = false;

@@ -102,6 +102,10 @@ private:
                 break;
             }
             m_queue.pop();
+            if (!goesOn)
+            {
+                m_state.scene.open(p, opening.openA);
+            }
             for (std::size_t k = 0; k < added; ++k)
             {
                 m_batch[count] = goesOn ? p : opening.child(p, static_cast<std::int32_t>(k));

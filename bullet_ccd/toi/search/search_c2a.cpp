@@ -91,6 +91,7 @@ private:
                 break;
             }
             const Opening opening(m_state.scene.nodeA(p), m_state.scene.nodeB(p));
+            m_state.scene.open(p, opening.openA);
             for (std::int32_t k = 0; k < opening.count; ++k)
             {
                 next[static_cast<std::size_t>(k)] = opening.child(here, k);

@@ -123,6 +123,7 @@ private:
             return;
         }
         const Opening opening(a, b);
+        m_state.scene.open(p, opening.openA);
         for (std::int32_t k = 0; k < opening.count; ++k)
         {
             const NodePair child = opening.child(p, k);

@@ -5,6 +5,7 @@
 #include "tools/ccd_cli/text/batch_summary.h"
 #include "tools/support/command_line.h"
 #include "tools/support/obstacles/obstacle_list.h"
+#include "tools/support/obstacles/obstacle_scene.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/progress_line.h"
@@ -16,6 +17,7 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 namespace bullet_ccd::tools
@@ -380,9 +382,26 @@ int answerTable(const ArticulatedArguments& a,
     return stop.finish("bullet-ccd articulated", count, total, "queries", kDone);
 }
 
-int answer(const ArticulatedArguments& a)
+/// The arguments with the accuracy that a scene states.
+ArticulatedArguments withAccuracyOfScene(ArticulatedArguments a)
 {
-    checkUsage(a);
+    std::optional<double> stated;
+    if (a.toi.anyWithin || a.toi.tolerance != kDefaultTolerance)
+    {
+        stated = a.toi.tolerance;
+    }
+    if (const std::optional<double> accuracy = accuracyOf(a.obstacles, stated))
+    {
+        a.toi.tolerance = *accuracy;
+        a.toi.anyWithin = true;
+    }
+    return a;
+}
+
+int answer(const ArticulatedArguments& given)
+{
+    checkUsage(given);
+    const ArticulatedArguments a = withAccuracyOfScene(given);
     if (!a.output.empty())
     {
         requireOtherFile(a.output, {a.urdf, a.srdf, a.from, a.to, a.path});
@@ -411,7 +430,8 @@ constexpr const char* kArticulatedFooter =
     "with "
     "the columns mesh (relative to the scene) and, as needed, name, scale, qw qx qy qz tx ty tz. A "
     "scene in YAML has a list 'obstacles:' of items with the keys mesh, name, scale, position "
-    "[tx, ty, tz], and quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw]. Of a manifest "
+    "[tx, ty, tz], and quaternion [qw, qx, qy, qz] or rpy [roll, pitch, yaw]; its key 'accuracy' "
+    "stands for --accuracy. Of a manifest "
     "('bullet-ccd manifest') only the meshes are loaded whose boxes the motion meets.\n"
     "\n"
     "--self tests links against each other, except for the pairs that the SRDF disables. Links "

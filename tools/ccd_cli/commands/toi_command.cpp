@@ -4,15 +4,19 @@
 #include "tools/ccd_cli/run/query_run.h"
 #include "tools/ccd_cli/text/result_text.h"
 #include "tools/support/command_line.h"
+#include "tools/support/obstacles/needed_picture.h"
 #include "tools/support/option_values.h"
 #include "tools/support/pose_text.h"
 #include "tools/support/stop_request.h"
+#include "tools/support/text_file.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fmt/format.h>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::tools
@@ -42,6 +46,7 @@ struct ToiArguments
     BodyArguments bodyB;
     PathKind motion = PathKind::Linear;
     bool json = false;
+    std::string picture;  ///< file; empty: none
     double timeLimit = 0.0;
     ToiOptions toi;
 };
@@ -104,7 +109,7 @@ void addBody(CLI::App& command, const std::string& name, BodyArguments& body)
 }
 
 /// What the query needs of the meshes; it is asked once more for that.
-ModelShare shareOf(const MeshPair& meshes, const RigidQuery& query, const ToiOptions& options)
+ModelUse useOf(const MeshPair& meshes, const RigidQuery& query, const ToiOptions& options)
 {
     ModelUse use;
     ToiWorkspace work;
@@ -113,7 +118,7 @@ ModelShare shareOf(const MeshPair& meshes, const RigidQuery& query, const ToiOpt
                                {.tree = meshes.treeB.get(), .motion = query.motionB},
                                options,
                                work));
-    return {use, std::array{meshes.treeA.get(), meshes.treeB.get()}};
+    return use;
 }
 
 int answer(const ToiArguments& arguments)
@@ -127,7 +132,12 @@ int answer(const ToiArguments& arguments)
         RigidQuery{.id = "",
                    .motionA = motionOf(arguments.bodyA, arguments.motion),
                    .motionB = motionOf(arguments.bodyB, arguments.motion)}};
-    const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB);
+    if (!arguments.picture.empty())
+    {
+        requireOtherFile(arguments.picture, {arguments.fileA, arguments.fileB});
+        requireWritable(arguments.picture);
+    }
+    const MeshPair meshes = loadMeshPair(arguments.fileA, arguments.fileB, buildSsvTreeAsNeeded);
     checkAccuracy(arguments.toi, meshes.treeA->mesh());
     checkAccuracy(arguments.toi, meshes.treeB->mesh());
     const StopRequest stop(arguments.timeLimit);
@@ -137,7 +147,17 @@ int answer(const ToiArguments& arguments)
         *meshes.treeA, *meshes.treeB, query, {.toi = options}, [](std::size_t) { return true; });
     if (options.anyWithin)
     {
-        answers[0].needed = shareOf(meshes, query[0], options);
+        const ModelUse use = useOf(meshes, query[0], options);
+        answers[0].needed = {use, std::array{meshes.treeA.get(), meshes.treeB.get()}};
+        if (!arguments.picture.empty())
+        {
+            const double t = answers[0].result.time;
+            writeNeededPicture(
+                arguments.picture,
+                std::span(&use, 1),
+                std::array{DrawnBody{meshes.treeA.get(), query[0].motionA.at(t).X_W},
+                           DrawnBody{meshes.treeB.get(), query[0].motionB.at(t).X_W}});
+        }
     }
     const ToiResult& result = answers[0].result;
     std::vector<FeatureContact> contacts;
@@ -187,6 +207,13 @@ void addToiCommand(CLI::App& app, int& exitCode)
     addToiOptions(*command, arguments->toi);
     command->add_flag(
         "--json", arguments->json, "Print one JSON object with all digits and all contacts.");
+    command
+        ->add_option("--draw",
+                     arguments->picture,
+                     "With --accuracy: where to write both bodies at the time of the answer, as a "
+                     "mesh in which what was looked at closely is orange.")
+        ->type_name("PLY")
+        ->needs("--accuracy");
     addTimeLimitOption(*command, arguments->timeLimit, "Stop the query");
     command->callback([arguments, &exitCode] { exitCode = answer(*arguments); });
 }

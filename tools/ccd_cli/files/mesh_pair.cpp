@@ -13,7 +13,7 @@ namespace
 {
 namespace fs = std::filesystem;
 
-std::shared_ptr<const SsvTree> loadTree(const fs::path& path, MeshPair& times)
+std::shared_ptr<const SsvTree> loadTree(const fs::path& path, BuildTree make, MeshPair& times)
 {
     const Stopwatch load;
     MeshFile file = loadMeshFile(path);
@@ -24,19 +24,19 @@ std::shared_ptr<const SsvTree> loadTree(const fs::path& path, MeshPair& times)
         fmt::print(stderr, "bullet-ccd: {}: {}\n", path.string(), file.repair.summary());
     }
     const Stopwatch build;
-    auto tree = std::make_shared<const SsvTree>(buildSsvTree(std::move(file.mesh)));
+    auto tree = std::make_shared<const SsvTree>(make(std::move(file.mesh)));
     times.buildSeconds += build.seconds();
     return tree;
 }
 }  // namespace
 
-MeshPair loadMeshPair(const fs::path& fileA, const fs::path& fileB)
+MeshPair loadMeshPair(const fs::path& fileA, const fs::path& fileB, BuildTree build)
 {
     MeshPair pair;
-    pair.treeA = loadTree(fileA, pair);
+    pair.treeA = loadTree(fileA, build, pair);
     std::error_code error;
     const bool same = fs::equivalent(fileA, fileB, error) && !error;
-    pair.treeB = same ? pair.treeA : loadTree(fileB, pair);
+    pair.treeB = same ? pair.treeA : loadTree(fileB, build, pair);
     return pair;
 }
 }  // namespace bullet_ccd::tools

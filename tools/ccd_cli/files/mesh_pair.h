@@ -17,7 +17,11 @@ struct MeshPair
     double buildSeconds = 0.0;  ///< building the hierarchies
 };
 
+/// Makes a hierarchy of a mesh.
+using BuildTree = SsvTree (*)(TriangleMesh mesh);
+
 /// Reads and builds; what had to be repaired in a mesh is said on stderr. Throws as loadMeshFile().
 [[nodiscard]] MeshPair loadMeshPair(const std::filesystem::path& fileA,
-                                    const std::filesystem::path& fileB);
+                                    const std::filesystem::path& fileB,
+                                    BuildTree build = buildSsvTree);
 }  // namespace bullet_ccd::tools

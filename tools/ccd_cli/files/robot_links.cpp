@@ -174,9 +174,9 @@ RobotLinks loadRobotLinks(const std::filesystem::path& urdf)
     links.notes = links.robot.notes;
     for (TriangleMesh& mesh : links.robot.linkMeshes)
     {
-        links.trees.push_back(mesh.triangles.empty()
-                                  ? nullptr
-                                  : std::make_unique<const SsvTree>(buildSsvTree(std::move(mesh))));
+        links.trees.push_back(mesh.triangles.empty() ? nullptr
+                                                     : std::make_unique<const SsvTree>(
+                                                           buildSsvTreeAsNeeded(std::move(mesh))));
         links.linkTrees.push_back(links.trees.back().get());
     }
     return links;

@@ -94,7 +94,7 @@ private:
         if (tree == nullptr)
         {
             tree = std::make_shared<const SsvTree>(
-                buildSsvTree(loadMeshFile(file, {.scale = scale}).mesh));
+                buildSsvTreeAsNeeded(loadMeshFile(file, {.scale = scale}).mesh));
         }
         return tree;
     }

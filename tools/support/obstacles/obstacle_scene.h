@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,15 @@ struct PlacedMesh
 ///   quaternion  [qw, qx, qy, qz], or
 ///   rpy         [roll, pitch, yaw] about the fixed axes x, y, z in that order, as in URDF [rad]
 ///
+/// and, if all that is asked of the scene is to be within an accuracy [m], the key `accuracy`.
+///
 /// Throws std::runtime_error as above, for keys that do not exist too.
 [[nodiscard]] std::vector<PlacedMesh> readYamlScene(const std::filesystem::path& path);
+
+/// The accuracy that scenes in YAML state; none if none does. Throws std::runtime_error as above,
+/// and if one of them states another than the next, or than whoever names the scenes.
+[[nodiscard]] std::optional<double> accuracyOf(std::span<const std::string> files,
+                                               std::optional<double> stated);
 
 /// True if the ending says that the file is a scene: .csv, .yaml or .yml.
 [[nodiscard]] bool isScene(const std::filesystem::path& path);

@@ -3,6 +3,7 @@
 #include "tools/support/yaml_pose.h"
 
 #include <fmt/format.h>
+#include <stdexcept>
 
 namespace bullet_ccd::tools
 {
@@ -21,7 +22,7 @@ public:
         {
             m_file.fail(file, "", "not a map: write obstacles: and a list below it");
         }
-        m_file.checkKeys(file, {"obstacles"});
+        m_file.checkKeys(file, {"obstacles", "accuracy"});
         const YAML::Node list = file["obstacles"];
         if (!list.IsDefined() || !list.IsSequence())
         {
@@ -35,6 +36,25 @@ public:
             scene.push_back(placedMesh(obstacle));
         }
         return scene;
+    }
+
+    [[nodiscard]] std::optional<double> accuracy() const
+    {
+        const YAML::Node file = m_file.load("give a mesh, or a scene in CSV or YAML");
+        const YAML::Node node =
+            file.IsMap() ? file["accuracy"] : YAML::Node(YAML::NodeType::Undefined);
+        if (!node.IsDefined())
+        {
+            return std::nullopt;
+        }
+        const double accuracy = m_file.numberOf(node, "accuracy");
+        if (!(accuracy > 0.0))
+        {
+            m_file.fail(node,
+                        "accuracy: ",
+                        fmt::format("{} is not above 0: write a length such as 1e-3", accuracy));
+        }
+        return accuracy;
     }
 
 private:
@@ -80,5 +100,31 @@ private:
 std::vector<PlacedMesh> readYamlScene(const std::filesystem::path& path)
 {
     return YamlScene(path).read();
+}
+
+std::optional<double> accuracyOf(std::span<const std::string> files, std::optional<double> stated)
+{
+    std::optional<double> found;
+    for (const std::string& file : files)
+    {
+        const std::string ending = std::filesystem::path(file).extension().string();
+        if (ending != ".yaml" && ending != ".yml")
+        {
+            continue;
+        }
+        const std::optional<double> accuracy = YamlScene(file).accuracy();
+        found = accuracy ? accuracy : found;
+        if (accuracy && stated && *accuracy != *stated)
+        {
+            throw std::runtime_error(
+                fmt::format("{}: accuracy: {} is not the {} that was stated elsewhere, and a scene "
+                            "has one: drop one of them",
+                            file,
+                            *accuracy,
+                            *stated));
+        }
+        stated = accuracy ? accuracy : stated;
+    }
+    return found;
 }
 }  // namespace bullet_ccd::tools
