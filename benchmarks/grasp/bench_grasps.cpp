@@ -43,8 +43,7 @@ struct BenchArguments : TableOptions
     bool shipped = true;    ///< every hand with its SRDF
     bool inferred = false;  ///< every hand without it
     ClosingReference against = ClosingReference::Sweep;
-    int best = 5;
-    std::vector<std::string> suites{"six", "dexgraspbench", "lift"};
+    TrialQuestions questions;
     std::string masses;  ///< a file
 };
 
@@ -231,8 +230,9 @@ bool runTrials(const BenchArguments& arguments)
     json settings = settingsOf("trials", arguments);
     settings["mass"] = arguments.planner.mass.value_or(0.0);
     settings["masses"] = arguments.masses;
-    settings["best"] = arguments.best;
-    settings["suites"] = arguments.suites;
+    settings["best"] = arguments.questions.best;
+    settings["suites"] = arguments.questions.suites;
+    settings["torsion"] = arguments.questions.torsion;
     std::map<std::string, double> masses;
     std::ifstream file(arguments.masses);
     for (std::string name, mass; std::getline(file, name, ',') && std::getline(file, mass);)
@@ -243,6 +243,7 @@ bool runTrials(const BenchArguments& arguments)
     {
         throw std::runtime_error(arguments.masses + ": no lines OBJECT,KG: give another file");
     }
+    tools::PieceStore pieces({.accuracy = 1e-3, .most = 64});  // of MuJoCo's models
     const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
     {
         grasp::PlannerOptions options = alone(arguments.planner);
@@ -252,7 +253,7 @@ bool runTrials(const BenchArguments& arguments)
         }
         try
         {
-            return judgeTrials(hand, object, options, arguments.best, arguments.suites);
+            return judgeTrials(hand, object, options, arguments.questions, pieces);
         }
         catch (const std::exception& error)  // must not cost the others
         {
@@ -295,8 +296,11 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
         }
         if (name == "trials")
         {
-            app.add_option("--best", a.best, "so many force closures of each pair, best first");
-            app.add_option("--suites", a.suites, "what is asked of them")
+            app.add_option(
+                "--best", a.questions.best, "so many force closures of each pair, best first");
+            app.add_option(
+                "--torsion", a.questions.torsion, "of MuJoCo's contacts, six and lift [m]");
+            app.add_option("--suites", a.questions.suites, "what is asked of them")
                 ->delimiter(',')
                 ->check(CLI::IsMember({"six", "dexgraspbench", "lift"}));
             app.add_option("--masses", a.masses, "a table OBJECT,KG, before --mass and volumes");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "grasp/planner/grasp_planner.h"
+#include "tools/grasp_cli/answers/mjcf_pieces.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 
 #include <nlohmann/json_fwd.hpp>
@@ -34,15 +35,21 @@ enum class ClosingReference : std::uint8_t
                                         const tools::LoadedObject& object,
                                         const grasp::PlannerOptions& options);
 
-/// Plans, and tries the best force closures by epsilon and the first by the score (hold_score.h) by
-/// the named ones of `six`, `dexgraspbench` and `lift` in our simulation and in MuJoCo, with the
-/// same squeezes. Needs MuJoCo.
+struct TrialQuestions
+{
+    int best = 5;  ///< force closures of each pair
+    std::vector<std::string> suites{"six", "dexgraspbench", "lift"};
+    double torsion = 0.0;  ///< in MuJoCo, of six and lift [m]
+};
+
+/// Plans, and tries the best force closures and the first by the score (hold_score.h) by the suites
+/// in our simulation and in MuJoCo, with the same squeezes. Needs MuJoCo.
 /// @return a row of the log
 [[nodiscard]] nlohmann::json judgeTrials(const tools::LoadedHand& hand,
                                          const tools::LoadedObject& object,
                                          const grasp::PlannerOptions& options,
-                                         int best,
-                                         const std::vector<std::string>& suites);
+                                         const TrialQuestions& questions,
+                                         tools::PieceStore& pieces);
 
 // Tables of what was judged, and whether it is good.
 

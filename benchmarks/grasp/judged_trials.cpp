@@ -17,9 +17,6 @@ using grasp::TrialOutcome;
 using grasp::TrialResult;
 using nlohmann::json;
 
-// Of MuJoCo's models; hands have many links.
-constexpr ConvexPiecesOptions kPieces{.accuracy = 1e-3, .most = 64};
-
 /// Protocols with a fresh start for each, all of which must be held.
 struct Suite
 {
@@ -72,8 +69,8 @@ json resultOf(const Suite& suite, const Try& tryPart)
 json judgeTrials(const tools::LoadedHand& hand,
                  const tools::LoadedObject& object,
                  const grasp::PlannerOptions& options,
-                 int best,
-                 const std::vector<std::string>& names)
+                 const TrialQuestions& questions,
+                 tools::PieceStore& pieces)
 {
     std::vector<grasp::Grasp> grasps =
         grasp::planGrasps(hand.hand, object.object, options, tools::closingEngine(options.engine));
@@ -82,38 +79,41 @@ json judgeTrials(const tools::LoadedHand& hand,
     const double mass = grasp::massOf(object.object, options.mass).mass;
     const auto score = [&](const grasp::Grasp& g) { return holdScore(g, object.object, mass); };
     std::vector<Suite> suites{
-        {.name = "six", .parts = {grasp::shippedProtocol("six")}, .friction = options.friction},
+        {"six", {grasp::shippedProtocol("six")}, options.friction, questions.torsion},
         dexGraspBench(),
-        {.name = "lift", .parts = {grasp::shippedProtocol("lift")}, .friction = options.friction}};
-    std::erase_if(suites, [&](const Suite& s) { return std::ranges::count(names, s.name) == 0; });
+        {"lift", {grasp::shippedProtocol("lift")}, options.friction, questions.torsion}};
+    std::erase_if(
+        suites, [&](const Suite& s) { return std::ranges::count(questions.suites, s.name) == 0; });
     const auto scored = std::ranges::max_element(grasps, {}, score);
     json trials = json::array();
-    std::unique_ptr<reference::MujocoTrials> mujoco;
     for (auto at = grasps.begin(); at != grasps.end(); ++at)
     {
-        if (at - grasps.begin() >= best && at != scored)
+        if (at - grasps.begin() >= questions.best && at != scored)
         {
             continue;
         }
+        std::unique_ptr<reference::MujocoTrials> mujoco;  // none without a squeeze
         for (const Suite& suite : suites)
         {
             const grasp::TrialOptions ours{.squeeze = {.mass = mass,
                                                        .centerOfMass = object.object.centerOfMass,
-                                                       .friction = suite.friction}};
+                                                       .friction = suite.friction},
+                                           .brief = true};
             const grasp::Squeeze squeeze = grasp::squeezeOf(hand.hand, *at, ours.squeeze);
-            if (!mujoco)
+            if (!mujoco && squeeze.exists())
             {
                 mujoco = std::make_unique<reference::MujocoTrials>(
-                    hand.hand,
-                    object.object,
-                    *at,
-                    squeeze,
-                    tools::piecesOf(hand.hand, object.object, kPieces));
+                    hand.hand, object.object, *at, squeeze, pieces.of(hand, object));
             }
             const auto tryOurs = [&](const grasp::TrialProtocol& part)
             { return grasp::runTrial(hand.hand, object.object, *at, part, ours); };
             const auto tryTheirs = [&](const grasp::TrialProtocol& part)
-            { return mujoco->run(*at, squeeze, part, mass, suite.friction, suite.torsion); };
+            {
+                TrialResult none;
+                none.reason = squeeze.reason;
+                return mujoco ? mujoco->run(*at, squeeze, part, mass, suite.friction, suite.torsion)
+                              : none;
+            };
             trials.push_back({{"suite", suite.name},
                               {"rank", at - grasps.begin() + 1},
                               {"scored_first", at == scored},

@@ -5,12 +5,16 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
+#ifdef BT_USE_DOUBLE_PRECISION
+#include "grasp/sim/holding_solver.h"
+#endif
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
@@ -26,6 +30,19 @@ constexpr double kBesideHand = 0.04;  ///< fingers do not reach what is so far o
 constexpr double kGone = 0.5;         ///< what is so far from the hand does not come back [m]
 constexpr double kFar = 2.0;          ///< nothing gets there [m]
 
+std::unique_ptr<btConstraintSolver> useHoldingSolver(btDiscreteDynamicsWorld& world)
+{
+#ifdef BT_USE_DOUBLE_PRECISION
+    auto solver = std::make_unique<grasp::HoldingSolver>();
+    static_cast<btMultiBodyDynamicsWorld&>(world).setMultiBodyConstraintSolver(solver.get());
+    grasp::HoldingSolver::configure(world.getSolverInfo());
+    return solver;
+#else
+    static_cast<void>(world);
+    throw std::invalid_argument("the holding solver is of double precision");
+#endif
+}
+
 class Run
 {
 public:
@@ -37,6 +54,10 @@ public:
           m_steps(static_cast<std::int64_t>(std::lround(setting.seconds * setting.rate)))
     {
         m_trial->scene.world().getSolverInfo().m_numIterations = setting.iterations;
+        if (setting.holding)
+        {
+            m_solver = useHoldingSolver(m_trial->scene.world());
+        }
         m_trial->scene.addHooks();
         m_startEnergy = reference::energyOf(m_trial->scene, 0.0);
     }
@@ -63,6 +84,7 @@ public:
 private:
     const StabilityWorld& m_world;
     const StabilitySetting& m_setting;
+    std::unique_ptr<btConstraintSolver> m_solver;  // in place of that of the scene
     std::unique_ptr<Trial> m_trial;
     double m_timeStep;
     std::int64_t m_steps;
@@ -184,12 +206,14 @@ nlohmann::json toJson(const StabilityWorld& world,
                       const StabilitySetting& setting,
                       const StabilityOutcome& outcome)
 {
-    nlohmann::json row{{"world", world.name},
-                       {"method", reference::nameOf(setting.kind)},
-                       {"rate", setting.rate},
-                       {"iterations", setting.iterations},
-                       {"seconds", setting.seconds},
-                       {"verdict", toString(outcome.verdict)}};
+    nlohmann::json row{
+        {"world", world.name},
+        {"method",
+         reference::nameOf(setting.kind) + std::string(setting.holding ? ", holding solver" : "")},
+        {"rate", setting.rate},
+        {"iterations", setting.iterations},
+        {"seconds", setting.seconds},
+        {"verdict", toString(outcome.verdict)}};
     const auto add = [&](const char* name, double value)
     {
         if (std::isfinite(value))

@@ -13,6 +13,7 @@ struct StabilitySetting
     int rate = 60;         ///< steps a second
     int iterations = 10;   ///< of the solver
     double seconds = 1.0;  ///< of simulated time
+    bool holding = false;  ///< grasp::HoldingSolver in place of Bullet's; in double precision
 };
 
 /// What a run came to.

@@ -202,7 +202,7 @@ private:
     {
         for (std::size_t k = 0; k < pieces.pieces.size(); ++k)
         {
-            element("geom", {{"mesh", meshName(body, k)}});
+            element("geom", {{"name", meshName(body, k)}, {"mesh", meshName(body, k)}});
         }
     }
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -103,8 +103,8 @@ std::vector<Part> partsOf(const ContactProgram& program)
     return parts;
 }
 
-/// The matrices of a part without most of their zeros: a row moves few of the bodies' velocities,
-/// and the three rows of a contact move the same.
+/// The matrices of a part without most of their zeros: a row is moved by few of the bodies'
+/// velocities (J), moves some of them (W), and the three rows of a contact have the same ones.
 class Rows
 {
 public:
@@ -114,22 +114,7 @@ public:
         for (Eigen::Index row = 0; row < m_rows;)
         {
             const Eigen::Index size = row < bounded ? 1 : 3;
-            Group group{row, size, std::ssize(m_entries), 0};
-            for (Eigen::Index k = 0; k < m_columns; ++k)
-            {
-                const auto j = J.col(k).segment(row, size);
-                const auto w = W.col(k).segment(row, size);
-                if ((j.array() == 0.0).all() && (w.array() == 0.0).all())
-                {
-                    continue;
-                }
-                Entry entry{k, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-                entry.j.head(size) = j;
-                entry.w.head(size) = w;
-                m_entries.push_back(entry);
-            }
-            group.end = std::ssize(m_entries);
-            m_groups.push_back(group);
+            m_groups.push_back({row, size, added(J, row, size, m_J), added(W, row, size, m_W)});
             row += size;
         }
     }
@@ -141,9 +126,9 @@ public:
         for (const Group& group : m_groups)
         {
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            for (const Entry& entry : of(group.J, m_J))
             {
-                sum += bodies[at(e).column] * at(e).j;
+                sum += bodies[entry.column] * entry.values;
             }
             result.segment(group.row, group.size) = sum.head(group.size);
         }
@@ -158,9 +143,13 @@ public:
         {
             Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
             impulse.head(group.size) = impulses.segment(group.row, group.size);
-            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            if (impulse.isZero(0.0))
             {
-                result[at(e).column] += at(e).w.dot(impulse);
+                continue;
+            }
+            for (const Entry& entry : of(group.W, m_W))
+            {
+                result[entry.column] += entry.values.dot(impulse);
             }
         }
         return result;
@@ -172,17 +161,16 @@ public:
         Eigen::MatrixXd result = Eigen::MatrixXd::Identity(m_columns, m_columns);
         for (std::size_t g = 0; g < m_groups.size(); ++g)
         {
-            const Group& group = m_groups[g];
-            for (Eigen::Index e = group.begin; e < group.end; ++e)
+            if (slopes[g].isZero(0.0))
             {
-                const Eigen::Vector3d along = slopes[g] * at(e).j;
-                if (along.isZero(0.0))
+                continue;
+            }
+            for (const Entry& moved : of(m_groups[g].J, m_J))
+            {
+                const Eigen::Vector3d along = slopes[g] * moved.values;
+                for (const Entry& moving : of(m_groups[g].W, m_W))
                 {
-                    continue;
-                }
-                for (Eigen::Index f = group.begin; f < group.end; ++f)
-                {
-                    result(at(f).column, at(e).column) += at(f).w.dot(along);
+                    result(moving.column, moved.column) += moving.values.dot(along);
                 }
             }
         }
@@ -196,7 +184,8 @@ public:
         Eigen::VectorXd result(m_rows);
         for (std::size_t g = 0; g < m_groups.size(); ++g)
         {
-            const auto [row, size, begin, end] = m_groups[g];
+            const Eigen::Index row = m_groups[g].row;
+            const Eigen::Index size = m_groups[g].size;
             result.segment(row, size).noalias() =
                 slopes[g].topLeftCorner(size, size) * speeds.segment(row, size);
         }
@@ -204,30 +193,53 @@ public:
     }
 
 private:
+    /// Places of entries.
+    struct Range
+    {
+        std::size_t begin;
+        std::size_t size;
+    };
     /// A bounded row, or the three of a contact.
     struct Group
     {
         Eigen::Index row;
         Eigen::Index size;
-        Eigen::Index begin;  // of its entries
-        Eigen::Index end;
+        Range J;
+        Range W;
     };
     /// What the rows of a group have in a column.
     struct Entry
     {
         Eigen::Index column;
-        Eigen::Vector3d j;
-        Eigen::Vector3d w;
+        Eigen::Vector3d values;
     };
 
     Eigen::Index m_rows;
     Eigen::Index m_columns;
     std::vector<Group> m_groups;
-    std::vector<Entry> m_entries;
+    std::vector<Entry> m_J;
+    std::vector<Entry> m_W;
 
-    [[nodiscard]] const Entry& at(Eigen::Index e) const
+    static Range added(const Eigen::MatrixXd& matrix,
+                       Eigen::Index row,
+                       Eigen::Index size,
+                       std::vector<Entry>& entries)
     {
-        return m_entries[static_cast<std::size_t>(e)];
+        const std::size_t begin = entries.size();
+        for (Eigen::Index k = 0; k < matrix.cols(); ++k)
+        {
+            const auto values = matrix.col(k).segment(row, size);
+            if ((values.array() != 0.0).any())
+            {
+                entries.push_back({k, Eigen::Vector3d::Zero()});
+                entries.back().values.head(size) = values;
+            }
+        }
+        return {begin, entries.size() - begin};
+    }
+    static std::span<const Entry> of(const Range& range, const std::vector<Entry>& entries)
+    {
+        return std::span(entries).subspan(range.begin, range.size);
     }
 };
 

@@ -33,7 +33,10 @@ constexpr double kRampTime = 0.25;            // [s]
 constexpr double kSettleTime = 1.0;           // [s]
 constexpr double kRestSpeed = 5e-3;           // [m/s]
 constexpr double kRestSpin = 0.1;             // [rad/s]
-constexpr double kDampingTime = 0.02;         // damping over stiffness of the drives [s]
+constexpr double kPaceTime = 0.1;             // by which a pace is measured [s]
+constexpr double kLeftWay = 1e-3;             // that may be left at that pace [m]
+constexpr double kLeftTurn = std::numbers::pi / 180.0;  // same [rad]
+constexpr double kDampingTime = 0.02;                   // damping over stiffness of the drives [s]
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kJointSpeed = 2.0;  // where the robot states none [rad/s or m/s]
 
@@ -75,6 +78,7 @@ public:
                   start.positions),
           m_check(hand, object),
           m_timeStep(1.0 / options.rate),
+          m_brief(options.brief),
           m_stop(options.stop),
           m_watch(options.watch)
     {
@@ -250,6 +254,7 @@ private:
         m_stage = "load";
         double force = 0.0;
         long steps = 0;
+        const long paceSteps = std::lround(kPaceTime / m_timeStep);
         for (const TrialPhase& phase : phases)
         {
             const std::string place =
@@ -262,6 +267,7 @@ private:
             }
             const double seconds = phase.kind == Kind::Pull ? 1.0 / kPullRate : phase.time;
             const long count = std::max(1L, std::lround(seconds / m_timeStep));
+            Place before = objectPlace();
             for (long k = 0; k < count && !m_isStopped; ++k)
             {
                 apply(phase, pull, static_cast<double>(k) * m_timeStep);
@@ -289,6 +295,20 @@ private:
                 if (steps % std::lround(1.0 / m_timeStep) == 0)
                 {
                     checkPenetration();
+                }
+                if (phase.kind == Kind::Load && m_brief && (k + 1) % paceSteps == 0)
+                {
+                    const long left = count - 1 - k;
+                    if (hardlyMoves(before,
+                                    static_cast<double>(left) / static_cast<double>(paceSteps)))
+                    {
+                        force += static_cast<double>(left) * m_world.holdingForces().sum;
+                        steps += left;
+                        m_result.meanForce = force / static_cast<double>(steps);
+                        skip(left);
+                        break;
+                    }
+                    before = objectPlace();
                 }
             }
             m_world.moveTable(Eigen::Vector3d::Zero());
@@ -404,8 +424,6 @@ private:
             return;
         }
         m_world.step(m_timeStep, acceleration, force, moment);
-        ++m_result.steps;
-        m_result.seconds = static_cast<double>(m_result.steps) * m_timeStep;
         const HoldingForces forces = m_world.holdingForces();
         m_touched = m_touched || forces.points > 0;
         m_result.peakForce = std::max(m_result.peakForce, forces.largest);
@@ -414,6 +432,24 @@ private:
             m_result.peakTorques[j] =
                 std::max(m_result.peakTorques[j], std::abs(m_world.torque(m_joints[j])));
         }
+        tick(forces);
+    }
+
+    /// So many steps in which hardly anything moves.
+    void skip(long steps)
+    {
+        m_result.skipped += steps;
+        const HoldingForces forces = m_world.holdingForces();
+        for (long k = 0; k < steps; ++k)
+        {
+            tick(forces);
+        }
+    }
+
+    void tick(const HoldingForces& forces)
+    {
+        ++m_result.steps;
+        m_result.seconds = static_cast<double>(m_result.steps) * m_timeStep;
         if (m_watch)
         {
             const Eigen::Translation3d moved(m_moved);
@@ -424,6 +460,26 @@ private:
                      .positions = m_world.positions(),
                      .touches = forces.points > 0});
         }
+    }
+
+    /// Of the object.
+    struct Place
+    {
+        Eigen::Vector3d center;
+        Eigen::Matrix3d axes;
+    };
+    [[nodiscard]] Place objectPlace() const
+    {
+        return {m_world.objectCenter(), m_world.objectPose().linear()};
+    }
+    /// @param paces  how often the way and the turn since `before` may come again
+    [[nodiscard]] bool hardlyMoves(const Place& before, double paces) const
+    {
+        const Place now = objectPlace();
+        const double way = paces * (now.center - before.center).norm();
+        const double turn = paces * Eigen::AngleAxisd(before.axes.transpose() * now.axes).angle();
+        return way <= kLeftWay && turn <= kLeftTurn && m_result.slip + way <= m_protocol.heldWay &&
+               m_result.turn + turn <= m_protocol.heldTurn;
     }
 
     /// Motion is measured from here.
@@ -467,6 +523,7 @@ private:
     TrialWorld m_world;
     PenetrationCheck m_check;
     double m_timeStep;
+    bool m_brief;
     Eigen::Matrix3d m_R_WP = Eigen::Matrix3d::Identity();
     Eigen::Vector3d m_gravity = Eigen::Vector3d::Zero();  ///< before the load
     Eigen::Isometry3d m_reference = Eigen::Isometry3d::Identity();
@@ -513,6 +570,7 @@ void merge(TrialResult& all, const TrialResult& part)
     }
     all.seconds = seconds;
     all.steps += part.steps;
+    all.skipped += part.skipped;
     all.inexactSolves += part.inexactSolves;
 }
 }  // namespace

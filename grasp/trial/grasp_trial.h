@@ -12,6 +12,10 @@
 /// the first one share the load, as they do on the pads of fingers, and as the planner's contacts
 /// do. The default is about that of 3 mm of soft rubber (1 MPa) on 1 cm^2 over a few points.
 ///
+/// Brief trials (TrialOptions::brief) cut a phase of constant load short where the object, at its
+/// pace of the last 0.1 s, would move on by less than 1 mm and 1 degree, and stay within what
+/// counts as held, to the end of the phase: that time passes without being simulated.
+///
 /// Outcomes are
 ///     Held            moved by at most the protocol's heldWay and heldTurn since the load began;
 ///     Dropped         moved by more than its lostWay;
@@ -73,6 +77,7 @@ struct TrialOptions
     std::uint64_t seed = 1;                         ///< of errors of the pose
     double skin = 1e-3;                             ///< [m]
     double skinStiffness = kSkinStiffness;  ///< of a contact point that hardly gives way [N/m]
+    bool brief = false;                     ///< cut what hardly moves short
     StopCondition stop{};                   ///< looked at before every step
     std::function<void(const TrialFrame&)> watch{};  ///< is called after every step
 };
@@ -106,7 +111,8 @@ struct TrialResult
     /// The worst of what the independent check found at the end of every second.
     PenetrationReport penetration;
     double seconds = 0.0;    ///< of simulated time
-    long steps = 0;          ///< of the simulation
+    long steps = 0;          ///< in that time
+    long skipped = 0;        ///< of these, of a brief trial, that were not simulated
     long inexactSolves = 0;  ///< of the solver, over all steps
 };
 

@@ -54,7 +54,7 @@ struct TrialPhase
     Wrench wrench = Wrench::Zero();
 };
 
-inline constexpr double kPullRate = 0.1;  ///< [1/s]
+inline constexpr double kPullRate = 0.25;  ///< [1/s]
 
 /// From where a trial begins.
 enum class TrialStart : std::uint8_t

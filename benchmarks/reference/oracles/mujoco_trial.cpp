@@ -4,13 +4,17 @@
 #include "grasp/force/grasp_forces.h"
 #include "grasp/trial/trial_start.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <numbers>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <unistd.h>
@@ -37,9 +41,19 @@ constexpr double kRestSpeed = 5e-3;  // [m/s]
 constexpr double kRestSpin = 0.1;    // [rad/s]
 constexpr double kSkin = 1e-3;       // [m]
 
+constexpr double kPaceTime = 0.1;                       // [s]
+constexpr double kLeftWay = 1e-3;                       // [m]
+constexpr double kLeftTurn = std::numbers::pi / 180.0;  // [rad]
+
 constexpr double kFollow = 0.02;  // of the error of a torque, in a step
 
-constexpr int kTableBit = 2;  // of contype and conaffinity: tables meet the object alone
+// So near to the object, or to each other, pieces of links have to come in a posture of the way to
+// take part. What moves farther is no longer held. MuJoCo would look at all pairs in all steps,
+// which takes ten times as long as the rest of a step.
+constexpr double kNearObject = 0.03;  // [m]
+constexpr double kNearLink = 0.002;   // [m]
+constexpr int kOnTheWay = 4;          // postures of a closing hand
+constexpr double kFarBelow = 10.0;    // where a table is that nobody needs [m]
 
 /// MuJoCo reads meshes from files alone. What is written here goes with it, whatever happens.
 struct ScratchFolder
@@ -62,22 +76,161 @@ struct ScratchFolder
     ScratchFolder& operator=(const ScratchFolder&) = delete;
 };
 
+/// Where the hand is in trials of a grasp: held, squeezed, and closing around the object.
+std::vector<grasp::TrialPosture> posturesOf(const grasp::HandModel& hand,
+                                            const grasp::GraspObject& object,
+                                            const grasp::Grasp& grasp,
+                                            const grasp::Squeeze& squeeze)
+{
+    std::vector<grasp::TrialPosture> postures{grasp::heldStart(hand, object, grasp, kSkin)};
+    postures.push_back({.blocked = "", .X_WH = grasp.X_WH, .positions = grasp.positions});
+    std::vector<double> pressed = grasp.positions;
+    const std::vector<std::int32_t> joints = grasp::independentJoints(hand.robot.tree);
+    for (std::size_t j = 0; j < squeeze.targets.size(); ++j)
+    {
+        pressed[static_cast<std::size_t>(joints[j])] = squeeze.targets[j];
+    }
+    postures.push_back({.blocked = "", .X_WH = grasp.X_WH, .positions = pressed});
+    const grasp::TrialPosture open =
+        grasp::openStart(hand, object, grasp, grasp::shippedProtocol("lift"), 1, kSkin);
+    if (open.blocked.empty())
+    {
+        const std::vector<double> end = grasp::closedPositions(hand, open.positions);
+        for (int k = 0; k <= kOnTheWay; ++k)
+        {
+            postures.push_back(open);
+            for (std::size_t i = 0; i < end.size(); ++i)
+            {
+                postures.back().positions[i] +=
+                    double(k) / kOnTheWay * (end[i] - open.positions[i]);
+            }
+        }
+    }
+    std::erase_if(postures, [](const auto& posture) { return !posture.blocked.empty(); });
+    return postures;
+}
+
+std::vector<Eigen::AlignedBox3d> boxesOf(const ConvexPieces& pieces, const Eigen::Isometry3d& X)
+{
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const TriangleMesh& piece : pieces.pieces)
+    {
+        boxes.emplace_back();
+        for (const Eigen::Vector3d& vertex : piece.vertices)
+        {
+            boxes.back().extend(X * vertex);
+        }
+    }
+    return boxes;
+}
+
+/// The pieces that may meet, and the pairs of them by the names of writeMjcf().
+struct Meetings
+{
+    grasp::MjcfPieces pieces;
+    std::set<std::pair<std::string, std::string>> pairs;
+};
+
+Meetings meetingsOf(const grasp::HandModel& hand,
+                    const grasp::GraspObject& object,
+                    const grasp::Grasp& grasp,
+                    const grasp::Squeeze& squeeze,
+                    const grasp::MjcfPieces& pieces)
+{
+    using Piece = std::pair<std::size_t, std::size_t>;  // of a link; the object comes last
+    const std::size_t links = pieces.links.size();
+    const KinematicTree& tree = hand.robot.tree;
+    std::set<std::pair<Piece, Piece>> pairs;
+    for (grasp::TrialPosture& posture : posturesOf(hand, object, grasp, squeeze))
+    {
+        applyMimics(tree, posture.positions);
+        const std::vector<Eigen::Isometry3d> poses =
+            linkPoses(tree, posture.X_WH, posture.positions);
+        std::vector<std::vector<Eigen::AlignedBox3d>> boxes;
+        for (std::size_t link = 0; link < links; ++link)
+        {
+            boxes.push_back(boxesOf(pieces.links[link], poses[link]));
+        }
+        boxes.push_back(boxesOf(pieces.object, Eigen::Isometry3d::Identity()));
+        const auto meet = [&](std::size_t a, std::size_t b, double near)
+        {
+            for (std::size_t i = 0; i < boxes[a].size(); ++i)
+            {
+                for (std::size_t j = 0; j < boxes[b].size(); ++j)
+                {
+                    if (boxes[a][i].exteriorDistance(boxes[b][j]) < near)
+                    {
+                        pairs.insert({{a, i}, {b, j}});
+                    }
+                }
+            }
+        };
+        for (std::size_t link = 0; link < links; ++link)
+        {
+            meet(link, links, kNearObject);
+        }
+        for (const auto& [a, b] : hand.selfPairs)
+        {
+            meet(static_cast<std::size_t>(a), static_cast<std::size_t>(b), kNearLink);
+        }
+    }
+    Meetings meetings{
+        .pieces = {.links = std::vector<ConvexPieces>(links), .object = pieces.object},
+        .pairs = {}};
+    std::map<Piece, std::string> names;
+    const auto nameOf = [&](const Piece& piece)
+    {
+        if (piece.first == links)
+        {
+            return "object_" + std::to_string(piece.second);
+        }
+        std::string& name = names[piece];
+        if (name.empty())
+        {
+            std::vector<TriangleMesh>& kept = meetings.pieces.links[piece.first].pieces;
+            name = fmt::format("link{}_{}", piece.first, kept.size());
+            kept.push_back(pieces.links[piece.first].pieces[piece.second]);
+        }
+        return name;
+    };
+    for (const auto& [a, b] : pairs)
+    {
+        meetings.pairs.insert({nameOf(a), nameOf(b)});
+    }
+    for (std::size_t k = 0; k < pieces.object.pieces.size(); ++k)
+    {
+        meetings.pairs.insert({"table", "object_" + std::to_string(k)});
+    }
+    return meetings;
+}
+
 mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::GraspObject& object,
                   const grasp::Grasp& grasp,
                   const grasp::Squeeze& squeeze,
                   const grasp::MjcfPieces& pieces)
 {
+    const Meetings meetings = meetingsOf(hand, object, grasp, squeeze, pieces);
     const ScratchFolder scratch;
-    grasp::writeMjcfMeshes(fs::path(scratch.path) / "meshes", pieces);
+    grasp::writeMjcfMeshes(fs::path(scratch.path) / "meshes", meetings.pieces);
     const std::string file = scratch.path + "/grasp.xml";
     std::ostringstream model;
-    grasp::writeMjcf(model, hand, object, grasp, squeeze, pieces, {.mass = 1.0});
+    grasp::writeMjcf(model, hand, object, grasp, squeeze, meetings.pieces, {.mass = 1.0});
     std::string text = model.str();
-    const std::string world = "<worldbody>";
-    text.insert(text.find(world) + world.size(),
-                R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1" contype="0" )"
-                R"(conaffinity="0"/>)");
+    const auto insertBehind = [&text](const std::string& place, const std::string& what)
+    { text.insert(text.find(place) + place.size(), what); };
+    const std::string geom = "<geom type=\"mesh\" ";
+    const std::size_t looks = text.find(geom) + geom.size();
+    insertBehind("<default>", "<pair " + text.substr(looks, text.find("/>", looks) - looks) + "/>");
+    insertBehind("<option ", "collision=\"predefined\" ");
+    insertBehind("<worldbody>", R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1"/>)");
+    std::string pairs;
+    for (const auto& [a, b] : meetings.pairs)
+    {
+        pairs += fmt::format("<pair geom1=\"{}\" geom2=\"{}\"/>", a, b);
+    }
+    text.insert(text.find("</mujoco>"),
+                "<size nconmax=\"300\" njmax=\"1500\"/><contact>" + pairs + "</contact>");
     std::ofstream(file) << text;
     char error[1000] = "";
     static std::mutex mutex;  // MuJoCo keeps the last file that it read
@@ -105,9 +258,9 @@ MujocoTrials::MujocoTrials(const grasp::HandModel& hand,
       m_body(m_model->nbody - 1),
       m_inertia(m_model->body_inertia + 3 * m_body)
 {
-    for (int geom = 0; geom < m_model->ngeom; ++geom)
+    for (int pair = 0; pair < m_model->npair; ++pair)
     {
-        m_model->geom_conaffinity[geom] |= m_model->geom_bodyid[geom] == m_body ? kTableBit : 0;
+        m_pairs[std::minmax(m_model->pair_geom1[pair], m_model->pair_geom2[pair])] = pair;
     }
     for (const Link& link : hand.robot.tree.links)
     {
@@ -124,11 +277,12 @@ void MujocoTrials::begin(const std::vector<double>& positions,
 {
     m_model->body_mass[m_body] = mass;
     Eigen::Map<Eigen::Vector3d>(m_model->body_inertia + 3 * m_body) = mass * m_inertia;
-    for (int geom = 0; geom < m_model->ngeom; ++geom)
+    for (int pair = 0; pair < m_model->npair; ++pair)
     {
-        m_model->geom_friction[3 * geom] = friction;
-        m_model->geom_friction[3 * geom + 1] = torsion;
-        m_model->geom_condim[geom] = torsion > 0.0 ? 4 : 3;
+        Eigen::Map<Eigen::Vector3d>(m_model->pair_friction + 5 * pair) << friction, friction,
+            torsion;
+        m_model->pair_dim[pair] = torsion > 0.0 ? 4 : 3;
+        m_model->pair_margin[pair] = 0.0;
     }
     mj_setConst(m_model.get(), m_data.get());
     mj_resetData(m_model.get(), m_data.get());
@@ -137,6 +291,19 @@ void MujocoTrials::begin(const std::vector<double>& positions,
         if (m_places[i] >= 0)
         {
             m_data->qpos[m_places[i]] = positions[i];
+        }
+    }
+    mj_forward(m_model.get(), m_data.get());
+    // Pieces bulge beyond the surfaces. Where that puts them into each other at the start, when
+    // hand and object are apart, they press once they are deeper.
+    for (const mjContact* contact = m_data->contact; contact != m_data->contact + m_data->ncon;
+         ++contact)
+    {
+        if (contact->geom1 != m_table && contact->geom2 != m_table)
+        {
+            double& margin =
+                m_model->pair_margin[m_pairs.at(std::minmax(contact->geom1, contact->geom2))];
+            margin = std::min(margin, contact->dist);
         }
     }
     mj_forward(m_model.get(), m_data.get());
@@ -161,15 +328,20 @@ Eigen::Vector3d MujocoTrials::center() const
     return Eigen::Map<const Eigen::Vector3d>(m_data->xipos + 3 * m_body);
 }
 
+Eigen::Matrix3d MujocoTrials::axes() const
+{
+    return Axes(m_data->xmat + 9 * m_body);
+}
+
 double MujocoTrials::turned() const
 {
-    return Eigen::AngleAxisd(m_axes.transpose() * Axes(m_data->xmat + 9 * m_body)).angle();
+    return Eigen::AngleAxisd(m_axes.transpose() * axes()).angle();
 }
 
 void MujocoTrials::refer()
 {
     m_center = center();
-    m_axes = Axes(m_data->xmat + 9 * m_body);
+    m_axes = axes();
 }
 
 bool MujocoTrials::touches() const
@@ -214,13 +386,13 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     Eigen::Map<Eigen::Vector3d>(m_model->body_pos + 3) = start.X_WH.translation();
     Eigen::Map<Eigen::Vector4d>(m_model->body_quat + 4) << q.w(), q.vec();
     const bool stands = protocol.start == grasp::TrialStart::Table;
-    m_model->geom_contype[m_table] = stands ? kTableBit : 0;
     double& table = m_model->geom_pos[3 * m_table + 2];
     table = INFINITY;
     for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
     {
         table = std::min(table, vertex.z());
     }
+    table -= stands ? 0.0 : kFarBelow;
     begin(start.positions, mass, friction, torsion);
     const auto drives = [&](auto&& set)
     {
@@ -237,9 +409,12 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
             [&](std::size_t j, std::size_t link)
             {
                 const double from = start.positions[link];
+                // Joints that do not close are held.
+                const bool closes = isHeld || end[link] != from;
+                const double gentle = std::max(kCloseShare * std::abs(squeeze.torques[j]),
+                                               kLeastShare * squeeze.efforts[j].limit);
                 drive(j,
-                      std::max(kCloseShare * std::abs(squeeze.torques[j]),
-                               kLeastShare * squeeze.efforts[j].limit),
+                      closes ? gentle : squeeze.efforts[j].limit,
                       from + share * (end[link] - from));
             });
         step(weight);
@@ -306,8 +481,29 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
         const double began = end;
         const double height = table;
         end += phase.time;
+        double looked = time;
+        Eigen::Vector3d centerThen = center();
+        Eigen::Matrix3d axesThen = axes();
         while (result.outcome == TrialOutcome::Held && time < end)
         {
+            if (phase.kind == grasp::TrialPhase::Kind::Load && time >= looked + kPaceTime)
+            {
+                // As brief trials of ours.
+                const double paces = (end - time) / (time - looked);
+                const double wayLeft = paces * (center() - centerThen).norm();
+                const double turnLeft =
+                    paces * Eigen::AngleAxisd(axesThen.transpose() * axes()).angle();
+                if (wayLeft <= kLeftWay && turnLeft <= kLeftTurn &&
+                    result.slip + wayLeft <= protocol.heldWay &&
+                    result.turn + turnLeft <= protocol.heldTurn)
+                {
+                    end = time;
+                    break;
+                }
+                looked = time;
+                centerThen = center();
+                axesThen = axes();
+            }
             Eigen::Vector3d acceleration =
                 phase.amount * kStandardGravity * phase.direction.normalized();
             if (phase.kind == grasp::TrialPhase::Kind::Lift)

@@ -4,16 +4,20 @@
 #include "grasp/formats/mjcf_grasp_file.h"
 #include "grasp/trial/grasp_trial.h"
 
+#include <map>
 #include <memory>
 #include <mujoco/mujoco.h>
+#include <utility>
+#include <vector>
 
 namespace bullet_ccd::reference
 {
-/// A hand and an object, compiled once. It refers to both. For one thread at a time.
+/// A grasp, compiled once. It refers to hand and object. For one thread at a time.
 class MujocoTrials
 {
 public:
-    /// @param grasp, squeeze  any of this hand: the stiffness and efforts are those of the hand
+    /// Pieces that do not come near each other on the way of this grasp take no part.
+    /// @param squeeze  one of this grasp: the stiffness and efforts are those of the hand
     /// Throws std::runtime_error with what MuJoCo says of the model.
     MujocoTrials(const grasp::HandModel& hand,
                  const grasp::GraspObject& object,
@@ -37,6 +41,7 @@ private:
     void step(const Eigen::Vector3d& force);
     void refer();
     [[nodiscard]] Eigen::Vector3d center() const;
+    [[nodiscard]] Eigen::Matrix3d axes() const;
     [[nodiscard]] double way() const { return (center() - m_center).norm(); }
     [[nodiscard]] double turned() const;
     [[nodiscard]] bool touches() const;
@@ -47,7 +52,8 @@ private:
     std::unique_ptr<mjModel, decltype(&mj_deleteModel)> m_model;
     std::unique_ptr<mjData, decltype(&mj_deleteData)> m_data;
     std::vector<std::int32_t> m_joints;
-    std::vector<int> m_places;  ///< in qpos, one entry per link
+    std::vector<int> m_places;                   ///< in qpos, one entry per link
+    std::map<std::pair<int, int>, int> m_pairs;  ///< by the numbers of their geometries
     int m_table;                ///< a plane that the object stands on where a protocol says so
     int m_body;                 ///< the object
     Eigen::Vector3d m_inertia;  ///< of 1 kg

@@ -187,6 +187,30 @@ TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)
     EXPECT_EQ(PinchedCube(false, 100.0).outcome("shake", kThreeHundredGrams), TrialOutcome::Held);
 }
 
+TEST(GraspTrial, BriefTrialsEndAsWholeOnes)
+{
+    const PinchedCube pinched(false, 100.0);
+    TrialOptions options{.squeeze = kThreeHundredGrams};
+    const TrialResult whole = pinched.run(shippedProtocol("hover"), options);
+    options.brief = true;
+    const TrialResult brief = pinched.run(shippedProtocol("hover"), options);
+    EXPECT_EQ(whole.skipped, 0);
+    EXPECT_GT(brief.skipped, brief.steps / 2);
+    EXPECT_EQ(brief.outcome, whole.outcome);
+    EXPECT_EQ(brief.steps, whole.steps);
+    EXPECT_EQ(brief.seconds, whole.seconds);
+    EXPECT_NEAR(brief.peakForce, whole.peakForce, 0.05 * whole.peakForce);
+    EXPECT_NEAR(brief.slip, whole.slip, 1e-3);
+    EXPECT_NEAR(brief.meanForce, whole.meanForce, 0.05 * whole.meanForce);  // it is still settling
+    // What slides is not cut short, however slowly it begins.
+    for (const double friction : {0.12, 0.05})
+    {
+        options.friction = friction;
+        // It ends on the palm.
+        EXPECT_EQ(pinched.run(shippedProtocol("hover"), options).outcome, TrialOutcome::Slipped);
+    }
+}
+
 TEST(GraspTrial, LiftsFromATable)
 {
     const PinchedCube pinched(false, 100.0);

@@ -2,6 +2,12 @@
 #pragma once
 
 #include "grasp/formats/mjcf_grasp_file.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <vector>
 
 namespace bullet_ccd::tools
 {
@@ -10,4 +16,19 @@ namespace bullet_ccd::tools
 [[nodiscard]] grasp::MjcfPieces piecesOf(const grasp::HandModel& hand,
                                          const grasp::GraspObject& object,
                                          const ConvexPiecesOptions& options);
+
+/// Keeps the pieces of hands and objects, by their files. For many threads.
+class PieceStore
+{
+public:
+    explicit PieceStore(const ConvexPiecesOptions& options) : m_options(options) {}
+    /// As piecesOf().
+    [[nodiscard]] grasp::MjcfPieces of(const LoadedHand& hand, const LoadedObject& object);
+
+private:
+    ConvexPiecesOptions m_options;
+    std::mutex m_mutex;
+    std::map<std::filesystem::path, std::vector<ConvexPieces>> m_hands;
+    std::map<std::filesystem::path, ConvexPieces> m_objects;
+};
 }  // namespace bullet_ccd::tools

@@ -121,20 +121,21 @@ TriedCount tryGrasps(const PlanTrials& trials,
             progress.emplace(grasps.size() * protocols.size(), "trials");
         }
         std::size_t ended = 0;
-        return runTrials(run.hand.hand,
-                         run.object.object,
-                         chosen,
-                         protocols,
-                         {.squeeze = *description.squeeze, .up = options.approach.up},
-                         options.jobs,
-                         stop,
-                         [&](const std::vector<TrialRow>&)
-                         {
-                             if (progress)
-                             {
-                                 progress->show(++ended);
-                             }
-                         });
+        return runTrials(
+            run.hand.hand,
+            run.object.object,
+            chosen,
+            protocols,
+            {.squeeze = *description.squeeze, .up = options.approach.up, .brief = trials.brief},
+            options.jobs,
+            stop,
+            [&](const std::vector<TrialRow>&)
+            {
+                if (progress)
+                {
+                    progress->show(++ended);
+                }
+            });
     };
     TriedGrasps tried;
     tried.grasps.assign(run.grasps.begin(),

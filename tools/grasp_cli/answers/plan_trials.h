@@ -16,6 +16,7 @@ struct PlanTrials
     std::vector<std::string> protocols;  ///< names, files and lists of both
     int tried = 10;                      ///< so many of the best force closures
     int refine = 0;                      ///< rounds after trials that failed
+    bool brief = false;                  ///< as TrialOptions
 };
 
 struct TriedCount

@@ -395,6 +395,8 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->check(within(1, 100000))
         ->capture_default_str()
         ->group("Trials");
+    command->add_flag("--brief", arguments->trials.brief, "Brief trials, as of grasp trial.")
+        ->group("Trials");
     command
         ->add_option("--refine",
                      arguments->trials.refine,

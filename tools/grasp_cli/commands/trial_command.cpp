@@ -44,6 +44,7 @@ struct TrialArguments
     std::optional<double> surfaceFriction;
     int pulls = 0;
     double rate = grasp::TrialOptions{}.rate;
+    bool brief = false;
     double skin = grasp::TrialOptions{}.skin;
     double accuracy = 0.0;  ///< 0: full models
     double skinStiffness = grasp::TrialOptions{}.skinStiffness;
@@ -66,6 +67,7 @@ grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRec
     options.squeeze = squeezeOptionsOf(squeeze, arguments.friction.value_or(plan.friction), hand);
     options.friction = arguments.surfaceFriction;
     options.rate = arguments.rate;
+    options.brief = arguments.brief;
     options.up = plan.approach.up;
     options.seed = arguments.seed;
     options.skin = arguments.skin;
@@ -404,6 +406,12 @@ void addTrialCommand(CLI::App& app, int& exitCode)
     command->add_option("--seed", arguments->seed, "Of random wrenches and errors of the pose.")
         ->type_name("S")
         ->capture_default_str()
+        ->group("Load");
+    command
+        ->add_flag("--brief",
+                   arguments->brief,
+                   "Cut a phase of constant load short where the object would move by less than 1 "
+                   "mm and 1 degree in the rest of it.")
         ->group("Load");
     command->add_option("--rate", arguments->rate, "Steps of the simulation per second.")
         ->type_name("HZ")

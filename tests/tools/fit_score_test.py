@@ -1,0 +1,46 @@
+#!/usr/bin/python3
+"""What tools/fit_score says of trials whose answer is known: SOURCES. Skipped (77) without NumPy or
+matplotlib."""
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+SOURCES = Path(sys.argv[1])
+try:
+    import matplotlib  # noqa: F401, pylint: disable=unused-import
+    import numpy  # noqa: F401, pylint: disable=unused-import
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(77)
+
+
+def record(name, k):
+    """What holds does so by its margin; epsilon says the contrary, and the volume nothing."""
+    held = k >= 5
+    points = [[0.01 * (k + 1), 0.0, 0.0], [-0.01 * (k + 1), 0.0, 0.0]]
+    return {"quality": {"weight": {"margin": 1.0 + k}, "epsilon": 0.2 - 0.01 * k, "volume": 0.5},
+            "contacts": [{"point_m": point} for point in points],
+            "hand": {"name": "hand"}, "object": {"name": name, "radius_m": 0.1},
+            "squeeze": {"reason": None, "mass_kg": 0.1, "weights_held": 1.0 + k},
+            "trials": [{"protocol": "six", "held": held}]}
+
+
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder) / "grasps.jsonl"
+    file.write_text("".join(json.dumps(record(f"object{n}", k)) + "\n"
+                            for n in range(8) for k in range(10)))
+    ended = subprocess.run([SOURCES / "tools" / "fit_score", file, "--chart", Path(folder) / "chart"],
+                           check=False, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    for words in ("by epsilon  first   0.0 %", "by score    first 100.0 %",
+                  "epsilon                      is larger of what held than of what did not in 0.0 %",
+                  "volume                       is larger of what held than of what did not in 50.0 %",
+                  "weights held by the squeeze  is larger of what held than of what did not in 100.0 %"):
+        assert words in ended.stdout, ended.stdout
+    assert (Path(folder) / "chart" / "held.png").stat().st_size > 5000
+    file.write_text('{"trials": 1}\n')
+    ended = subprocess.run([SOURCES / "tools" / "fit_score", file], check=False, capture_output=True,
+                           text=True)
+    assert ended.returncode == 1 and "grasps.jsonl:1: no record" in ended.stderr, ended.stderr
