@@ -126,7 +126,7 @@ void ContactSurface::mergeVertices()
     {
         const std::int32_t triangle = m_tree->triangle(slot.inTree);
         // Slots hold the corners in the same order, but begin with another one.
-        const auto& c = m_tree->corners(slot.inTree);
+        const auto c = m_tree->corners(slot.inTree);
         const auto inMesh = m_tree->cornersOfTriangle(triangle);
         std::size_t shift = 0;
         while (shift < 2 && (c[0] != inMesh[shift] || c[1] != inMesh[(shift + 1) % 3]))
@@ -220,7 +220,7 @@ void ContactSurface::placeEdges(Edges& edges)
         const std::size_t k = sides[s].k;
         if (s == 0 || sides[s].ends != sides[s - 1].ends)
         {
-            const auto& c = corners(static_cast<std::int32_t>(sides[s].slot));
+            const auto c = corners(static_cast<std::int32_t>(sides[s].slot));
             const double sign = slot.vertices[k] == sides[s].ends[0] ? 1.0 : -1.0;
             edges.ends.push_back(sides[s].ends);
             edges.directions.emplace_back(sign * (c[(k + 1) % 3] - c[k]).stableNormalized());
@@ -246,7 +246,7 @@ void ContactSurface::bendEdges(Edges& edges)
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
         const Slot& slot = m_slots[i];
-        const auto& c = corners(static_cast<std::int32_t>(i));
+        const auto c = corners(static_cast<std::int32_t>(i));
         for (std::size_t k = 0; k < 3; ++k)
         {
             const std::int32_t edge = slot.edges[k];
@@ -291,7 +291,7 @@ void ContactSurface::placeVertexDirections(const Edges& edges)
     }
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
-        const auto& c = corners(static_cast<std::int32_t>(i));
+        const auto c = corners(static_cast<std::int32_t>(i));
         for (std::size_t k = 0; k < 3 && !m_slots[i].normal.isZero(0.0); ++k)
         {
             // Between two edges farther apart the surface can rise while both edges fall.

@@ -55,7 +55,7 @@ public:
         return m_slots[static_cast<std::size_t>(i)];
     }
     /// In the tree's frame.
-    [[nodiscard]] const std::array<Eigen::Vector3d, 3>& corners(std::int32_t i) const
+    [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(std::int32_t i) const
     {
         return m_tree->corners(slot(i).inTree);
     }

@@ -22,7 +22,7 @@ constexpr double kTouchingGap = 1e-9;
 /// area.
 std::array<double, 3> weightsAt(const ContactSurface& surface, std::int32_t i, const Vector3d& x)
 {
-    const auto& c = surface.corners(i);
+    const auto c = surface.corners(i);
     const Vector3d& normal = surface.slot(i).normal;
     std::array<double, 3> weights{};
     double longest = 0.0;
@@ -88,7 +88,7 @@ Vector3d meanNormal(const ContactSurface& surface, const Feature& feature)
         if (count > static_cast<int>(feature.kind))
         {
             // By the angle of the triangle at a vertex: the same however its faces are cut.
-            const auto& c = surface.corners(i);
+            const auto c = surface.corners(i);
             const Vector3d u = c[(at + 1) % 3] - c[at];
             const Vector3d v = c[(at + 2) % 3] - c[at];
             const bool isVertex = feature.kind == FeatureKind::Vertex;

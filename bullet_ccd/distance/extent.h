@@ -21,7 +21,7 @@ inline Slab extentAlong(const SsvTree& tree, std::int32_t index, const Eigen::Ve
     const SsvNode& node = tree.nodes()[static_cast<std::size_t>(index)];
     if (node.isLeaf())
     {
-        const auto& corners = tree.corners(node.first);
+        const auto corners = tree.corners(node.first);
         const auto [low, high] =
             std::minmax({n.dot(corners[0]), n.dot(corners[1]), n.dot(corners[2])});
         return {.low = low, .high = high};

@@ -500,41 +500,44 @@ void SsvBlocks::fill(std::size_t index)
     const SsvBlock& block = m_blocks[index];
     const auto begin = static_cast<std::size_t>(block.begin);
     const std::size_t count = static_cast<std::size_t>(block.end) - begin;
-    const std::span<std::int32_t> slots = m_parts.triangles.subspan(begin, count);
-    const std::vector<std::int32_t> before(slots.begin(), slots.end());
+    const std::span<SsvSlot> slots = m_parts.slots.subspan(begin, count);
+    const std::vector<SsvSlot> before(slots.begin(), slots.end());
     TriangleMesh mesh;
-    for (const std::int32_t triangle : before)
+    for (const SsvSlot slot : before)
     {
         const auto corner = static_cast<std::int32_t>(mesh.vertices.size());
         mesh.triangles.push_back({corner, corner + 1, corner + 2});
-        for (const std::int32_t vertex : m_parts.meshTriangles[static_cast<std::size_t>(triangle)])
+        for (const std::int32_t vertex : m_parts.meshTriangles[slot.triangle])
         {
             mesh.vertices.push_back(m_parts.vertices[static_cast<std::size_t>(vertex)] -
                                     m_parts.origin);
         }
     }
     const SsvTopology topology = splitTriangles(mesh, bounds(mesh).center());
-    const std::span<std::array<Vector3d, 3>> corners = m_parts.corners.subspan(begin, count);
+    std::vector<std::array<Vector3d, 3>> corners(count);
     for (std::size_t i = 0; i < count; ++i)
     {
         const auto triangle = static_cast<std::size_t>(topology.triangles[i]);
-        slots[i] = before[triangle];
         std::copy_n(&mesh.vertices[3 * triangle], 3, corners[i].begin());
+        slots[i] =
+            slotOf(static_cast<std::int32_t>(before[triangle].triangle), smallestOf(corners[i]));
         rotateToSmallest(corners[i]);
     }
     const std::span<SsvNode> nodes =
         m_parts.nodes.subspan(static_cast<std::size_t>(block.root), topology.branches.size());
     fitNodes(topology.branches, corners, nodes);
+    const std::size_t normals = m_parts.normals.size();
+    fillSlabs(m_parts.normals,
+              nodes,
+              corners,
+              0,
+              nodes.size(),
+              m_parts.slabs.subspan(static_cast<std::size_t>(block.root) * normals,
+                                    nodes.size() * normals));
     for (SsvNode& node : nodes)
     {
         node.first += node.isLeaf() ? block.begin : block.root;
     }
-    fillSlabs(m_parts.normals,
-              m_parts.nodes,
-              m_parts.corners,
-              static_cast<std::size_t>(block.root),
-              static_cast<std::size_t>(block.root) + nodes.size(),
-              m_parts.slabs);
     m_used[index] = static_cast<std::int32_t>(nodes.size());
     m_builtTriangles += count;
 }

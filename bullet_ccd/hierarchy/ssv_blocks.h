@@ -65,8 +65,7 @@ public:
         std::span<const Triangle> meshTriangles;
         Eigen::Vector3d origin;
         std::span<SsvNode> nodes;
-        std::span<std::array<Eigen::Vector3d, 3>> corners;
-        std::span<std::int32_t> triangles;         ///< in the slots
+        std::span<SsvSlot> slots;
         std::span<const Eigen::Vector3d> normals;  ///< of FaceSlabs
         std::span<Slab> slabs;
     };

@@ -1,6 +1,7 @@
 /// Which triangles are below which node: the topology of a hierarchy, before it has volumes.
 #pragma once
 
+#include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -46,15 +47,34 @@ struct SsvBinaryNode
 /// Splits the triangles top-down until every leaf has one.
 /// @pre checkMesh() passed
 [[nodiscard]] SsvTopology splitTriangles(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
-/// Rotates the corners of a triangle so that the lexicographically smallest is first. The tree sees
-/// triangles so, and sorted, so that how a file lists them changes nothing.
+
+/// Index of the lexicographically smallest corner of a triangle, the first of equal ones.
 template <class Corners>
-void rotateToSmallest(Corners& corners)
+[[nodiscard]] std::size_t smallestOf(const Corners& corners)
 {
     const auto smaller = [](const auto& a, const auto& b)
     { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); };
+    return static_cast<std::size_t>(
+        std::min_element(std::begin(corners), std::end(corners), smaller) - std::begin(corners));
+}
+
+constexpr std::uint32_t kMostSsvTriangles = (1U << 30U) - 1U;  ///< that slots can name
+
+[[nodiscard]] inline SsvSlot slotOf(std::int32_t triangle, std::size_t firstCorner)
+{
+    SsvSlot slot{};
+    slot.triangle = static_cast<std::uint32_t>(triangle) & kMostSsvTriangles;
+    slot.first = firstCorner & 3U;
+    return slot;
+}
+
+/// Rotates the corners of a triangle so that the smallest is first. The tree sees triangles so, and
+/// sorted, so that how a file lists them changes nothing.
+template <class Corners>
+void rotateToSmallest(Corners& corners)
+{
     std::rotate(std::begin(corners),
-                std::min_element(std::begin(corners), std::end(corners), smaller),
+                std::begin(corners) + static_cast<std::ptrdiff_t>(smallestOf(corners)),
                 std::end(corners));
 }
 }  // namespace bullet_ccd

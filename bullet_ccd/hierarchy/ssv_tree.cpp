@@ -65,26 +65,26 @@ std::string toText(double x)
 }
 }  // namespace
 
-void SsvTree::placeCorners()
+/// Puts the triangles into their slots. Returns their corners.
+std::vector<SsvCorners> SsvTree::place(std::span<const std::int32_t> triangles)
 {
-    m_corners.clear();
-    m_corners.reserve(m_triangles.size());
+    m_slots.resize(triangles.size());
+    std::vector<SsvCorners> corners(triangles.size());
     double radiusSquared = 0.0;
-    for (const std::int32_t triangle : m_triangles)
+    for (std::size_t slot = 0; slot < triangles.size(); ++slot)
     {
-        m_corners.push_back(cornersOfTriangle(triangle));
-        rotateToSmallest(m_corners.back());
-        for (const Eigen::Vector3d& corner : m_corners.back())
+        SsvCorners& here = corners[slot];
+        here = cornersOfTriangle(triangles[slot]);
+        const std::size_t first = smallestOf(here);
+        std::rotate(here.begin(), here.begin() + static_cast<std::ptrdiff_t>(first), here.end());
+        m_slots[slot] = slotOf(triangles[slot], first);
+        for (const Eigen::Vector3d& corner : here)
         {
             radiusSquared = std::max(radiusSquared, corner.squaredNorm());
         }
     }
     m_radius = std::sqrt(radiusSquared);
-}
-
-void SsvTree::findFaces()
-{
-    m_faces = findFaceSlabs(m_nodes, m_corners);
+    return corners;
 }
 
 void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
@@ -101,9 +101,14 @@ void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
     m_blocks = {};
     m_mesh.vertices.assign(vertices.begin(), vertices.end());
     m_origin = bounds(m_mesh).center();
-    placeCorners();
-    fitNodes(branchesOf(m_nodes), m_corners, m_nodes);
-    findFaces();
+    std::vector<std::int32_t> triangles(m_slots.size());
+    for (std::size_t slot = 0; slot < triangles.size(); ++slot)
+    {
+        triangles[slot] = triangle(static_cast<std::int32_t>(slot));
+    }
+    const std::vector<SsvCorners> corners = place(triangles);
+    fitNodes(branchesOf(m_nodes), corners, m_nodes);
+    m_faces = findFaceSlabs(m_nodes, corners);
 }
 
 namespace
@@ -111,6 +116,8 @@ namespace
 void checkForTree(const TriangleMesh& mesh)
 {
     checkMesh(mesh, "buildSsvTree");
+    require(mesh.triangles.size() <= kMostSsvTriangles,
+            "buildSsvTree: more than 2^30 - 1 triangles: divide the mesh");
     // Single precision squares lengths: far outside of this range they vanish or overflow.
     const double size = bounds(mesh).sizes().norm();
     if (!(size == 0.0 || (size > 1e-16 && size < 1e17)))  // its text is long in the making
@@ -126,12 +133,11 @@ SsvTree buildSsvTree(TriangleMesh mesh)
 {
     checkForTree(mesh);
     SsvTree tree(std::move(mesh));
-    SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
-    tree.m_triangles = std::move(topology.triangles);
-    tree.placeCorners();
+    const SsvTopology topology = splitTriangles(tree.m_mesh, tree.m_origin);
+    const std::vector<SsvCorners> corners = tree.place(topology.triangles);
     tree.m_nodes.resize(topology.branches.size());
-    fitNodes(topology.branches, tree.m_corners, tree.m_nodes);
-    tree.findFaces();
+    fitNodes(topology.branches, corners, tree.m_nodes);
+    tree.m_faces = findFaceSlabs(tree.m_nodes, corners);
     return tree;
 }
 
@@ -145,20 +151,22 @@ SsvTree buildSsvTreeAsNeeded(TriangleMesh mesh)
     SsvTree tree(std::move(mesh));
     SsvUpperTree upper = splitIntoBlocks(tree.m_mesh, tree.m_origin);
     tree.m_radius = upper.radius;
-    tree.m_corners.resize(upper.triangles.size());
     const SsvBlock& last = upper.blocks.back();
     tree.m_nodes.resize(static_cast<std::size_t>(last.root + 2 * (last.end - last.begin) - 1));
     std::ranges::copy(upper.nodes, tree.m_nodes.begin());
     tree.m_faces = findUpperSlabs(upper, tree.m_mesh, tree.m_origin, tree.m_nodes.size());
-    tree.m_triangles = std::move(upper.triangles);
+    tree.m_slots.reserve(upper.triangles.size());
+    for (const std::int32_t triangle : upper.triangles)
+    {
+        tree.m_slots.push_back(slotOf(triangle, 0));
+    }
     tree.m_blocks = SsvBlocksOwner(
         std::make_unique<SsvBlocks>(std::move(upper.blocks),
                                     SsvBlocks::Parts{.vertices = tree.m_mesh.vertices,
                                                      .meshTriangles = tree.m_mesh.triangles,
                                                      .origin = tree.m_origin,
                                                      .nodes = tree.m_nodes,
-                                                     .corners = tree.m_corners,
-                                                     .triangles = tree.m_triangles,
+                                                     .slots = tree.m_slots,
                                                      .normals = tree.m_faces.normals,
                                                      .slabs = tree.m_faces.slabs}));
     return tree;
@@ -182,7 +190,7 @@ void SsvTree::openAll() const
 
 std::size_t SsvTree::builtTriangles() const
 {
-    return m_blocks.get() != nullptr ? m_blocks.get()->builtTriangles() : m_triangles.size();
+    return m_blocks.get() != nullptr ? m_blocks.get()->builtTriangles() : m_slots.size();
 }
 
 SsvBlocksOwner::SsvBlocksOwner() = default;

@@ -83,6 +83,14 @@ struct FaceSlabs
     }
 };
 
+/// Which triangle of the mesh is in a slot, and with which corner it begins: the smallest, so that
+/// how a file lists them changes nothing.
+struct SsvSlot
+{
+    std::uint32_t triangle : 30;
+    std::uint32_t first : 2;
+};
+
 /// What builds the rest of a tree that is built as far as it is looked at. A copy of the tree is
 /// built to the end, and has none.
 class BULLET_CCD_API SsvBlocksOwner
@@ -130,17 +138,22 @@ public:
     /// precision is spent on the size of the mesh and not on its place.
     [[nodiscard]] const Eigen::Vector3d& origin() const { return m_origin; }
     /// The three corners of the triangle in a leaf's slot, in the tree's frame [m]. Slots are in
-    /// the order of the leaves, so that triangles that are near in space are near in memory.
-    [[nodiscard]] const std::array<Eigen::Vector3d, 3>& corners(std::int32_t slot) const
+    /// the order of the leaves.
+    [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(std::int32_t slot) const
     {
-        return m_corners[static_cast<std::size_t>(slot)];
+        const SsvSlot here = m_slots[static_cast<std::size_t>(slot)];
+        const Triangle& triangle = m_mesh.triangles[here.triangle];
+        const auto corner = [&](std::size_t k) -> Eigen::Vector3d
+        { return m_mesh.vertices[static_cast<std::size_t>(triangle[k])] - m_origin; };
+        constexpr std::size_t kNext[] = {0, 1, 2, 0, 1};
+        return {corner(here.first), corner(kNext[here.first + 1]), corner(kNext[here.first + 2])};
     }
     /// The three corners of a triangle of mesh(), in the tree's frame [m].
     [[nodiscard]] std::array<Eigen::Vector3d, 3> cornersOfTriangle(std::int32_t triangle) const;
     /// Index in mesh() of the triangle in a slot.
     [[nodiscard]] std::int32_t triangle(std::int32_t slot) const
     {
-        return m_triangles[static_cast<std::size_t>(slot)];
+        return static_cast<std::int32_t>(m_slots[static_cast<std::size_t>(slot)].triangle);
     }
     /// Largest distance of a vertex of a triangle from origin() [m].
     [[nodiscard]] double radius() const { return m_radius; }
@@ -162,15 +175,13 @@ public:
 
 private:
     explicit SsvTree(TriangleMesh mesh);
-    void placeCorners();
-    void findFaces();
+    std::vector<std::array<Eigen::Vector3d, 3>> place(std::span<const std::int32_t> triangles);
     void buildBelow(const SsvNode& node) const;
 
     SsvBlocksOwner m_blocks;  ///< the first, see there
     TriangleMesh m_mesh;
     UntouchedVector<SsvNode> m_nodes;
-    UntouchedVector<std::array<Eigen::Vector3d, 3>> m_corners;
-    std::vector<std::int32_t> m_triangles;
+    std::vector<SsvSlot> m_slots;
     FaceSlabs m_faces;
     Eigen::Vector3d m_origin = Eigen::Vector3d::Zero();
     double m_radius = 0.0;

@@ -1,3 +1,4 @@
+#include "bullet_ccd/hierarchy/face_slabs.h"
 #include "bullet_ccd/hierarchy/ssv_tree.h"
 #include "bullet_ccd/math/replace_file.h"
 
@@ -274,18 +275,17 @@ SsvTree loadSsvTree(TriangleMesh mesh, const fs::path& path)
 
     SsvTree tree(std::move(mesh));
     tree.m_nodes.resize(header.nodes);
-    tree.m_triangles.resize(header.triangles);
+    std::vector<std::int32_t> triangles(header.triangles);
     file.read(reinterpret_cast<char*>(tree.m_nodes.data()),
               static_cast<std::streamsize>(tree.m_nodes.size() * sizeof(SsvNode)));
-    file.read(reinterpret_cast<char*>(tree.m_triangles.data()),
-              static_cast<std::streamsize>(tree.m_triangles.size() * sizeof(std::int32_t)));
-    if (!file || header.checksum != checksumOf(tree.m_nodes, tree.m_triangles) ||
-        !isTree(tree.m_nodes, tree.m_triangles))
+    file.read(reinterpret_cast<char*>(triangles.data()),
+              static_cast<std::streamsize>(triangles.size() * sizeof(std::int32_t)));
+    if (!file || header.checksum != checksumOf(tree.m_nodes, triangles) ||
+        !isTree(tree.m_nodes, triangles))
     {
         fail(path, std::string("damaged: the content does not match its checksum") + kRebuild);
     }
-    tree.placeCorners();
-    tree.findFaces();
+    tree.m_faces = findFaceSlabs(tree.m_nodes, tree.place(triangles));
     return tree;
 }
 

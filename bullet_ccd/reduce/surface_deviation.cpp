@@ -296,7 +296,7 @@ private:
         }
         // What lies straight above or below the triangle is as far from it as it is high. The rest
         // has other triangles to look at.
-        const TriangleCorners& corners = m_tree.corners(nearest.slot);
+        const TriangleCorners corners = m_tree.corners(nearest.slot);
         const Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         Polygon above = piece;
         std::vector<Polygon> beside;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <malloc.h>
 #include <oneapi/tbb/global_control.h>
 #include <stdexcept>
 #include <string>
@@ -208,6 +209,26 @@ TEST(SsvTree, BoxesThatAreTurnedAtOnceDoNotDependOnEachOther)
         }
     }
     EXPECT_GT(turned, 1000);
+}
+
+TEST(SsvTree, TakesAtMost130BytesPerTriangleWithItsMesh)
+{
+    const auto inUse = []
+    {
+        const struct mallinfo2 heap = mallinfo2();
+        return heap.uordblks + heap.hblkhd;
+    };
+    const TriangleMesh mesh = makeSphere(1.0, 6);
+    const SsvTree first = buildSsvTree(mesh);  // threads have what they need from here on
+    const std::size_t before = inUse();
+    const SsvTree tree = buildSsvTree(mesh);
+    const std::size_t after = inUse();
+    if (after == 0)
+    {
+        GTEST_SKIP() << "this allocator does not count";
+    }
+    ASSERT_GT(after, before + sizeof(SsvNode) * tree.nodes().size());
+    EXPECT_LE(after - before, 130 * mesh.triangles.size());
 }
 
 std::vector<Vector3d> deformed(const std::vector<Vector3d>& vertices, Random& random)

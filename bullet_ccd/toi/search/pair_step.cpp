@@ -280,8 +280,8 @@ double slidingStep(const SsvTree& treeA,
                    std::int32_t slotA,
                    std::int32_t slotB)
 {
-    const TriangleCorners& cornersA = treeA.corners(slotA);
-    const TriangleCorners& cornersB = treeB.corners(slotB);
+    const TriangleCorners cornersA = treeA.corners(slotA);
+    const TriangleCorners cornersB = treeB.corners(slotB);
     const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.motion.R);
     const Vector3d across =
         cornersB[0] - (R * (cornersA[0] + vector(state.motion.armA)) + vector(state.motion.p));
@@ -316,8 +316,8 @@ TriangleStep triangleStep(const SsvTree& treeA,
                           std::int32_t slotA,
                           std::int32_t slotB)
 {
-    const TriangleCorners& cornersA = treeA.corners(slotA);
-    const TriangleCorners& cornersB = treeB.corners(slotB);
+    const TriangleCorners cornersA = treeA.corners(slotA);
+    const TriangleCorners cornersB = treeB.corners(slotB);
     const double keep = margin + state.rounding;
     TriangleApproach approach;
     approachTriangles(state.motion, cornersA[0].data(), cornersB[0].data(), keep, approach);
