@@ -55,6 +55,8 @@ const char* toString(RejectReason reason)
             return "iteration limit";
         case RejectReason::Obstacle:
             return "obstacle in the way";
+        case RejectReason::OutOfReach:
+            return "out of reach";
     }
     BULLET_CCD_ASSERT(false);
     return "unknown";

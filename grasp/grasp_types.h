@@ -70,6 +70,7 @@ enum class RejectReason : std::uint8_t
     Penetration,     ///< the independent check found an intersection; it is never expected
     IterationLimit,  ///< a time-of-impact query gave up
     Obstacle,        ///< something beside the object is touched on the way or while closing
+    OutOfReach,      ///< a force closure to which the arm does not bring the hand
 };
 [[nodiscard]] BULLET_CCD_API const char* toString(RejectReason reason);
 

@@ -1,6 +1,7 @@
 // make_objects: writes household objects as OBJ files, with a table of what was written.
 #include "bullet_ccd/io/mesh_file.h"
 #include "robots/shapes/household_objects.h"
+#include "robots/shapes/large_objects.h"
 #include "tools/support/command_line.h"
 #include "tools/support/option_values.h"
 #include "tools/support/text_table.h"
@@ -34,12 +35,13 @@ struct Options
     std::filesystem::path folder;
     std::vector<std::string> families;
     bool named = false;
+    bool large = false;
 };
 
 struct Order
 {
     std::string name;
-    std::string family;
+    std::string family;  ///< empty: a large object
     std::optional<std::uint64_t> seed;
 };
 
@@ -61,6 +63,10 @@ std::vector<Order> ordersFor(const Options& options)
     {
         orders.push_back({families[i], families[i], std::nullopt});
     }
+    for (std::size_t i = 0; options.large && i < shapes::largeObjectNames().size(); ++i)
+    {
+        orders.push_back({shapes::largeObjectNames()[i], "", std::nullopt});
+    }
     for (std::int64_t i = 0; i < options.count; ++i)
     {
         const auto index = static_cast<std::uint64_t>(i);
@@ -75,7 +81,8 @@ std::vector<Order> ordersFor(const Options& options)
 /// Makes and writes one object; returns its line of the manifest.
 std::string fulfil(const Order& order, const std::filesystem::path& folder)
 {
-    const TriangleMesh mesh = shapes::makeObject(order.family, order.seed);
+    const TriangleMesh mesh = order.family.empty() ? shapes::makeLargeObject(order.name)
+                                                   : shapes::makeObject(order.family, order.seed);
     writeObj(mesh, folder / (order.name + ".obj"));
     const Eigen::Vector3d extent = bounds(mesh).sizes();
     std::ostringstream line;
@@ -178,6 +185,10 @@ void addOptions(CLI::App& app, Options& options)
     app.add_flag("--named",
                  options.named,
                  "Make one object of usual size per family: mug.obj, bottle.obj and so on.");
+    app.add_flag("--large",
+                 options.large,
+                 "Make the objects that take two hands: " +
+                     tools::joined(shapes::largeObjectNames(), ", ") + ".");
     app.add_option("-s,--seed", options.seed, "What all sizes are drawn from.")
         ->check(tools::wholeNumber())
         ->capture_default_str()
@@ -214,7 +225,7 @@ int main(int argc, char** argv)
         argv,
         {.name = "make_objects",
          .about = "Makes household objects as OBJ files: closed triangle meshes in metres, z up, "
-                  "standing on z = 0. Give -n, --named or both.",
+                  "standing on z = 0. Give -n, --named or --large.",
          .footer = kFooter},
         [&](CLI::App& app, int&)
         {
@@ -222,9 +233,10 @@ int main(int argc, char** argv)
             app.callback(
                 [&]
                 {
-                    if (options.count == 0 && !options.named)
+                    if (options.count == 0 && !options.named && !options.large)
                     {
-                        throw CLI::ValidationError("-n", "nothing to make: give -n N or --named");
+                        throw CLI::ValidationError(
+                            "-n", "nothing to make: give -n N, --named or --large");
                     }
                     run(options);
                 });

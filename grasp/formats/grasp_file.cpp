@@ -107,7 +107,7 @@ RejectReason rejectReason(const Json& json, const Place& place)
         return RejectReason::None;
     }
     const auto name = value<std::string>(json, "reject", place);
-    for (int k = 0; k <= static_cast<int>(RejectReason::Obstacle); ++k)
+    for (int k = 0; k <= static_cast<int>(RejectReason::OutOfReach); ++k)
     {
         if (name == toString(static_cast<RejectReason>(k)))
         {
@@ -218,6 +218,10 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     if (plan.contains("obstacles_hash") && !plan.at("obstacles_hash").is_null())
     {
         source.run.obstaclesHash = value<std::string>(plan, "obstacles_hash", place);
+    }
+    if (plan.contains("robot") && !plan.at("robot").is_null())
+    {
+        source.run.robot = value<std::string>(plan, "robot", place);
     }
     options.closing.tolerance = value<double>(plan, "tolerance_m", place);
     options.closing.contactThreshold = value<double>(plan, "contact_threshold_m", place);

@@ -39,6 +39,7 @@ struct GraspRun
     std::filesystem::path objectFile;
     double objectScale = 1.0;
     std::string obstaclesHash{};  ///< contentHash() of what stood beside the object
+    std::string robot{};  ///< the arm that had to bring the hand there, and its pose; empty: none
     PlannerOptions options;
     /// What the squeezes in the records are for; without it there are none.
     std::optional<SqueezeOptions> squeeze{};

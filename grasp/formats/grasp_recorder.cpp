@@ -77,6 +77,7 @@ Json planToJson(const GraspRun& run, const ObjectMass& mass)
             {"first_fingers", options.closing.firstFingers},
             {"closing_speeds", options.closing.speeds},
             {"obstacles_hash", run.obstaclesHash.empty() ? Json() : Json(run.obstaclesHash)},
+            {"robot", run.robot.empty() ? Json() : Json(run.robot)},
             {"tolerance_m", options.closing.tolerance},
             {"contact_threshold_m", options.closing.contactThreshold},
             {"min_contact_spacing_m", options.minContactSpacing},

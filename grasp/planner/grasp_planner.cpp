@@ -259,6 +259,10 @@ std::vector<Grasp> planGrasps(const HandModel& hand,
                 Grasp& grasp = planned[*turn];
                 grasp = planCandidate(candidate, context);
                 grasp.obstaclesInReach = near;
+                if (grasp.reject == RejectReason::None && extras.reach && !extras.reach(grasp.X_WH))
+                {
+                    grasp.reject = RejectReason::OutOfReach;
+                }
                 held[static_cast<std::size_t>(grasp.candidate)] =
                     grasp.reject == RejectReason::None;
                 if (extras.progress)

@@ -61,6 +61,10 @@ struct PlanExtras
     /// back, is rejected (RejectReason::Obstacle), provided that the closing engine knows them,
     /// too. Obstacles that the swept boxes of the hand do not meet cost no query.
     std::span<const RigidBody> obstacles = {};
+    /// Whether the hand can be brought to a pose of its root link; empty: to all. Force closures
+    /// for which it says no are rejected (RejectReason::OutOfReach). Is asked from any thread, and
+    /// must not depend on anything but the pose.
+    std::function<bool(const Eigen::Isometry3d& X_WH)> reach = {};
     /// Candidates of an earlier plan of the same hand, object, obstacles and options. They are
     /// taken over as they are, without a call of `progress`.
     std::span<const Grasp> known = {};

@@ -156,6 +156,10 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
         return squeeze;
     }
     squeeze.normalForce = scale * sum;
+    for (const Eigen::Vector3d& force : hold.forces)
+    {
+        squeeze.forces.emplace_back(scale * force);
+    }
     squeeze.weights = hold.weights;
     for (std::size_t j = 0; j < joints.size(); ++j)
     {

@@ -59,10 +59,11 @@ struct Squeeze
 {
     std::string reason;  ///< why there is none; empty: there is one
     std::vector<JointEffort> efforts;
-    std::vector<double> torques;    ///< that press the contacts together [N m or N]
-    std::vector<double> stiffness;  ///< of the position controller [N m/rad or N/m]
-    std::vector<double> targets;    ///< positions that make it press so [rad or m]
-    double normalForce = 0.0;       ///< sum over the contacts [N]
+    std::vector<double> torques;          ///< that press the contacts together [N m or N]
+    std::vector<double> stiffness;        ///< of the position controller [N m/rad or N/m]
+    std::vector<double> targets;          ///< positions that make it press so [rad or m]
+    double normalForce = 0.0;             ///< sum over the contacts [N]
+    std::vector<Eigen::Vector3d> forces;  ///< on the object, one a contact, W [N]
     /// ElasticHold::weights of the preload that was found, at most half of the firmness.
     double weights = 0.0;
 

@@ -3,8 +3,6 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/check/closed_surface.h"
-#include "grasp/report/closing_spans.h"
-#include "grasp/task/arm_kinematics.h"
 #include "grasp/task/firm_grasps.h"
 #include "grasp/task/task_legs.h"
 
@@ -25,9 +23,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Path = std::vector<JointPositions>;
 
-/// The hand moves straight in steps of this [m], in each of which no joint may jump [rad or m].
-constexpr double kStraightStep = 0.02;
-constexpr double kLargestJump = 0.3;
 /// Postures of the arm that are tried for a pose of the hand.
 constexpr int kPostures = 3;
 /// Places of the object that are tried for a grasp.
@@ -338,23 +333,9 @@ private:
                 .waypoints = timedWaypoints(m_task.robot.tree, positions, begin, m_options)};
     }
 
-    /// The arm from `start` along a straight line of the hand; empty if it cannot follow.
     [[nodiscard]] Path straight(const JointPositions& start, const Vector3d& shift) const
     {
-        const Isometry3d X_WH = m_kinematics.poseAt(start);
-        const auto steps = std::max(1, static_cast<int>(std::ceil(shift.norm() / kStraightStep)));
-        Path path{start};
-        for (int i = 1; i <= steps; ++i)
-        {
-            const auto next = m_kinematics.follow(
-                shifted(X_WH, shift * (double(i) / steps)), path.back(), kLargestJump);
-            if (!next)
-            {
-                return {};
-            }
-            path.push_back(*next);
-        }
-        return path;
+        return straightPath(m_kinematics, start, shift);
     }
 
     /// Certifies the leg, or says what is in its way.
@@ -463,25 +444,10 @@ private:
     {
         const ClosingSpans spans =
             closingSpans(m_task.hand, m_plan.grasp, m_options.grasps.closing);
-        std::vector<double> times{0.0};
-        for (const ClosingSpan& span : spans.joints)
-        {
-            times.insert(times.end(), {span.begin, span.end});
-        }
-        std::ranges::sort(times);
         std::vector<std::vector<double>> rows;
-        for (const double time : times)
+        for (const double time : closingTimes(spans))
         {
-            std::vector<double> q = spans.from;
-            for (std::size_t i = 0; i < q.size(); ++i)
-            {
-                const auto [begin, end] = spans.joints[i];
-                const double part =
-                    time >= end ? 1.0 : std::clamp((time - begin) / (end - begin), 0.0, 1.0);
-                q[i] = part == 1.0 ? m_plan.grasp.positions[i]
-                                   : std::lerp(q[i], m_plan.grasp.positions[i], part);
-            }
-            rows.push_back(std::move(q));
+            rows.push_back(closingAt(spans, m_plan.grasp.positions, time));
         }
         return rows;
     }
@@ -638,23 +604,9 @@ private:
                               m_robot, after, "return", m_open, back.back(), m_task.start, legs[8]);
         if (!failed)
         {
-            followOn();
+            followOn(m_plan.legs);
         }
         return failed;
-    }
-
-    /// Every leg begins when the one before it ends.
-    void followOn()
-    {
-        double begin = 0.0;
-        for (TaskLeg& leg : m_plan.legs)
-        {
-            for (Waypoint& waypoint : leg.waypoints)
-            {
-                waypoint.time += begin;
-            }
-            begin = leg.waypoints.back().time;
-        }
     }
 
     static constexpr double kPutDown = 0.03;  // above the target, where putting down begins [m]

@@ -82,6 +82,14 @@ struct TaskLeg
 };
 inline constexpr double kEnoughClearance = 0.02;
 
+/// Where the links and the object are at a time of the plan [s].
+struct TaskState
+{
+    std::vector<Eigen::Isometry3d> X_W;  ///< of the links of the robot
+    Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
+    std::size_t leg = 0;
+};
+
 /// A grasp that was tried, and what stood in its way.
 struct TaskAttempt
 {

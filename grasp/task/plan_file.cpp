@@ -2,10 +2,12 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/report/grasp_model.h"
+#include "grasp/report/grasp_picture.h"
 #include "grasp/report/grasp_scene.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iomanip>
 #include <iterator>
 #include <limits>
@@ -41,13 +43,13 @@ ordered_json poseJson(const Eigen::Isometry3d& X)
             {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
-ordered_json legJson(const PickPlaceTask& task, const TaskLeg& leg)
+ordered_json legJson(const KinematicTree& tree, const TaskLeg& leg)
 {
     ordered_json waypoints = ordered_json::array();
     for (const Waypoint& waypoint : leg.waypoints)
     {
         ordered_json positions = ordered_json::array();
-        for (const std::size_t joint : ownJoints(task.robot.tree))
+        for (const std::size_t joint : ownJoints(tree))
         {
             positions.push_back(waypoint.positions[joint]);
         }
@@ -59,6 +61,21 @@ ordered_json legJson(const PickPlaceTask& task, const TaskLeg& leg)
             {"certified_clearance_m", clearance},
             {"clearance_is_at_least", leg.clearance >= kEnoughClearance},
             {"waypoints", waypoints}};
+}
+
+void addLegs(const KinematicTree& tree, const std::vector<TaskLeg>& legs, ordered_json& json)
+{
+    json["joints"] = ordered_json::array();
+    for (const std::size_t joint : ownJoints(tree))
+    {
+        json["joints"].push_back(tree.links[joint].joint.name);
+    }
+    json["duration_s"] = legs.back().waypoints.back().time;
+    json["legs"] = ordered_json::array();
+    for (const TaskLeg& leg : legs)
+    {
+        json["legs"].push_back(legJson(tree, leg));
+    }
 }
 
 /// Waypoints of all legs, each time once.
@@ -110,17 +127,7 @@ void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlace
                          {"mass_kg", plan.mass.mass},
                          {"mass_from", toString(plan.mass.source)},
                          {"hand_pose_in_object", poseJson(plan.grasp.X_WH)}};
-        json["joints"] = ordered_json::array();
-        for (const std::size_t joint : ownJoints(task.robot.tree))
-        {
-            json["joints"].push_back(task.robot.tree.links[joint].joint.name);
-        }
-        json["duration_s"] = plan.legs.back().waypoints.back().time;
-        json["legs"] = ordered_json::array();
-        for (const TaskLeg& leg : plan.legs)
-        {
-            json["legs"].push_back(legJson(task, leg));
-        }
+        addLegs(task.robot.tree, plan.legs, json);
     }
     out << json.dump(1) << "\n";
 }
@@ -198,38 +205,50 @@ TaskState stateAt(const PickPlaceTask& task, const PickPlacePlan& plan, double t
     return state;
 }
 
-void writePlanModel(const PickPlaceTask& task,
-                    const PickPlacePlan& plan,
-                    const std::filesystem::path& file,
-                    double interval)
+namespace
+{
+/// What moves, among what.
+struct Stage
+{
+    const KinematicTree& tree;
+    const std::vector<const SsvTree*>& linkTrees;
+    const GraspObject& object;
+    std::span<const RigidBody> obstacles;
+    const std::vector<std::string>& obstacleNames;
+};
+
+void writeModel(const Stage& stage,
+                double duration,
+                const std::function<TaskState(double)>& at,
+                const std::filesystem::path& file,
+                double interval)
 {
     std::vector<MotionTrack> tracks;
-    for (std::size_t i = 0; i < task.obstacles.size(); ++i)
+    for (std::size_t i = 0; i < stage.obstacles.size(); ++i)
     {
-        tracks.push_back({.name = task.obstacleNames[i],
-                          .tree = task.obstacles[i].tree,
+        tracks.push_back({.name = stage.obstacleNames[i],
+                          .tree = stage.obstacles[i].tree,
                           .color = kObstacleColor,
-                          .poses = {task.obstacles[i].motion.X_W0}});
+                          .poses = {stage.obstacles[i].motion.X_W0}});
     }
     const std::size_t obstacles = tracks.size();
-    for (std::size_t link = 0; link < task.robot.tree.size(); ++link)
+    for (std::size_t link = 0; link < stage.tree.size(); ++link)
     {
-        tracks.push_back({.name = task.robot.tree.links[link].name,
-                          .tree = task.robot.linkTrees[link],
+        tracks.push_back({.name = stage.tree.links[link].name,
+                          .tree = stage.linkTrees[link],
                           .color = Color(0.36F, 0.47F, 0.62F),
                           .poses = {}});
     }
-    tracks.push_back({.name = "object: " + task.object.name,
-                      .tree = &task.object.tree,
+    tracks.push_back({.name = "object: " + stage.object.name,
+                      .tree = &stage.object.tree,
                       .color = kObjectColor,
                       .poses = {}});
     std::vector<float> times;
-    const double duration = plan.legs.back().waypoints.back().time;
     const auto frames = static_cast<int>(std::ceil(duration / interval));
     for (int i = 0; i <= frames; ++i)
     {
         const double time = duration * i / frames;
-        const TaskState state = stateAt(task, plan, time);
+        const TaskState state = at(time);
         times.push_back(static_cast<float>(time));
         for (std::size_t link = 0; link < state.X_W.size(); ++link)
         {
@@ -241,40 +260,16 @@ void writePlanModel(const PickPlaceTask& task,
     writeMotionModel("task", times, tracks, file);
 }
 
-double sampledDistance(const PickPlaceTask& task,
-                       const PickPlacePlan& plan,
-                       std::size_t leg,
-                       int samples)
+/// Distances at samples of a leg.
+/// @param placesAt  poses of the links, the object and the obstacles, at positions of the joints
+/// @param pairs     of these
+double sampled(
+    const TaskLeg& way,
+    const std::vector<const SsvTree*>& things,
+    const std::function<std::vector<Eigen::Isometry3d>(const std::vector<double>&)>& placesAt,
+    const std::vector<std::pair<std::size_t, std::size_t>>& pairs,
+    int samples)
 {
-    // The links, then the object, then the obstacles.
-    const TaskLeg& way = plan.legs[leg];
-    std::vector<const SsvTree*> things = task.robot.linkTrees;
-    const std::size_t links = things.size();
-    things.push_back(&task.object.tree);
-    for (const RigidBody& obstacle : task.obstacles)
-    {
-        things.push_back(obstacle.tree);
-    }
-    const auto root = static_cast<std::size_t>(task.robot.handRoot);
-    const auto placesAt = [&](const std::vector<double>& q)
-    {
-        std::vector<Eigen::Isometry3d> X_W = linkPoses(task.robot.tree, task.X_WR, q);
-        X_W.push_back(way.carries ? X_W[root] * plan.X_HO : restingPose(plan, leg));
-        for (const RigidBody& obstacle : task.obstacles)
-        {
-            X_W.push_back(obstacle.motion.X_W0);
-        }
-        return X_W;
-    };
-    std::vector<std::pair<std::size_t, std::size_t>> pairs;
-    for (std::size_t i = 0; i <= links; ++i)
-    {
-        for (std::size_t k = std::max(i + 1, links); things[i] != nullptr && k < things.size(); ++k)
-        {
-            pairs.emplace_back(i, k);
-        }
-    }
-    pairs.insert(pairs.end(), task.robot.selfPairs.begin(), task.robot.selfPairs.end());
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t w = 1; w < way.waypoints.size(); ++w)
     {
@@ -309,5 +304,197 @@ double sampledDistance(const PickPlaceTask& task,
         }
     }
     return least;
+}
+
+/// The links, then the object, then the obstacles.
+std::vector<const SsvTree*> thingsOf(const Stage& stage)
+{
+    std::vector<const SsvTree*> things = stage.linkTrees;
+    things.push_back(&stage.object.tree);
+    for (const RigidBody& obstacle : stage.obstacles)
+    {
+        things.push_back(obstacle.tree);
+    }
+    return things;
+}
+}  // namespace
+
+void writePlanModel(const PickPlaceTask& task,
+                    const PickPlacePlan& plan,
+                    const std::filesystem::path& file,
+                    double interval)
+{
+    writeModel(
+        {task.robot.tree, task.robot.linkTrees, task.object, task.obstacles, task.obstacleNames},
+        plan.legs.back().waypoints.back().time,
+        [&](double time) { return stateAt(task, plan, time); },
+        file,
+        interval);
+}
+
+double sampledDistance(const PickPlaceTask& task,
+                       const PickPlacePlan& plan,
+                       std::size_t leg,
+                       int samples)
+{
+    const TaskLeg& way = plan.legs[leg];
+    const std::vector<const SsvTree*> things = thingsOf(
+        {task.robot.tree, task.robot.linkTrees, task.object, task.obstacles, task.obstacleNames});
+    const std::size_t links = task.robot.tree.size();
+    const auto root = static_cast<std::size_t>(task.robot.handRoot);
+    const auto placesAt = [&](const std::vector<double>& q)
+    {
+        std::vector<Eigen::Isometry3d> X_W = linkPoses(task.robot.tree, task.X_WR, q);
+        X_W.push_back(way.carries ? X_W[root] * plan.X_HO : restingPose(plan, leg));
+        for (const RigidBody& obstacle : task.obstacles)
+        {
+            X_W.push_back(obstacle.motion.X_W0);
+        }
+        return X_W;
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i <= links; ++i)
+    {
+        for (std::size_t k = std::max(i + 1, links); things[i] != nullptr && k < things.size(); ++k)
+        {
+            pairs.emplace_back(i, k);
+        }
+    }
+    pairs.insert(pairs.end(), task.robot.selfPairs.begin(), task.robot.selfPairs.end());
+    return sampled(way, things, placesAt, pairs, samples);
+}
+
+void writeLiftJson(std::ostream& out, const TwoHandTask& task, const TwoHandPlan& plan)
+{
+    const TwoArms& arms = task.arms;
+    ordered_json json{{"schema", "bullet_ccd.two_hands/1"},
+                      {"solved", plan.solved},
+                      {"failure", plan.solved ? ordered_json() : ordered_json(plan.failure)},
+                      {"robot", arms.whole.robot.name},
+                      {"object", task.object.name},
+                      {"object_start", poseJson(plan.X_WOStart)},
+                      {"mass_kg", plan.mass.mass},
+                      {"mass_from", toString(plan.mass.source)},
+                      {"touching", plan.touching},
+                      {"reached", plan.reached},
+                      {"force_closures_of_one_hand", plan.singleHanded},
+                      {"force_closures_of_two_hands", plan.pairs},
+                      {"attempts", ordered_json::array()}};
+    for (const PairAttempt& attempt : plan.attempts)
+    {
+        json["attempts"].push_back(
+            {{"candidates", attempt.candidates},
+             {"failed_leg", attempt.leg.empty() ? ordered_json() : ordered_json(attempt.leg)},
+             {"reason", attempt.reason.empty() ? ordered_json() : ordered_json(attempt.reason)}});
+    }
+    if (plan.solved)
+    {
+        json["epsilon"] = plan.grasp.quality.epsilon;
+        json["epsilon_of_one_hand"] = plan.aloneEpsilon;
+        json["largest_mass_kg"] = *plan.grasp.quality.largestMass;
+        json["normal_forces_for_the_weight_N"] = plan.forces.normal;
+        json["largest_share_of_effort"] = plan.forces.effort;
+        json["squeeze_N"] = plan.forces.squeeze;
+        json["internal_force_N"] = plan.forces.internal;
+        json["contacts"] = ordered_json::array();
+        for (std::size_t i = 0; i < plan.grasp.contacts.size(); ++i)
+        {
+            const GraspContact& contact = plan.grasp.contacts[i];
+            const Eigen::Vector3d& p = contact.point;
+            const Eigen::Vector3d& n = contact.normal;
+            const Eigen::Vector3d& f = plan.squeeze.forces[i];
+            json["contacts"].push_back({{"link", linkName(arms.whole, contact.link)},
+                                        {"point_m", {p.x(), p.y(), p.z()}},
+                                        {"normal", {n.x(), n.y(), n.z()}},
+                                        {"squeeze_force_N", {f.x(), f.y(), f.z()}}});
+        }
+        addLegs(arms.whole.robot.tree, plan.legs, json);
+    }
+    out << json.dump(1) << "\n";
+}
+
+namespace
+{
+Stage stageOf(const TwoHandTask& task)
+{
+    return {task.arms.whole.robot.tree,
+            task.arms.whole.linkTrees,
+            task.object,
+            task.obstacles,
+            task.obstacleNames};
+}
+}  // namespace
+
+void writeLiftModel(const TwoHandTask& task,
+                    const TwoHandPlan& plan,
+                    const std::filesystem::path& file,
+                    double interval)
+{
+    writeModel(
+        stageOf(task),
+        plan.legs.back().waypoints.back().time,
+        [&](double time) { return stateAt(task, plan, time); },
+        file,
+        interval);
+}
+
+void drawLift(const TwoHandTask& task, const TwoHandPlan& plan, const std::filesystem::path& file)
+{
+    std::vector<Moment> moments;
+    for (const char* leg : {"transit", "close", "lift"})
+    {
+        const std::vector<double>& q =
+            std::ranges::find(plan.legs, leg, &TaskLeg::name)->waypoints.back().positions;
+        const Eigen::Isometry3d X_WH =
+            linkPoses(task.arms.whole.robot.tree,
+                      Eigen::Isometry3d::Identity(),
+                      q)[static_cast<std::size_t>(task.arms.handRoot(0))];
+        moments.push_back({.positions = q,
+                           .X_WO = std::string(leg) == "lift" ? X_WH * plan.X_HO : plan.X_WOStart});
+    }
+    drawMoments(
+        task.arms.whole, task.object, moments, {.width = 1800, .obstacles = task.obstacles}, file);
+}
+
+double sampledDistance(const TwoHandTask& task,
+                       const TwoHandPlan& plan,
+                       std::size_t leg,
+                       int samples)
+{
+    const TwoArms& arms = task.arms;
+    const TaskLeg& way = plan.legs[leg];
+    const Stage stage = stageOf(task);
+    const std::vector<const SsvTree*> things = thingsOf(stage);
+    const std::size_t links = stage.tree.size();
+    const auto placesAt = [&](const std::vector<double>& q)
+    {
+        std::vector<Eigen::Isometry3d> X_W =
+            linkPoses(stage.tree, Eigen::Isometry3d::Identity(), q);
+        X_W.push_back(way.carries ? X_W[static_cast<std::size_t>(arms.handRoot(0))] * plan.X_HO
+                                  : plan.X_WOStart);
+        for (const RigidBody& obstacle : task.obstacles)
+        {
+            X_W.push_back(obstacle.motion.X_W0);
+        }
+        return X_W;
+    };
+    const auto isOfHand = [&](std::size_t link)
+    {
+        const auto i = static_cast<std::int32_t>(link);
+        return (i >= arms.handRoot(0) && i < arms.first[1]) || i >= arms.handRoot(1);
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i <= links; ++i)
+    {
+        for (std::size_t k = std::max(i + 1, links); things[i] != nullptr && k < things.size(); ++k)
+        {
+            if (!(way.carries && k == links && isOfHand(i)))
+            {
+                pairs.emplace_back(i, k);
+            }
+        }
+    }
+    pairs.insert(pairs.end(), arms.whole.selfPairs.begin(), arms.whole.selfPairs.end());
+    return sampled(way, things, placesAt, pairs, samples);
 }
 }  // namespace bullet_ccd::grasp

@@ -1,8 +1,9 @@
-/// Plans of pick and place as files.
+/// Plans of tasks as files.
 #pragma once
 
 #include "bullet_ccd/export.h"
 #include "grasp/task/pick_place.h"
+#include "grasp/task/two_hands.h"
 
 #include <filesystem>
 #include <iosfwd>
@@ -37,13 +38,6 @@ BULLET_CCD_API void writePlanModel(const PickPlaceTask& task,
                                    const std::filesystem::path& file,
                                    double interval = 1.0 / 15.0);
 
-/// Where the links and the object are at a time of the plan [s].
-struct TaskState
-{
-    std::vector<Eigen::Isometry3d> X_W;  ///< of the links of the robot
-    Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
-    std::size_t leg = 0;
-};
 /// @pre the plan is solved
 [[nodiscard]] BULLET_CCD_API TaskState stateAt(const PickPlaceTask& task,
                                                const PickPlacePlan& plan,
@@ -56,6 +50,28 @@ struct TaskState
 /// @pre the plan is solved
 [[nodiscard]] BULLET_CCD_API double sampledDistance(const PickPlaceTask& task,
                                                     const PickPlacePlan& plan,
+                                                    std::size_t leg,
+                                                    int samples);
+
+// The same for two hands.
+
+BULLET_CCD_API void writeLiftJson(std::ostream& out,
+                                  const TwoHandTask& task,
+                                  const TwoHandPlan& plan);
+/// @pre the plan is solved
+BULLET_CCD_API void writeLiftModel(const TwoHandTask& task,
+                                   const TwoHandPlan& plan,
+                                   const std::filesystem::path& file,
+                                   double interval = 1.0 / 15.0);
+/// Renders the hands before they come straight, closed, and when they have lifted, to a PNG.
+/// @pre the plan is solved
+BULLET_CCD_API void drawLift(const TwoHandTask& task,
+                             const TwoHandPlan& plan,
+                             const std::filesystem::path& file);
+/// As above; what the object is lifted from counts, what its hands do to each other while they hold
+/// it, too, but not how far they are from the object.
+[[nodiscard]] BULLET_CCD_API double sampledDistance(const TwoHandTask& task,
+                                                    const TwoHandPlan& plan,
                                                     std::size_t leg,
                                                     int samples);
 }  // namespace bullet_ccd::grasp

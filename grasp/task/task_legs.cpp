@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace bullet_ccd::grasp
 {
@@ -19,18 +20,33 @@ RobotBody::RobotBody(const ArmRobot& robot)
 {
 }
 
+RobotBody::RobotBody(const HandModel& robot)
+    : tree(robot.robot.tree), linkTrees(robot.linkTrees), selfPairs(robot.selfPairs)
+{
+}
+
 void RobotBody::carry(const ArmRobot& robot,
                       const GraspObject& object,
                       const Eigen::Isometry3d& X_HO)
 {
+    std::vector<std::int32_t> arm(static_cast<std::size_t>(robot.handRoot));
+    std::iota(arm.begin(), arm.end(), 0);
+    carry(robot.handRoot, arm, object, X_HO);
+}
+
+void RobotBody::carry(std::int32_t link,
+                      const std::vector<std::int32_t>& tested,
+                      const GraspObject& object,
+                      const Eigen::Isometry3d& X_LO)
+{
     const auto carried = static_cast<std::int32_t>(tree.size());
-    tree.links.push_back({.name = object.name, .parent = robot.handRoot, .X_PL0 = X_HO});
+    tree.links.push_back({.name = object.name, .parent = link, .X_PL0 = X_LO});
     linkTrees.push_back(&object.tree);
-    for (std::int32_t link = 0; link < robot.handRoot; ++link)
+    for (const std::int32_t other : tested)
     {
-        if (linkTrees[static_cast<std::size_t>(link)] != nullptr)
+        if (linkTrees[static_cast<std::size_t>(other)] != nullptr)
         {
-            selfPairs.emplace_back(link, carried);
+            selfPairs.emplace_back(other, carried);
         }
     }
 }
@@ -41,6 +57,10 @@ namespace
 constexpr double kPeakSpeed = 1.875;
 constexpr double kPeakAcceleration = 5.7735026918962582;  // 10 / sqrt(3)
 constexpr double kShortest = 1e-3;                        // of a motion [s]
+
+/// The hand moves straight in steps of this [m], in each of which no joint may jump [rad or m].
+constexpr double kStraightStep = 0.02;
+constexpr double kLargestJump = 0.3;
 
 double durationOf(const KinematicTree& tree,
                   const std::vector<double>& from,
@@ -108,6 +128,67 @@ std::vector<Waypoint> timedWaypoints(const KinematicTree& tree,
             {.time = time, .positions = q, .velocities = rest, .accelerations = rest});
     }
     return waypoints;
+}
+
+std::vector<JointPositions> straightPath(const ArmKinematics& arm,
+                                         const JointPositions& start,
+                                         const Eigen::Vector3d& shift)
+{
+    Eigen::Isometry3d X_WH = arm.poseAt(start);
+    const auto steps =
+        std::max(1, static_cast<int>(std::ceil(shift.norm() / kStraightStep - 1e-6)));
+    std::vector<JointPositions> path{start};
+    const Eigen::Vector3d from = X_WH.translation();
+    for (int i = 1; i <= steps; ++i)
+    {
+        X_WH.translation() = from + shift * (double(i) / steps);
+        const auto next = arm.follow(X_WH, path.back(), kLargestJump);
+        if (!next)
+        {
+            return {};
+        }
+        path.push_back(*next);
+    }
+    return path;
+}
+
+std::vector<double> closingTimes(const ClosingSpans& spans)
+{
+    std::vector<double> times{0.0};
+    for (const ClosingSpan& span : spans.joints)
+    {
+        times.insert(times.end(), {span.begin, span.end});
+    }
+    std::ranges::sort(times);
+    return times;
+}
+
+std::vector<double> closingAt(const ClosingSpans& spans,
+                              const std::vector<double>& closed,
+                              double time)
+{
+    std::vector<double> q = spans.from;
+    for (std::size_t i = 0; i < q.size(); ++i)
+    {
+        const auto [begin, end] = spans.joints[i];
+        const double part =
+            time >= end ? 1.0 : std::clamp((time - begin) / (end - begin), 0.0, 1.0);
+        q[i] = part == 1.0 ? closed[i] : std::lerp(q[i], closed[i], part);
+    }
+    return q;
+}
+
+void followOn(std::vector<TaskLeg>& legs)
+{
+    double begin = 0.0;
+    for (TaskLeg& leg : legs)
+    {
+        for (Waypoint& waypoint : leg.waypoints)
+        {
+            waypoint.time += begin;
+        }
+        begin = leg.waypoints.back().time;
+    }
 }
 
 std::string certifyLeg(const RobotBody& body,

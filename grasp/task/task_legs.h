@@ -1,6 +1,9 @@
 /// Motions of a robot in time, and their certificates.
 #pragma once
 
+#include "grasp/hand/hand_model.h"
+#include "grasp/report/closing_spans.h"
+#include "grasp/task/arm_kinematics.h"
 #include "grasp/task/joint_path.h"
 #include "grasp/task/pick_place.h"
 
@@ -28,8 +31,15 @@ struct RobotBody
     std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
 
     explicit RobotBody(const ArmRobot& robot);
+    /// Of a robot that is a hand as a whole (TwoArms).
+    explicit RobotBody(const HandModel& robot);
     /// Fixes the object to the hand, as one more link, which is tested against the arm.
     void carry(const ArmRobot& robot, const GraspObject& object, const Eigen::Isometry3d& X_HO);
+    /// Fixes the object to the link and tests it against the others named.
+    void carry(std::int32_t link,
+               const std::vector<std::int32_t>& tested,
+               const GraspObject& object,
+               const Eigen::Isometry3d& X_LO);
     [[nodiscard]] ArticulatedBody body() const
     {
         return {.tree = &tree, .linkTrees = linkTrees, .motion = nullptr, .selfPairs = selfPairs};
@@ -44,6 +54,19 @@ struct RobotBody
     double begin,
     const PickPlaceOptions& options);
 
+/// The arm from `start` along a straight line of the hand [W, m], in steps of 2 cm at most, as many
+/// as the length of the line asks for, in each of which no joint jumps; empty if it cannot follow.
+[[nodiscard]] std::vector<JointPositions> straightPath(const ArmKinematics& arm,
+                                                       const JointPositions& start,
+                                                       const Eigen::Vector3d& shift);
+
+/// When a joint begins or ends, ascending, from 0 on [s].
+[[nodiscard]] std::vector<double> closingTimes(const ClosingSpans& spans);
+/// Positions of the hand at a time of its closing, at the end of which they are `closed`.
+[[nodiscard]] std::vector<double> closingAt(const ClosingSpans& spans,
+                                            const std::vector<double>& closed,
+                                            double time);
+
 /// Nearer than this nothing comes on a certified leg [m].
 inline constexpr double kLegTolerance = 1e-6;
 
@@ -56,4 +79,7 @@ inline constexpr double kLegTolerance = 1e-6;
                                      TaskLeg& leg,
                                      double margin,
                                      ToiWorkspace& work);
+
+/// Every leg begins when the one before it ends.
+void followOn(std::vector<TaskLeg>& legs);
 }  // namespace bullet_ccd::grasp

@@ -1,6 +1,7 @@
 #include "robots/shapes/household_objects.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "robots/shapes/large_objects.h"
 #include "tests/robots/mesh_checks.h"
 #include "tests/support/test_data.h"
 
@@ -89,6 +90,29 @@ INSTANTIATE_TEST_SUITE_P(EveryFamily,
                          DrawnObjects,
                          testing::ValuesIn(drawnFamilies()),
                          [](const auto& test) { return test.param; });
+
+TEST(LargeObjects, AreTwelveClosedHollowAndTooLargeForOneHand)
+{
+    EXPECT_EQ(largeObjectNames().size(), 12U);
+    for (const std::string& name : largeObjectNames())
+    {
+        const MeshFile file = loadMeshFile(std::filesystem::path(BULLET_CCD_SHARE) /
+                                           "objects/large" / (name + ".obj"));
+        EXPECT_EQ(file.repair.summary(), "") << name;
+        EXPECT_TRUE(isWatertight(file.mesh)) << name;
+        EXPECT_TRUE(tests::everyVertexHasOneFan(file.mesh)) << name;
+        const Eigen::AlignedBox3d extent = bounds(file.mesh);
+        EXPECT_NEAR(extent.min().z(), 0.0, 1e-12) << name;
+        EXPECT_NEAR(extent.center().x(), 0.0, 1e-12) << name;
+        EXPECT_NEAR(extent.center().y(), 0.0, 1e-12) << name;
+        EXPECT_GE(extent.sizes().y(), 0.3) << name;
+        // Weighs no more than one kilogram or two, as of water.
+        const double volume = massProperties(file.mesh).volume;
+        EXPECT_GT(volume, 1e-4) << name;
+        EXPECT_LT(volume, 2e-3) << name;
+    }
+    EXPECT_THROW(static_cast<void>(makeLargeObject("ship")), std::invalid_argument);
+}
 
 TEST(HouseholdObjectFamilies, AreAtLeastFourteen)
 {

@@ -128,5 +128,66 @@ TEST_F(GraspTask, SaysThatTheTargetIsOutOfReach)
     EXPECT_EQ(limited.exitCode, 1);
     EXPECT_THAT(limited.err, HasSubstr("stopped after 0 of 1 objects"));
 }
+
+Outcome runGrasp(const std::string& words)
+{
+    return runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " " + words);
+}
+
+TEST(GraspTaskBimanual, WritesThePlanAsJsonModelAndPicture)
+{
+    const tests::TempFolder temp;
+    const fs::path folder = temp.path() / "out";
+    const Outcome outcome = runGrasp(
+        "task bimanual large/pot --arm seven_joint_arm --hand three_finger_gripper -n 120 -o '" +
+        folder.string() + "'");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+    const auto plan = nlohmann::json::parse(contentOf(folder / "plan.json"));
+    EXPECT_EQ(plan.at("schema"), "bullet_ccd.two_hands/1");
+    EXPECT_EQ(plan.at("legs").size(), 4U);
+    EXPECT_EQ(plan.at("epsilon_of_one_hand"), nlohmann::json({0.0, 0.0}));
+    EXPECT_GT(plan.at("internal_force_N"), 0.0);
+    EXPECT_EQ(plan.at("joints").size(), 22U);  // two arms of 7, two hands of 4 that follow no other
+    EXPECT_EQ(contentOf(folder / "plan.glb").substr(0, 4), "glTF");
+    EXPECT_EQ(contentOf(folder / "plan.png").substr(1, 3), "PNG");
+    const Outcome far = runGrasp(
+        "task bimanual large/pot --arm seven_joint_arm --hand three_finger_gripper -n 4 --place "
+        "5,0,0.4");
+    EXPECT_EQ(far.exitCode, 1);
+    EXPECT_THAT(far.out, HasSubstr("brings its hand to no candidate"));
+}
+
+TEST(GraspTaskClutter, WritesASceneThatCanBeRead)
+{
+    const tests::TempFolder temp;
+    const fs::path scene = temp.path() / "clutter.yaml";
+    const Outcome made = runGrasp("task clutter apple box -n 3 -o '" + scene.string() + "'");
+    ASSERT_EQ(made.exitCode, 0) << made.err;
+    EXPECT_THAT(contentOf(scene), HasSubstr("name: apple 2"));
+    const Outcome read = runGrasp("task pick-place '" + scene.string() +
+                                  "' --arm seven_joint_arm --hand parallel_gripper --object apple "
+                                  "--time-limit 1e-6");
+    EXPECT_EQ(read.exitCode, 1);
+    EXPECT_THAT(read.err, HasSubstr("stopped after 0 of 1 objects"));
+}
+
+TEST(GraspPlanWithArm, RejectsWhatTheArmDoesNotReach)
+{
+    const tests::TempFolder temp;
+    const auto plan = [&](const std::string& pose)
+    {
+        return runGrasp(
+            "plan --hand parallel_gripper --object box -n 6 --pictures 0 --models 0 -q "
+            "--robot seven_joint_arm --robot-pose " +
+            pose + " -o '" + (temp.path() / "out").string() + "'");
+    };
+    const Outcome far = plan("1,0,0,0,-5,0,0");
+    EXPECT_EQ(far.exitCode, 1) << far.err;
+    EXPECT_THAT(contentOf(temp.path() / "out/grasps.jsonl"), HasSubstr("\"out of reach\""));
+    EXPECT_THAT(contentOf(temp.path() / "out/grasps.jsonl"),
+                HasSubstr("\"seven_joint_arm at 1,0,0,0,-5,0,0"));
+    const Outcome near = plan("1,0,0,0,-0.5,0,-0.2");
+    EXPECT_EQ(near.exitCode, 0) << near.err;
+}
 }  // namespace
 }  // namespace bullet_ccd::tools

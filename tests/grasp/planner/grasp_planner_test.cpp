@@ -165,6 +165,41 @@ TEST(GraspPlanner, ThreeFingersGraspABall)
     EXPECT_GE(linksOf(grasps.front()).size(), 3U);
 }
 
+TEST(GraspPlanner, RejectsForceClosuresThatAreOutOfReach)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    const PlannerOptions options{.candidates = 8, .jobs = 2};
+    const auto planReaching = [&](double least)
+    {
+        return planGrasps(hand,
+                          object,
+                          options,
+                          [] { return kinematicClosing(); },
+                          {.reach = [least](const Eigen::Isometry3d& X_WH)
+                           { return X_WH.translation().z() > least; }});
+    };
+    const auto free = plan(hand, object, options);
+    const auto halves = planReaching(object.centerOfMass.z());
+    std::size_t above = 0;
+    for (const Grasp& grasp : free)
+    {
+        above += grasp.reject == RejectReason::None &&
+                         grasp.X_WH.translation().z() > object.centerOfMass.z()
+                     ? 1
+                     : 0;
+    }
+    ASSERT_GT(above, 0U);
+    ASSERT_LT(above, countOf(free, RejectReason::None));
+    EXPECT_EQ(countOf(halves, RejectReason::OutOfReach) + countOf(halves, RejectReason::None), 8U);
+    for (const Grasp& grasp : halves)
+    {
+        EXPECT_EQ(grasp.reject == RejectReason::None,
+                  grasp.X_WH.translation().z() > object.centerOfMass.z());
+    }
+    EXPECT_EQ(countOf(planReaching(10.0), RejectReason::None), 0U);
+}
+
 TEST(GraspPlanner, PosturesNeitherPenetrateNorReportWideGaps)
 {
     const HandModel hand = makeThreeFingers();

@@ -19,5 +19,8 @@ void addHandCommand(CLI::App& app, int& exitCode);
 void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addQualityCommand(CLI::App& app, int& exitCode);
 void addTaskCommand(CLI::App& app, int& exitCode);
+/// The verbs `bimanual` and `clutter` below the verb `task`.
+void addBimanual(CLI::App& task, int& exitCode);
+void addClutter(CLI::App& task, int& exitCode);
 void addTrialCommand(CLI::App& app, int& exitCode);
 }  // namespace bullet_ccd::tools

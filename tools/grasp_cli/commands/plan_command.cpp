@@ -2,11 +2,13 @@
 #include "grasp/quality/hold_score.h"
 #include "grasp/quality/object_mass.h"
 #include "grasp/report/report_facts.h"
+#include "grasp/task/arm_kinematics.h"
 #include "tools/grasp_cli/answers/plan_trials.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/options/robot_options.h"
 #include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/grasp_cli/plan/plan_advice.h"
 #include "tools/grasp_cli/plan/plan_journal.h"
@@ -20,7 +22,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -45,8 +49,40 @@ struct PlanArguments
     SqueezeArguments squeeze;
     PlanTrials trials;
     std::string rank = "epsilon";
+    RobotArguments robot;   // its arm: --robot; empty: the hand may be anywhere
+    std::string robotPose;  // empty: the identity
     grasp::PlannerOptions options;
 };
+
+/// Which poses of the hand in the object the arm reaches; nothing without an arm.
+std::function<bool(const Eigen::Isometry3d&)> reachOf(const PlanArguments& arguments,
+                                                      const grasp::HandModel& hand)
+{
+    if (arguments.robot.arm.empty())
+    {
+        return {};
+    }
+    const grasp::ArmRobot robot = mountedOn(arguments.robot, hand);
+    const auto arm = std::make_shared<const grasp::ArmKinematics>(
+        robot.tree,
+        robot.handRoot,
+        arguments.robotPose.empty() ? Eigen::Isometry3d::Identity()
+                                    : poseFromText(arguments.robotPose));
+    return [arm, start = grasp::startPositions(robot, {})](const Eigen::Isometry3d& X_OH)
+    { return !arm->solve(X_OH, start, {.wanted = 1}).empty(); };
+}
+
+/// As records keep it: what the reach depends on.
+std::string robotText(const PlanArguments& arguments)
+{
+    const RobotArguments& robot = arguments.robot;
+    return robot.arm.empty() ? std::string()
+                             : fmt::format("{} at {}, flange {}, mount {}",
+                                           robot.arm,
+                                           arguments.robotPose.empty() ? "0" : arguments.robotPose,
+                                           robot.flange.empty() ? "default" : robot.flange,
+                                           robot.mount.empty() ? "0" : robot.mount);
+}
 
 /// The largest mass that the grasp holds in any direction.
 std::string massText(const Grasp& grasp)
@@ -284,6 +320,7 @@ int plan(const PlanArguments& arguments)
                                 .objectFile = run.object.file,
                                 .objectScale = arguments.pair.objectScale,
                                 .obstaclesHash = grasp::contentHash(bodies),
+                                .robot = robotText(arguments),
                                 .options = options,
                                 .squeeze = squeezeOptionsOf(squeeze, options.friction, hand)};
     options.efforts = description.squeeze->efforts;
@@ -301,6 +338,7 @@ int plan(const PlanArguments& arguments)
             arguments.quiet,
             {.progress = [&](const Grasp& grasp) { journal.append(grasp); },
              .obstacles = bodies,
+             .reach = reachOf(arguments, hand),
              .known = journal.known(),
              .stop = [&] { return stop.isInterrupted(); }});
     if (arguments.rank == "score")
@@ -368,6 +406,19 @@ void addPlanCommand(CLI::App& app, int& exitCode)
     const auto arguments = std::make_shared<PlanArguments>();
     addPairOptions(*command, arguments->pair);
     addSceneOption(*command, arguments->scene);
+    command
+        ->add_option("--robot",
+                     arguments->robot.arm,
+                     "An arm that carries the hand: a file, or the name of one that ships. Force "
+                     "closures to which it does not bring the hand are rejected.")
+        ->type_name("ARM");
+    command
+        ->add_option("--robot-pose",
+                     arguments->robotPose,
+                     "The pose of the arm's root in the object. Default: the identity.")
+        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
+        ->check(parsedBy(poseFromText));
+    addMountOptions(*command, arguments->robot);
     addPlannerOptions(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addStoppingOptions(*command, *arguments);

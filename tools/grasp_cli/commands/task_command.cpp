@@ -2,11 +2,10 @@
 #ifdef BULLET_CCD_HAS_TASKS
 #include "grasp/task/plan_file.h"
 #include "grasp/trial/plan_execution.h"
-#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/inputs/task_scene.h"
 #include "tools/grasp_cli/options/mass_option.h"
+#include "tools/grasp_cli/options/robot_options.h"
 #include "tools/grasp_cli/plan/output_folder.h"
-#include "tools/support/pose_text.h"
 #include "tools/support/stop_request.h"
 #include "tools/support/stopwatch.h"
 #include "tools/support/text_table.h"
@@ -28,11 +27,7 @@ namespace
 struct PickPlaceArguments
 {
     std::string scene;
-    std::string arm;
-    std::string hand;
-    std::string srdf;
-    std::string flange;
-    std::string mount;
+    RobotArguments robot;
     std::vector<std::string> objects;
     std::string output;
     bool quiet = false;
@@ -43,12 +38,6 @@ struct PickPlaceArguments
     double timeLimit = 0.0;
     grasp::PickPlaceOptions options;
 };
-
-Eigen::Isometry3d mountOf(const std::string& text)
-{
-    const std::vector<double> values = numbersFrom(text, 7);
-    return poseFrom(std::span<const double, 7>(values.data(), 7));
-}
 
 /// Positions of the arm's joints where the scene says, else 0 within the limits.
 std::vector<double> startOf(const TaskScene& scene, const grasp::ArmRobot& robot)
@@ -305,13 +294,7 @@ std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& ro
 int runPickPlace(const PickPlaceArguments& a)
 {
     const TaskScene scene = readTaskScene(resolveScene(a.scene));
-    const LoadedHand hand = loadNamedHand(a.hand, a.srdf);
-    const RobotModel arm = loadRobot(resolveArm(a.arm));
-    const grasp::ArmRobot robot =
-        grasp::mountHand(arm,
-                         hand.hand,
-                         a.flange,
-                         a.mount.empty() ? Eigen::Isometry3d::Identity() : mountOf(a.mount));
+    const LoadedRobot robot = loadRobot(a.robot);
     const std::vector<const TaskBody*> chosen = chosenObjects(a, scene);
     const StopRequest stop(a.timeLimit);
     std::vector<TaskRow> rows;
@@ -321,7 +304,8 @@ int runPickPlace(const PickPlaceArguments& a)
         {
             break;
         }
-        rows.push_back(planOne(a, scene, hand, robot, *object, chosen.size() == 1, stop));
+        rows.push_back(
+            planOne(a, scene, robot.hand, robot.robot, *object, chosen.size() == 1, stop));
     }
     const bool isTable = chosen.size() > 1 || a.samples > 0 || a.executes;
     if (chosen.size() == 1)
@@ -381,27 +365,7 @@ void addPickPlace(CLI::App& task, int& exitCode)
     command->add_option("SCENE", a->scene, "A scene in YAML, or the name of one that ships.")
         ->type_name("SCENE")
         ->required();
-    command
-        ->add_option(
-            "--arm", a->arm, "A URDF, xacro or MJCF file, or the name of an arm that ships.")
-        ->type_name("ARM")
-        ->required();
-    command
-        ->add_option(
-            "--hand", a->hand, "The hand at its end: a file, or the name of one that ships.")
-        ->type_name("HAND")
-        ->required();
-    command->add_option("--srdf", a->srdf, "The SRDF of the hand. Default: the one beside it.")
-        ->type_name("SRDF");
-    command
-        ->add_option(
-            "--flange", a->flange, "The link that carries the hand. Default: the arm's end.")
-        ->type_name("LINK");
-    command
-        ->add_option(
-            "--mount", a->mount, "The pose of the hand's root link in it. Default: the identity.")
-        ->type_name("QW,QX,QY,QZ,TX,TY,TZ")
-        ->check(parsedBy(mountOf));
+    addRobotOptions(*command, a->robot);
     command
         ->add_option("--object",
                      a->objects,
@@ -480,6 +444,8 @@ void addTaskCommand(CLI::App& app, int& exitCode)
 #ifdef BULLET_CCD_HAS_TASKS
     task->require_subcommand(1);
     addPickPlace(*task, exitCode);
+    addBimanual(*task, exitCode);
+    addClutter(*task, exitCode);
 #else
     task->allow_extras();
     task->callback(

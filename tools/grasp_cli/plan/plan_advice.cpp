@@ -51,6 +51,8 @@ std::string adviceFor(RejectReason reason,
                           "frame (grasp hand)");
         case RejectReason::Obstacle:
             return "obstacles are in the way: try --table-top or another --approach-from";
+        case RejectReason::OutOfReach:
+            return "the arm does not bring the hand there: try another --robot-pose";
         case RejectReason::NoForceClosure:
             return ofSize(hand,
                           object,

@@ -73,6 +73,7 @@ std::vector<std::string> differences(const grasp::GraspFileSource& then,
     compare("object with content hash", then.objectHash, grasp::contentHash(object));
     compare(
         "obstacles with content hash", orNone(then.run.obstaclesHash), orNone(now.obstaclesHash));
+    compare("robot", orNone(then.run.robot), orNone(now.robot));
     compare("seed", a.seed, b.seed);
     compare("candidates", a.candidates, b.candidates);
     compare(

@@ -1,0 +1,148 @@
+#include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/sim/settle.h"
+#include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/text_table.h"
+
+#include <cstdint>
+#include <fmt/format.h>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+namespace bullet_ccd::tools
+{
+namespace
+{
+struct ClutterArguments
+{
+    std::vector<std::string> objects{"apple",
+                                     "mug",
+                                     "can",
+                                     "box",
+                                     "glass",
+                                     "bottle",
+                                     "ball",
+                                     "soap_dispenser",
+                                     "wine_glass",
+                                     "jug"};
+    int count = 12;
+    std::string output;
+    grasp::ClutterOptions options{.from = {0.35, -0.55}, .to = {0.8, 0.1}};
+};
+
+/// The scene, with a table and a free target at its left.
+void writeScene(std::ostream& out,
+                const ClutterArguments& a,
+                const std::vector<std::string>& meshes,
+                const std::vector<std::string>& names,
+                const grasp::SettledObjects& settled)
+{
+    out << fmt::format("# {} objects on a table: grasp task clutter --count {} --seed {}\n",
+                       meshes.size(),
+                       a.count,
+                       a.options.seed)
+        << "robot:\n"
+           "  start: {shoulder_bend_joint: -0.3, elbow_joint: -1.6, wrist_bend_joint: 1.2}\n"
+           "obstacles:\n"
+           "  - {name: table, box: [0.9, 1.3, 0.04], position: [0.62, 0, -0.02]}\n"
+           "objects:\n";
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+    {
+        const Eigen::Vector3d p = settled.X_WO[i].translation();
+        const Eigen::Quaterniond q(settled.X_WO[i].linear());
+        out << fmt::format(
+            "  - {{mesh: {}, name: {}, position: [{:.6f}, {:.6f}, {:.6f}], quaternion: [{:.9f}, "
+            "{:.9f}, {:.9f}, {:.9f}]}}\n",
+            meshes[i],
+            names[i],
+            p.x(),
+            p.y(),
+            p.z(),
+            q.w(),
+            q.x(),
+            q.y(),
+            q.z());
+    }
+    out << "target: {position: [0.5, 0.35, 0], size: [0.2, 0.2]}\n";
+}
+
+int runClutter(const ClutterArguments& a)
+{
+    std::map<std::string, LoadedObject> loaded;
+    std::map<std::string, int> used;
+    std::vector<std::string> meshes;
+    std::vector<std::string> names;
+    std::vector<const grasp::GraspObject*> objects;
+    for (int i = 0; i < a.count; ++i)
+    {
+        const std::string& mesh = a.objects[static_cast<std::size_t>(i) % a.objects.size()];
+        auto found = loaded.find(mesh);
+        if (found == loaded.end())
+        {
+            found = loaded.emplace(mesh, loadNamedObject(mesh, 1.0)).first;
+        }
+        const int turn = ++used[mesh];
+        meshes.push_back(mesh);
+        names.push_back(found->second.object.name + (turn > 1 ? fmt::format(" {}", turn) : ""));
+        objects.push_back(&found->second.object);
+    }
+    const SsvTree table = buildSsvTree(makeBox({0.45, 0.65, 0.02}));
+    const RigidBody top{
+        .tree = &table,
+        .motion = restAt(Eigen::Isometry3d(Eigen::Translation3d(0.62, 0.0, -0.02)))};
+    const grasp::SettledObjects settled = grasp::settle(objects, std::span(&top, 1), a.options);
+    std::ofstream out(a.output);
+    writeScene(out, a, meshes, names, settled);
+    out.close();
+    if (!out)
+    {
+        throw std::runtime_error(a.output +
+                                 ": cannot be written: give -o a file in a folder that "
+                                 "exists");
+    }
+    fmt::print("{} objects {} after {:.1f} s\nwritten:  {}\n",
+               objects.size(),
+               settled.atRest ? "are at rest" : "still move",
+               settled.seconds,
+               a.output);
+    return settled.atRest ? kDone : kNothingFound;
+}
+}  // namespace
+
+void addClutter(CLI::App& task, int& exitCode)
+{
+    auto* command = task.add_subcommand(
+        "clutter", "Makes a scene: objects let go above a table, where they come to rest.");
+    const auto a = std::make_shared<ClutterArguments>();
+    command
+        ->add_option(
+            "OBJECTS", a->objects, "Mesh files, or names of objects that ship, which take turns.")
+        ->type_name("OBJECT...")
+        ->capture_default_str();
+    command->add_option("-n,--count", a->count, "How many objects.")
+        ->type_name("N")
+        ->check(within(1, 1000))
+        ->capture_default_str();
+    command->add_option("--seed", a->options.seed, "What places and turns are drawn from.")
+        ->type_name("N")
+        ->check(wholeNumber())
+        ->capture_default_str();
+    command->add_option("-o,--output", a->output, "The scene file to write (YAML).")
+        ->type_name("FILE")
+        ->required();
+    command->footer(
+        "Objects stand upright, turned by chance, each at a place of its own while there is room "
+        "on the right half of the table, else above the others, and fall in a Bullet world. The "
+        "same options write the same bytes.\n"
+        "\n"
+        "Exit codes: 0 if all came to rest, 1 if one still moves after 4 s, 2 for wrong options, 3 "
+        "for bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp task clutter -n 20 --seed 3 -o clutter.yaml\n"
+        "  grasp task pick-place clutter.yaml --arm seven_joint_arm --hand parallel_gripper");
+    command->callback([a, &exitCode] { exitCode = runClutter(*a); });
+}
+}  // namespace bullet_ccd::tools

@@ -1,0 +1,41 @@
+/// Which arm carries which hand.
+#pragma once
+
+#include "grasp/task/arm_robot.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace bullet_ccd::tools
+{
+struct RobotArguments
+{
+    std::string arm;
+    std::string hand;
+    std::string srdf;
+    std::string flange;
+    std::string mount;
+};
+
+/// The pose QW,QX,QY,QZ,TX,TY,TZ. Throws as numbersFrom() and poseFrom().
+[[nodiscard]] Eigen::Isometry3d poseFromText(const std::string& text);
+
+/// --arm, --hand, --srdf, --flange and --mount.
+void addRobotOptions(CLI::App& command, RobotArguments& arguments);
+/// --flange and --mount.
+void addMountOptions(CLI::App& command, RobotArguments& arguments);
+
+/// The arm with a hand that is loaded already. Throws as loadRobot() and mountHand().
+[[nodiscard]] grasp::ArmRobot mountedOn(const RobotArguments& arguments,
+                                        const grasp::HandModel& hand);
+
+/// The robot refers to the hand, which may be moved.
+struct LoadedRobot
+{
+    LoadedHand hand;
+    grasp::ArmRobot robot;
+};
+/// Throws as loadRobot(), loadNamedHand() and mountHand().
+[[nodiscard]] LoadedRobot loadRobot(const RobotArguments& arguments);
+}  // namespace bullet_ccd::tools
