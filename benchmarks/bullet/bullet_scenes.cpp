@@ -19,9 +19,9 @@ nlohmann::json rowOf(const Day& day, Kind kind)
     std::vector<double> times;
     double lost = 0.0;
     double memory = 0.0;
-    const auto step = [&](Scene& scene)
+    const auto step = [&](Scene& scene, double seconds)
     {
-        times.push_back(microsecondsOf([&] { scene.step(1.0 / 60.0); }));
+        times.push_back(microsecondsOf([&] { scene.step(seconds); }));
         const struct mallinfo2 held = mallinfo2();
         memory = std::max(memory, 1e-6 * double(held.uordblks + held.hblkhd));
         lost = scene.counters().m_lostTime;

@@ -362,6 +362,11 @@ void btCcdControl::forgetCcdShape(const btCollisionShape* shape)
     m_step->stepper().forgetShapes();
 }
 
+void btCcdControl::noteBeforeSolving()
+{
+    m_step->noteBeforeSolving();
+}
+
 bool btCcdControl::beginStep(btScalar timeStep)
 {
     return m_step->begin(timeStep);

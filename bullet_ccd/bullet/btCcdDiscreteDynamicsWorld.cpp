@@ -10,6 +10,12 @@ btCcdDiscreteDynamicsWorld::btCcdDiscreteDynamicsWorld(
 {
 }
 
+void btCcdDiscreteDynamicsWorld::solveConstraints(btContactSolverInfo& info)
+{
+    noteBeforeSolving();
+    btDiscreteDynamicsWorld::solveConstraints(info);
+}
+
 void btCcdDiscreteDynamicsWorld::integrateTransforms(btScalar timeStep)
 {
     if (beginStep(timeStep))

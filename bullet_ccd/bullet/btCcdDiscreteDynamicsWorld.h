@@ -17,6 +17,7 @@ public:
                                btConstraintSolver * constraintSolver,
                                btCollisionConfiguration * collisionConfiguration);
 
+    void solveConstraints(btContactSolverInfo & info) override;
     void integrateTransforms(btScalar timeStep) override;
     void debugDrawWorld() override;
 };

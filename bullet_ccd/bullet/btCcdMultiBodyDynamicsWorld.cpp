@@ -10,6 +10,12 @@ btCcdMultiBodyDynamicsWorld::btCcdMultiBodyDynamicsWorld(
 {
 }
 
+void btCcdMultiBodyDynamicsWorld::solveConstraints(btContactSolverInfo& info)
+{
+    noteBeforeSolving();
+    btMultiBodyDynamicsWorld::solveConstraints(info);
+}
+
 void btCcdMultiBodyDynamicsWorld::integrateTransforms(btScalar timeStep)
 {
     if (beginStep(timeStep))

@@ -29,6 +29,7 @@ public:
                                 btMultiBodyConstraintSolver * constraintSolver,
                                 btCollisionConfiguration * collisionConfiguration);
 
+    void solveConstraints(btContactSolverInfo & info) override;
     void integrateTransforms(btScalar timeStep) override;
     void debugDrawWorld() override;
 };

@@ -1,11 +1,9 @@
-#include "benchmarks/reference/bullet/days.h"
-
+#include "benchmarks/reference/bullet/day_parts.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
@@ -17,73 +15,9 @@
 
 namespace bullet_ccd::reference
 {
+using namespace day;
 namespace
 {
-constexpr double kDayStep = 1.0 / 60.0;
-using Bodies = std::vector<btRigidBody*>;
-
-btVector3 at(const btRigidBody& body)
-{
-    return body.getWorldTransform().getOrigin();
-}
-double heightOf(const btRigidBody& body)
-{
-    return double(at(body).z());
-}
-double speedOf(const btRigidBody& body)
-{
-    return double(body.getLinearVelocity().length());
-}
-btVector3 cubic(double half)
-{
-    return vec(half, half, half);
-}
-/// Stock Bullet has no meshes that move.
-btCollisionShape* solid(Scene& scene, const btVector3& half, bool mesh)
-{
-    return mesh ? static_cast<btCollisionShape*>(scene.boxMesh(half)) : scene.box(half);
-}
-btCollisionShape* ball(Scene& scene, double radius)
-{
-    return scene.keep(std::make_unique<btSphereShape>(btScalar(radius)));
-}
-btRigidBody* put(Scene& scene,
-                 btCollisionShape* shape,
-                 double mass,
-                 const btVector3& place,
-                 const btVector3& velocity = {0, 0, 0})
-{
-    btRigidBody* body = scene.body(shape, mass, poseAt(place));
-    body->setLinearVelocity(velocity);
-    return body;
-}
-btRigidBody* mover(Scene& scene, btCollisionShape* shape, const btVector3& place)
-{
-    btRigidBody* body = put(scene, shape, 0.0, place);
-    body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-    body->setActivationState(DISABLE_DEACTIVATION);
-    return body;
-}
-void addFloor(Scene& scene, double thickness, bool mesh = false)
-{
-    scene.world().setGravity(vec(0, 0, -10));
-    put(scene, solid(scene, vec(20, 20, thickness / 2), mesh), 0, vec(0, 0, -thickness / 2));
-}
-std::function<int()> count(const Bodies& bodies, const std::function<bool(btRigidBody&)>& wrong)
-{
-    return [bodies, wrong]
-    { return int(std::ranges::count_if(bodies, [&](btRigidBody* body) { return wrong(*body); })); };
-}
-/// Or not a number.
-bool isBelow(btRigidBody& body)
-{
-    return !(heightOf(body) > -0.05) || !(at(body).length() < btScalar(1e4));
-}
-bool isLost(btRigidBody& body)
-{
-    return isBelow(body) || speedOf(body) > 1;
-}
-
 DayUnderWay pile(Scene& scene, bool ours, bool meshes, bool meshFloor)
 {
     addFloor(scene, 0.01, ours && meshFloor);
@@ -296,28 +230,9 @@ DayUnderWay joinedCapsules(Scene& scene, bool /*ours*/, bool collide)
 /// Boxes that come down on hills.
 DayUnderWay landing(Scene& scene, bool ours)
 {
-    constexpr int kSide = 32;
-    static const std::vector<btScalar> heights = []
-    {
-        std::vector<btScalar> all;
-        for (int i = 0; i < kSide * kSide; ++i)
-        {
-            all.push_back(
-                btScalar(0.3 * std::sin(0.7 * (i % kSide)) * std::cos(0.5 * (i / kSide))));
-        }
-        return all;
-    }();
+    const auto hills = [](int x, int y) { return 0.3 * std::sin(0.7 * x) * std::cos(0.5 * y); };
     scene.world().setGravity(vec(0, 0, -10));
-    auto hills = std::make_unique<btHeightfieldTerrainShape>(kSide,
-                                                             kSide,
-                                                             heights.data(),
-                                                             btScalar(1),
-                                                             btScalar(-0.3),
-                                                             btScalar(0.3),
-                                                             2,
-                                                             kDouble ? PHY_DOUBLE : PHY_FLOAT,
-                                                             false);
-    put(scene, scene.keep(std::move(hills)), 0, vec(0, 0, 0));
+    put(scene, scene.heightField(32, hills), 0, vec(0, 0, 0));
     Bodies bodies;
     for (int i = 0; i < 9; ++i)
     {
@@ -391,16 +306,11 @@ DayUnderWay changed(Scene& scene, bool ours, int what)
     return {before, count({body}, [](btRigidBody& b) { return !(heightOf(b) > 0); })};
 }
 
-template <typename Make, typename... Settings>
-std::function<DayUnderWay(Scene&, bool)> with(Make make, Settings... settings)
-{
-    return [=](Scene& scene, bool ours) { return make(scene, ours, settings...); };
-}
 }  // namespace
 
 std::vector<Day> days()
 {
-    return {
+    std::vector<Day> all{
         {"boxes on a thin box", "through", 180, with(pile, false, false)},
         {"boxes on a thin mesh", "through", 180, with(pile, false, true)},
         {"boxes and meshes on it", "through", 180, with(pile, true, true)},
@@ -438,17 +348,22 @@ std::vector<Day> days()
         {"grandchild removed", "through", 15, with(changed, 6)},
         {"mass changed", "through", 15, with(changed, 7)},
     };
+    for (const std::vector<Day>& more : {daysOfShots(), daysOfFeatures(), daysOfMachines()})
+    {
+        all.insert(all.end(), more.begin(), more.end());
+    }
+    return all;
 }
 
-int play(const Day& day, Kind kind, const std::function<void(Scene&)>& step)
+int play(const Day& day, Kind kind, const std::function<void(Scene&, double)>& step)
 {
-    Scene scene(kind, WorldClass::Rigid);
+    Scene scene(kind, day.worldClass);
     const DayUnderWay underWay = day.begin(scene, isOurs(kind));
     scene.addHooks();
     for (int i = 0; i < day.steps; ++i)
     {
         underWay.before(i);
-        step(scene);
+        step(scene, day.seconds);
     }
     return underWay.wrong();
 }

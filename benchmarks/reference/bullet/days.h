@@ -20,9 +20,11 @@ struct Day
 {
     std::string name;
     std::string wrong;  ///< what is counted
-    int steps;          ///< of 1/60 s
+    int steps;
     /// @param ours meshes that move are meshes; else they are boxes, as stock Bullet has them
     std::function<DayUnderWay(Scene& scene, bool ours)> begin;
+    double seconds = 1.0 / 60.0;  ///< of a step
+    WorldClass worldClass = WorldClass::Rigid;
 
     /// Nothing of ours may go through, and no more may fare badly than in stock Bullet.
     [[nodiscard]] bool isGood(int ours, int stock) const
@@ -34,9 +36,10 @@ struct Day
 [[nodiscard]] std::vector<Day> days();
 
 /// Plays a day and returns how many bodies fared badly.
-/// @param step makes one step of 1/60 s
+/// @param step makes one step
 [[nodiscard]] int play(
     const Day& day,
     Kind kind,
-    const std::function<void(Scene&)>& step = [](Scene& scene) { scene.step(1.0 / 60.0); });
+    const std::function<void(Scene&, double seconds)>& step = [](Scene& scene, double seconds)
+    { scene.step(seconds); });
 }  // namespace bullet_ccd::reference

@@ -6,6 +6,7 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 
@@ -29,6 +30,24 @@ std::unique_ptr<btTriangleMesh> bulletTriangles(const TriangleMesh& mesh)
         triangles->addTriangle(corner(0), corner(1), corner(2));
     }
     return triangles;
+}
+
+TriangleMesh gridMesh(int side, double spacing, const std::function<double(int, int)>& height)
+{
+    TriangleMesh mesh;
+    for (int i = 0; i < side * side; ++i)
+    {
+        const int x = i % side;
+        const int y = i / side;
+        const double half = 0.5 * (side - 1);
+        mesh.vertices.emplace_back(spacing * (x - half), spacing * (y - half), height(x, y));
+        if (x + 1 < side && y + 1 < side)
+        {
+            mesh.triangles.push_back({i, i + 1, i + side + 1});
+            mesh.triangles.push_back({i, i + side + 1, i + side});
+        }
+    }
+    return mesh;
 }
 
 const char* nameOf(Kind kind)
@@ -202,6 +221,25 @@ btCollisionShape* Scene::staticMesh(const TriangleMesh& triangles)
         keep(std::make_unique<btBvhTriangleMeshShape>(interface.get(), true));
     m_triangles.push_back(std::move(interface));
     return shape;
+}
+
+btCollisionShape* Scene::heightField(int side, const std::function<double(int, int)>& height)
+{
+    std::vector<btScalar>& heights = m_heights.emplace_back();
+    for (int i = 0; i < side * side; ++i)
+    {
+        heights.push_back(btScalar(height(i % side, i / side)));
+    }
+    constexpr btScalar kHighest = 10;
+    return keep(std::make_unique<btHeightfieldTerrainShape>(side,
+                                                            side,
+                                                            heights.data(),
+                                                            btScalar(1),
+                                                            -kHighest,
+                                                            kHighest,
+                                                            2,
+                                                            kDouble ? PHY_DOUBLE : PHY_FLOAT,
+                                                            false));
 }
 
 btRigidBody* Scene::body(btCollisionShape* shape, double mass, const btTransform& pose)

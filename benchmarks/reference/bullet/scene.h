@@ -15,6 +15,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,11 @@ inline constexpr bool kDouble = sizeof(btScalar) == 8;
 
 /// As Bullet's own meshes refer to them; they must live as long.
 [[nodiscard]] std::unique_ptr<btTriangleMesh> bulletTriangles(const TriangleMesh& mesh);
+
+/// A height for every point of a square grid in the xy plane, whose middle is the origin.
+[[nodiscard]] TriangleMesh gridMesh(int side,
+                                    double spacing,
+                                    const std::function<double(int, int)>& height);
 
 /// How a world treats what is fast.
 enum class Kind
@@ -96,6 +102,8 @@ public:
     btCcdMeshShape* boxMesh(const btVector3& halfExtents);
     /// Bullet's static triangle mesh.
     btCollisionShape* staticMesh(const TriangleMesh& triangles);
+    /// Bullet's height field in the xy plane, with samples a metre apart, between -10 and 10 m.
+    btCollisionShape* heightField(int side, const std::function<double(int, int)>& height);
     /// Keeps a shape alive until the world is gone.
     template <typename Shape>
     Shape* keep(std::unique_ptr<Shape> shape)
@@ -132,6 +140,7 @@ private:
     btDbvtBroadphase m_broadphase;
     std::unique_ptr<btSequentialImpulseConstraintSolver> m_solver;
     std::vector<std::unique_ptr<btStridingMeshInterface>> m_triangles;
+    std::vector<std::vector<btScalar>> m_heights;
     std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
     std::vector<std::unique_ptr<btMultiBody>> m_multiBodies;
     std::vector<std::unique_ptr<btMultiBodyLinkCollider>> m_colliders;

@@ -29,6 +29,7 @@ struct btCcdKnownShape
     double m_shell = 0.0;  // kept free around it [m]
 
     explicit btCcdKnownShape(const btCollisionShape& shape);
+    /// Whether this is what there is to know about the shape at the same address.
     [[nodiscard]] bool isOf(const btCollisionShape& shape) const
     {
         return m_isSimple ? isSimpleOne(shape) : isOther(shape);
@@ -43,7 +44,7 @@ private:
     }
     [[nodiscard]] bool isSimpleOne(const btCollisionShape& shape) const
     {
-        if (m_shape != &shape || m_type != shape.getShapeType())
+        if (m_type != shape.getShapeType())
         {
             return false;
         }

@@ -96,16 +96,13 @@ public:
     void look(const Eigen::Vector3d& normal)
     {
         double way = m_shell;
-        double distance = 0.0;
-        for (; way < m_limit; way *= 2.0)
+        double distance = distanceAt(normal, way);
+        while (distance < kApart * m_shell && way < m_limit)
         {
+            way = std::min(2.0 * way, m_limit);
             distance = distanceAt(normal, way);
-            if (distance >= kApart * m_shell)
-            {
-                break;
-            }
         }
-        if (!(way < m_limit))
+        if (distance < kApart * m_shell || way > m_limit || (way == m_limit && isFound()))
         {
             return;
         }

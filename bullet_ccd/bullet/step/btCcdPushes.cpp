@@ -19,7 +19,10 @@ void btCcdPushes::notePoses()
         const auto index = std::size_t(bodies[i]->getWorldArrayIndex());
         if (index < m_ends.size())
         {
-            m_ends[index] = {bodies[i], bodies[i]->getWorldTransform(), false};
+            End& end = m_ends[index];
+            end.m_body = bodies[i];
+            end.m_pose = bodies[i]->getWorldTransform();
+            end.m_isLooked = false;
         }
     }
 }
@@ -61,13 +64,15 @@ bool btCcdPushes::isNear(const btRigidBody& body, const btTransform& pose)
            btScalar(0.5) * gContactBreakingThreshold;
 }
 
-void btCcdPushes::look(btScalar timeStep, bool integrated)
+/// If any may be.
+void btCcdPushes::findDeepOnes()
 {
     const btScalar threshold = m_world.getSolverInfo().m_splitImpulsePenetrationThreshold;
     btDispatcher& dispatcher = *m_world.getDispatcher();
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    btPersistentManifold* const* manifolds = dispatcher.getInternalManifoldPointer();
+    for (int i = 0, count = dispatcher.getNumManifolds(); i < count; ++i)
     {
-        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        const btPersistentManifold& manifold = *manifolds[i];
         btScalar deepest = 0;
         for (int k = 0; k < manifold.getNumContacts(); ++k)
         {
@@ -82,14 +87,31 @@ void btCcdPushes::look(btScalar timeStep, bool integrated)
             auto* body = btRigidBody::upcast(const_cast<btCollisionObject*>(object));
             if (body != nullptr && !body->isStaticOrKinematicObject())
             {
-                look(body, -deepest, timeStep, integrated);
+                m_deep.push_back({body, -deepest});
             }
         }
     }
 }
 
-void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated)
+void btCcdPushes::noteBeforeSolving()
 {
+    m_isNotedBefore = true;
+    findDeep();
+    if (m_deep.empty())
+    {
+        return;
+    }
+    m_ends.resize(std::size_t(m_world.getNumCollisionObjects()));
+    for (const Deep& deep : m_deep)
+    {
+        m_ends[std::size_t(deep.m_body->getWorldArrayIndex())] = {
+            deep.m_body, deep.m_body->getWorldTransform(), false};
+    }
+}
+
+void btCcdPushes::look(const Deep& deep, btScalar timeStep, bool integrated)
+{
+    btRigidBody* body = deep.m_body;
     End* end = endOf(*body);
     if (end == nullptr || (!integrated && !isNear(*body, end->m_pose)))
     {
@@ -104,7 +126,7 @@ void btCcdPushes::look(btRigidBody* body, btScalar depth, btScalar timeStep, boo
     {
         pushed -= body->getLinearVelocity() * timeStep;
     }
-    if (pushed.length() > btScalar(2) * depth)
+    if (pushed.length() > btScalar(2) * deep.m_depth)
     {
         return;
     }

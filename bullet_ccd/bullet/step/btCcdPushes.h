@@ -27,11 +27,19 @@ public:
 
     explicit btCcdPushes(btDiscreteDynamicsWorld& world) : m_world(world) {}
 
+    /// Remembers the poses of what the solver of this step, which is about to begin, may push. For
+    /// worlds, which know when that is.
+    void noteBeforeSolving();
     /// Remembers all poses, at the end of a step, if anything touches, or may be deep in contact in
-    /// the next step without having touched in this one.
+    /// the next step without having touched in this one. Not needed by who notes them before the
+    /// solver begins.
     /// @param kinematic there are objects that move so: contacts see them where they will be
     void noteEnd(bool kinematic)
     {
+        if (m_isNotedBefore)
+        {
+            return;
+        }
         if (mayPush() || (kinematic && m_world.getSolverInfo().m_splitImpulse != 0))
         {
             notePoses();
@@ -50,9 +58,13 @@ public:
     {
         m_pushes.clear();
         m_far.clear();
-        if (mayPush())
+        if (!m_isNotedBefore)
         {
-            look(timeStep, integrated);
+            findDeep();
+        }
+        for (const Deep& deep : m_deep)
+        {
+            look(deep, timeStep, integrated);
         }
         return m_pushes;
     }
@@ -71,8 +83,17 @@ private:
         bool m_isLooked = false;  // in this step
     };
 
+    /// A body in a contact that the solver may push it out of.
+    struct Deep
+    {
+        btRigidBody* m_body;
+        btScalar m_depth;
+    };
+
     btDiscreteDynamicsWorld& m_world;
-    std::vector<End> m_ends;  // of what Bullet moves, by index in the world
+    std::vector<End> m_ends;   // of what Bullet moves, by index in the world
+    std::vector<Deep> m_deep;  // in this step, once for every contact
+    bool m_isNotedBefore = false;
     std::vector<Push> m_pushes;
     std::vector<const btRigidBody*> m_far;
 
@@ -84,8 +105,16 @@ private:
     void notePoses();
     [[nodiscard]] End* endOf(const btCollisionObject& object);
     [[nodiscard]] static bool isNear(const btRigidBody& body, const btTransform& pose);
-    void look(btScalar timeStep, bool integrated);
-    void look(btRigidBody* body, btScalar depth, btScalar timeStep, bool integrated);
+    void findDeep()
+    {
+        m_deep.clear();
+        if (mayPush())
+        {
+            findDeepOnes();
+        }
+    }
+    void findDeepOnes();
+    void look(const Deep& deep, btScalar timeStep, bool integrated);
 };
 
 /// While this lives, the bodies have the velocities of the pushes, and, if so wanted, everything

@@ -21,8 +21,10 @@ constexpr int kChatter = 3;
 constexpr btScalar kCalm = btScalar(0.5);
 /// How often a body is settled beyond its limit of impacts before it is held.
 constexpr int kSettlings = 4;
-/// How often a body is carried along anew before it is squeezed.
-constexpr int kCarries = 6;
+/// How often a body is carried along anew before it is squeezed, and how often it gets away from
+/// the carrier by twice as much as before.
+constexpr int kCarries = 12;
+constexpr int kFarAway = 6;
 /// What a body that is carried gets away by at first, relative to the tolerance, and beside that
 /// relative to how far it would be off a circle.
 constexpr double kAway = 0.01;
@@ -299,7 +301,10 @@ void btCcdStep::rollBack(btScalar timeStep)
     {
         std::optional<btCcdPushed> pushed;
         const bool isPushed = !m_pushes.find(timeStep, true).empty();
-        notePushed();
+        if (!m_pushes.far().empty())
+        {
+            notePushed();
+        }
         if (isPushed)
         {
             pushed.emplace(m_world, m_pushes.found(), false);
@@ -929,7 +934,7 @@ bool btCcdStep::carry(const btCcdImpact& impact,
     const btScalar lever = (place - from.getOrigin()).length();
     const btScalar offCircle = lever * (btScalar(1) - btCos(btScalar(0.5) * angle));
     const auto least = btScalar(kAway * m_stepper.tolerance());
-    const btScalar away = btScalar(1 << fate.m_carries) * (least + offCircle);
+    const btScalar away = btScalar(1 << std::min(fate.m_carries, kFarAway)) * (least + offCircle);
     const btVector3 out = side == 0 ? -impact.m_normal : impact.m_normal;
     const btVector3 along = (turn * place - place) / remaining;
     body.setVelocity(along, angular);

@@ -54,6 +54,7 @@ public:
     [[nodiscard]] const std::vector<SeenImpact>& impacts() const { return m_lastImpacts; }
 
     /// As btCcdControl has them.
+    void noteBeforeSolving() { m_pushes.noteBeforeSolving(); }
     [[nodiscard]] bool begin(btScalar timeStep);
     void integrate(btScalar timeStep, const Integrate& integrate);
     void end();

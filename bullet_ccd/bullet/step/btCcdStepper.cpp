@@ -230,8 +230,7 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
     {
         const btCcdTracked& a = *pair.m_a;
         const btCcdTracked& b = *pair.m_b;
-        const bool pressed = a.m_pressed && b.m_pressed;
-        if (!(a.m_beyond + b.m_beyond > 0.0) && !pressed)
+        if (!(a.m_beyond + b.m_beyond > 0.0) && !(a.m_pressed && b.m_pressed))
         {
             continue;
         }
@@ -558,7 +557,7 @@ void btCcdStepper::addCandidates(int index)
     {
         return;
     }
-    if (m_tracker->isInBoxes())
+    if (m_tracker->isInBoxes() || m_tracker->listsAll())
     {
         addSwept(index);
         return;

@@ -33,13 +33,16 @@ constexpr double kPartOfReachOfFew = 1.0;
 constexpr std::size_t kPairsOfObject = 16;
 constexpr std::size_t kMorePairs = 1024;
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
+constexpr double kFarthest = 1e15;
 /// So many objects, at most, say what most objects do.
 constexpr std::size_t kSample = 33;
 /// Of what exact contacts say is left before two meshes meet: what counts.
 constexpr double kTrusted = 0.9;
 constexpr double kAsk = -1.0;  // however little the two move
-/// So many are not worth being compared all at once.
+/// So many are not worth being compared all at once, and of so many all pairs are quickly looked
+/// through.
 constexpr std::size_t kVeryFew = 4;
+constexpr std::size_t kQuicklyLooked = 12;
 
 double lengthOf(const btVector3& v)
 {
@@ -237,6 +240,8 @@ void btCcdTracker::lookAtAll()
         ownMargin = std::min(ownMargin, m_objects[std::size_t(i)].outline().m_ownMargin);
     }
     m_moversMayLose = kUnbounded;
+    m_beyondAtRest = -kUnbounded;
+    m_listsAll = false;
     m_hasStockMeshes = false;
     bool hasLinks = false;
     for (btCcdTracked& tracked : m_objects)
@@ -253,6 +258,8 @@ void btCcdTracker::lookAtAll()
         const bool hasNothing = isStockMesh(tracked);
         m_hasStockMeshes = m_hasStockMeshes || hasNothing;
         tracked.m_unseen = hasNothing ? 0.0 : tracked.m_slow;
+        tracked.m_beyond = -tracked.m_unseen;
+        m_beyondAtRest = std::max(m_beyondAtRest, tracked.m_beyond);
     }
     // Links move relative to each other more than it seems from their speeds.
     m_compares = !hasLinks && m_objects.size() > kVeryFew;
@@ -359,8 +366,8 @@ bool btCcdTracker::readMotions(bool check)
     m_isClamped = false;
     int flags = 0;  // of any object
     bool listed = m_context.m_tolerance == m_listedTolerance;
-    double most = -kUnbounded;
-    double second = -kUnbounded;
+    double most = m_beyondAtRest;
+    double second = m_beyondAtRest;
     btCcdTracked* tracked = m_objects.data();
     for (std::size_t i = 0; i < count; ++i, ++tracked)
     {
@@ -374,8 +381,12 @@ bool btCcdTracker::readMotions(bool check)
         {
             continue;
         }
-        const bool inside = btCcdIsMoved(object) ? read(*tracked) : readAtRest(*tracked);
-        listed = listed && inside;
+        if (!btCcdIsMoved(object))
+        {
+            listed = readAtRest(*tracked) && listed;
+            continue;
+        }
+        listed = read(*tracked) && listed;
         tracked->m_beyond = tracked->farthest() - tracked->m_unseen;
         second = std::max(second, std::min(most, tracked->m_beyond));
         most = std::max(most, tracked->m_beyond);
@@ -426,6 +437,7 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
     {
         tracked.m_moves = false;
         tracked.m_motion = 0.0;
+        tracked.m_beyond = -tracked.m_unseen;
         tracked.m_course = {};
         tracked.m_way = nullptr;
     }
@@ -443,12 +455,13 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
         tracked.m_origin = originOf(*tracked.m_object);
         return isInside(tracked);
     }
-    return proxy == nullptr || (tracked.m_listedBox != nullptr &&
-                                tracked.m_listedBox->contains(proxy->m_aabbMin, proxy->m_aabbMax));
+    return m_listsAll || proxy == nullptr ||
+           (tracked.m_listedBox != nullptr &&
+            tracked.m_listedBox->contains(proxy->m_aabbMin, proxy->m_aabbMax));
 }
 
-/// Where the object is and how it moves.
-inline bool btCcdTracker::read(btCcdTracked& tracked)
+/// Where the object is and how it moves. Called once for every body in every step.
+[[gnu::always_inline]] inline bool btCcdTracker::read(btCcdTracked& tracked)
 {
     const double reach = tracked.outline().m_reach;
     tracked.m_moves = true;
@@ -518,13 +531,7 @@ void btCcdTracker::readKinematic(btCcdTracked& tracked)
         m_timeStep * (lengthOf(tracked.m_course.m_velocity) + tracked.m_course.m_turning);
 }
 
-void btCcdTracker::newStep()
-{
-    ++m_step;
-    m_pushable.clear();
-}
-
-void btCcdTracker::endStep()
+void btCcdTracker::noteEnd()
 {
     if (!m_teleported.empty())
     {
@@ -797,26 +804,16 @@ btCcdBox btCcdTracker::placeOf(const btCcdTracked& tracked) const
     return {tracked.m_origin - half, tracked.m_origin + half};
 }
 
-namespace
-{
-/// How far the point is from the box, in the direction of an axis.
-btScalar distanceAlongAxes(const btVector3& point, const btBroadphaseProxy& box)
-{
-    btScalar farthest = 0;
-    for (int i = 0; i < 3; ++i)
-    {
-        farthest =
-            std::max(farthest, std::max(box.m_aabbMin[i] - point[i], point[i] - box.m_aabbMax[i]));
-    }
-    return farthest;
-}
-}  // namespace
-
 bool btCcdTracker::isBoxApart(const btCcdTracked& mover, const btCcdTracked& other)
 {
-    return !mover.m_moves ||
-           distanceAlongAxes(mover.m_origin, *other.m_object->getBroadphaseHandle()) >
-               btScalar(mover.m_around);
+    const auto around = btScalar(mover.m_around);
+    const btBroadphaseProxy& box = *other.m_object->getBroadphaseHandle();
+    const auto isOutside = [&](int axis)
+    {
+        return box.m_aabbMin[axis] - mover.m_origin[axis] > around ||
+               mover.m_origin[axis] - box.m_aabbMax[axis] > around;
+    };
+    return !mover.m_moves || isOutside(0) || isOutside(1) || isOutside(2);
 }
 
 /// What moves now is listed as a mover, even if it falls asleep meanwhile.
@@ -880,6 +877,12 @@ void btCcdTracker::takePairs(const List& list, std::vector<btCcdNeighbourPair>& 
 void btCcdTracker::listWithRest()
 {
     m_listedTolerance = m_context.m_tolerance;
+    m_listsAll = false;
+    if (m_objects.size() <= kQuicklyLooked)
+    {
+        listAllPairs();
+        return;
+    }
     const double partOfReach = listsMoversApart() ? kPartOfReach : kPartOfReachOfFew;
     const auto make = [this, partOfReach](double steps, std::size_t most)
     {
@@ -910,6 +913,30 @@ void btCcdTracker::listWithRest()
     if (!listsMoversApart())
     {
         splitPairs();
+    }
+}
+
+/// Wherever they are, if not too far for numbers: the list is good until something moves that was
+/// at rest.
+void btCcdTracker::listAllPairs()
+{
+    m_listsAll = true;
+    m_movers.clear();
+    m_others.clear();
+    for (std::size_t i = 0; i < m_objects.size(); ++i)
+    {
+        btCcdTracked& a = m_objects[i];
+        a.m_listed = {a.m_origin, a.m_moves ? kFarthest : -1.0};
+        a.m_listedBox = nullptr;
+        for (std::size_t j = i + 1; j < m_objects.size(); ++j)
+        {
+            btCcdTracked& b = m_objects[j];
+            if (a.m_isMover || b.m_isMover)
+            {
+                (a.m_isMover && b.m_isMover ? m_movers : m_others)
+                    .push_back({&a, &b, -1.0, childOf(*a.m_object, *b.m_object)});
+            }
+        }
     }
 }
 
@@ -1020,7 +1047,7 @@ void btCcdTracker::listMovers(const btVector3& common)
     takePairs(m_moverList, m_movers);
 }
 
-void btCcdTracker::forgetStrays()
+void btCcdTracker::forgetAllStrays()
 {
     for (const int index : m_strays)
     {
@@ -1029,13 +1056,9 @@ void btCcdTracker::forgetStrays()
     m_strays.clear();
 }
 
-/// False if there are too many, or it is not worth the while.
+/// False if there are too many.
 bool btCcdTracker::findStrays(bool done)
 {
-    if (!listsMoversApart())
-    {
-        return false;
-    }
     // Bullet's boxes are larger than shapes; half of that may be used up by pushes.
     const double room =
         0.5 * double(gContactBreakingThreshold) - kTolerances * m_context.m_tolerance;
@@ -1178,7 +1201,7 @@ void btCcdTracker::takePresent()
 
 void btCcdTracker::findNeighbours(bool done)
 {
-    m_isInBoxes = findStrays(done);
+    m_isInBoxes = listsMoversApart() && findStrays(done);
     if (m_isInBoxes)
     {
         takePresent();

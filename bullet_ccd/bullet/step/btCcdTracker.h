@@ -25,7 +25,7 @@ class btMultiBodyLinkCollider;
 /// True if Bullet moves the object in a step.
 [[nodiscard]] inline bool btCcdIsMoved(const btCollisionObject& object)
 {
-    return object.isActive() && (!object.isStaticObject() || object.isKinematicObject()) &&
+    return (!object.isStaticObject() || object.isKinematicObject()) && object.isActive() &&
            object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
 }
 
@@ -117,8 +117,18 @@ public:
     void forgetShapes() { m_isStale = true; }
 
     /// A new step is about to begin.
-    void newStep();
-    void endStep();
+    void newStep()
+    {
+        ++m_step;
+        m_pushable.clear();
+    }
+    void endStep()
+    {
+        if (!m_teleported.empty() || !m_ways.empty() || m_hasStockMeshes)
+        {
+            noteEnd();
+        }
+    }
     /// In this step the object may have been moved otherwise than by its velocity.
     void mayBePushed(const btCollisionObject& object) { m_pushable.push_back(&object); }
     /// In the step to come it has jumped to where it is.
@@ -136,6 +146,8 @@ public:
     /// and others(), and what has been listed stays in boxes of the lists.
     [[nodiscard]] bool isInBoxes() const { return m_isInBoxes; }
     [[nodiscard]] std::vector<btCcdNeighbourPair>& present() { return m_present; }
+    /// True if the lists have all pairs, wherever they are.
+    [[nodiscard]] bool listsAll() const { return m_listsAll; }
     /// What may leave its place among its neighbours, by index.
     [[nodiscard]] const std::vector<int>& strays() const { return m_strays; }
     void stray(btCcdTracked& tracked)
@@ -259,7 +271,8 @@ private:
     std::int64_t m_unsupported = 0;
     double m_listedTolerance = -1.0;
     double m_timeStep = 0.0;
-    double m_beyondTwo = 0.0;  // of the two that go farthest beyond what they may move unseen
+    double m_beyondAtRest = 0.0;  // the most of any object that does not move
+    double m_beyondTwo = 0.0;     // of the two that go farthest beyond what they may move unseen
     int m_epoch = 0;
     bool m_isStale = false;  // to be looked at anew
     bool m_kinematicStands = false;
@@ -275,6 +288,7 @@ private:
     bool m_isClamped = false;  // some body that moves, by Bullet's own motion clamping
     bool m_hasTriggers = false;
     bool m_hasStockMeshes = false;
+    bool m_listsAll = false;  // wherever objects are
     bool m_isListed = false;  // everything is in its box of the list with what is at rest
     bool m_isInBoxes = false;
 
@@ -319,12 +333,21 @@ private:
     void listMovers(const btVector3& common);
     template <typename Make>
     void makeList(List& list, const Make& make) const;
-    void forgetStrays();
+    void forgetStrays()
+    {
+        if (!m_strays.empty())
+        {
+            forgetAllStrays();
+        }
+    }
+    void forgetAllStrays();
+    void noteEnd();
     [[nodiscard]] bool findStrays(bool done);
     [[nodiscard]] bool staysInBox(const btCcdTracked& tracked, bool done) const;
     void takePresent();
     void addPresent(btCcdTracked& a, btCcdTracked& b);
     void takePairs(const List& list, std::vector<btCcdNeighbourPair>& pairs);
+    void listAllPairs();
     void splitPairs();
 };
 

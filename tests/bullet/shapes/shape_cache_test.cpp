@@ -554,6 +554,24 @@ TEST(ShapeCache, UnusedModelsAreDroppedAndForgottenOnesMadeAnew)
     EXPECT_NE(last(), before);
 }
 
+TEST(ShapeCache, HierarchiesHoldAtMost200BytesPerTriangle)
+{
+    for (const int level : {5, 7})
+    {
+        TriangleMesh mesh = makeSphere(1.0, level);
+        const auto count = double(mesh.triangles.size());
+        const auto held = []
+        {
+            const struct mallinfo2 all = mallinfo2();
+            return double(all.uordblks) + double(all.hblkhd);
+        };
+        const double before = held();
+        const SsvTree tree = buildSsvTree(std::move(mesh));
+        // What the mesh itself holds is in both.
+        EXPECT_LT((held() - before) / count, 200.0) << count << " triangles";
+    }
+}
+
 TEST(ShapeCache, DistancesFromAPlaneAreExactHoweverFarOut)
 {
     Random random(43);

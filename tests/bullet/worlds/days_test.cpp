@@ -8,15 +8,18 @@ namespace bullet_ccd::tests
 {
 using namespace reference;
 
-/// Days that take a second of processor time are for long tests.
+/// What is not for long tests alone: of the days that take less than a second of processor time,
+/// one of so many.
 constexpr int kShortDay = 90;
+constexpr int kShown = 6;
 
 TEST(Days, OfOursFareNoWorseThanInStockBullet)
 {
     int bad = 0;
+    int number = 0;
     for (const Day& day : days())
     {
-        if (day.steps > kShortDay && !longTests())
+        if (!longTests() && (day.steps > kShortDay || number++ % kShown != 0))
         {
             continue;
         }
