@@ -117,7 +117,7 @@ std::vector<std::int32_t> visit(
     return below;
 }
 
-RigidMotion randomPass(Random& random)
+RigidMotion randomPass(reference::Random& random)
 {
     const Vector3d from = random.direction();
     RigidMotion motion;
