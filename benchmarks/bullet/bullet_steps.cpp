@@ -36,6 +36,7 @@ constexpr double kMostMemory = 2.0;  ///< held, relative to stock
 /// Milliseconds of the first step, in which shapes are converted, or relative to making the world.
 constexpr double kMostFirst = 500.0;
 constexpr double kMostMade = 3.0;
+constexpr double kTooShort = 0.1;  ///< to be compared, as the median of a world [ms]
 constexpr std::array kKinds{Kind::Stock, Kind::Action, Kind::World};
 
 struct StepScene
@@ -274,7 +275,8 @@ nlohmann::json rowOf(const std::string& name, Kind kind, const Cost& ours, const
 bool isWithin(const nlohmann::json& row)
 {
     const auto value = [&](const char* key) { return row[key].get<double>(); };
-    return value("quiet") <= kMostQuiet && value("allowed") <= 1.0 &&
+    const bool isShort = value("median") < kTooShort;
+    return (isShort || (value("quiet") <= kMostQuiet && value("allowed") <= 1.0)) &&
            value("held") <= kMostMemory &&
            value("first") <= std::max(kMostFirst, kMostMade * value("made"));
 }
