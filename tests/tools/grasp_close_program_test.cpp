@@ -136,6 +136,54 @@ TEST_F(GraspClose, SaysWhatAnAccuracyNeededAndLoadsOnlyWhatIsInReach)
     EXPECT_EQ(rest, whole.out);  // obstacles that share a mesh have its triangles once
 }
 
+TEST_F(GraspClose, WritesAndDrawsWhatAnAccuracyNeeded)
+{
+    const std::filesystem::path out = m_temp.path() / "out";
+    const auto closeInto = [&](const std::string& options)
+    { return close(at(0.0, kAround), options + " -q -o '" + out.string() + "'"); };
+    const Outcome closed = closeInto("--accuracy 1e-3");
+    ASSERT_EQ(closed.exitCode, 0) << closed.err;
+    EXPECT_THAT(closed.out, HasSubstr("needed.json"));
+    const Json report = Json::parse(contentOf(out / "needed.json"));
+    EXPECT_EQ(report["accuracy"], 1e-3);
+    std::size_t triangles = 0;
+    std::size_t of = 0;
+    for (const Json& part : report["parts"])
+    {
+        EXPECT_EQ(part.contains("object") + part.contains("link"), 1);
+        triangles += part["triangles"].get<std::size_t>();
+        of += part["of_triangles"].get<std::size_t>();
+    }
+    EXPECT_EQ(report["needed"]["triangles"], triangles);
+    EXPECT_EQ(report["needed"]["of_triangles"], of);
+    EXPECT_GT(triangles, 0u);
+    // All triangles are drawn, and as many in orange as were looked at.
+    const std::string picture = contentOf(out / "needed.ply");
+    const std::size_t begin = picture.find("end_header\n") + 11;
+    EXPECT_THAT(picture.substr(0, begin), HasSubstr("element face " + std::to_string(of) + "\n"));
+    constexpr std::size_t kFaceBytes = 16;
+    std::size_t orange = 0;
+    for (std::size_t end = picture.size(); end > picture.size() - of * kFaceBytes;
+         end -= kFaceBytes)
+    {
+        orange += picture.substr(end - 3, 3) == "\xE6\x6E\x14" ? 1 : 0;
+    }
+    EXPECT_EQ(orange, triangles);
+    // A scene may state the accuracy, and it has one.
+    m_temp.write("scene.yaml", "accuracy: 2e-3\nobstacles: []\n");
+    const std::string scene = " --scene '" + (m_temp.path() / "scene.yaml").string() + "'";
+    EXPECT_EQ(closeInto(scene).exitCode, 0);
+    EXPECT_EQ(Json::parse(contentOf(out / "needed.json"))["accuracy"], 2e-3);
+    EXPECT_EQ(closeInto("--accuracy 2e-3" + scene).exitCode, 0);
+    const Outcome both = closeInto("--accuracy 1e-3" + scene);
+    EXPECT_EQ(both.exitCode, 3);
+    EXPECT_THAT(both.err, HasSubstr("0.002 is not the 0.001"));
+    // They would be mistaken for those of a run that had none.
+    EXPECT_EQ(closeInto("").exitCode, 0);
+    EXPECT_FALSE(std::filesystem::exists(out / "needed.json"));
+    EXPECT_FALSE(std::filesystem::exists(out / "needed.ply"));
+}
+
 TEST_F(GraspClose, PrintsWhatPeopleWantToKnow)
 {
     const Outcome closed = close(at(0.0, kAround), "-q");

@@ -296,12 +296,13 @@ void printGrasp(const CloseArguments& arguments, const grasp::HandModel& hand, c
     }
 }
 
-int close(const CloseArguments& arguments)
+int close(CloseArguments arguments)
 {
+    setAccuracyOfScenes(arguments.options.closing, arguments.scene);
     const HandWay way = wayOf(arguments);
     const LoadedHand hand = loadHandOf(arguments.pair);
     requireFingers(hand, arguments.options.closing);
-    const LoadedObject object = loadObjectOf(arguments.pair);
+    const LoadedObject object = loadObjectOf(arguments.pair, buildSsvTreeAsNeeded);
     const grasp::Preshape& preshape = preshapeOf(arguments, hand);
     std::optional<OutputFolder> output;
     if (!arguments.output.empty())
@@ -352,14 +353,18 @@ int close(const CloseArguments& arguments)
     }
     if (output)
     {
-        const std::vector<std::string> written = writePlanOutputs(
-            *output,
-            run,
-            hand.hand,
-            object.object,
-            grasps,
-            {.pictures = 1, .models = 1, .sweptBoxes = arguments.boxes, .scene = arguments.scene},
-            bodies);
+        const std::vector<std::string> written = writePlanOutputs(*output,
+                                                                  run,
+                                                                  hand.hand,
+                                                                  object.object,
+                                                                  grasps,
+                                                                  {.pictures = 1,
+                                                                   .models = 1,
+                                                                   .sweptBoxes = arguments.boxes,
+                                                                   .scene = arguments.scene,
+                                                                   .uses = &uses,
+                                                                   .obstacles = &obstacles},
+                                                                  bodies);
         if (!arguments.json)
         {
             fmt::print("written:  {}\n", joined(written, "\n          "));

@@ -303,8 +303,9 @@ void printNotes(const PlanJournal& journal, const PlanArguments& arguments)
     }
 }
 
-int plan(const PlanArguments& arguments)
+int plan(PlanArguments arguments)
 {
+    setAccuracyOfScenes(arguments.options.closing, arguments.scene);
     PlanRun run{.hand = loadHandOf(arguments.pair), .object = loadObjectOf(arguments.pair)};
     const grasp::HandModel& hand = run.hand.hand;
     const grasp::GraspObject& object = run.object.object;
@@ -358,6 +359,9 @@ int plan(const PlanArguments& arguments)
     }
     DrawingOptions drawing = arguments.drawing;
     drawing.scene = arguments.scene;
+    const ObstacleList list{.inReach = obstacles};
+    drawing.uses = &run.uses;
+    drawing.obstacles = &list;
     std::vector<std::string> written =
         writePlanOutputs(output, description, hand, object, run.grasps, drawing, bodies);
     if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))

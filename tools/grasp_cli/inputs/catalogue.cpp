@@ -169,12 +169,14 @@ LoadedHand loadNamedHand(const std::string& nameOrPath, const fs::path& srdf)
     return loaded;
 }
 
-LoadedObject loadNamedObject(const std::string& nameOrPath, double scale)
+LoadedObject loadNamedObject(const std::string& nameOrPath,
+                             double scale,
+                             SsvTree (*build)(TriangleMesh mesh))
 {
     const fs::path file = fs::absolute(resolveObject(nameOrPath)).lexically_normal();
     MeshFile loaded = loadMeshFile(file, {.scale = scale});
     LoadedObject result{
-        .object = grasp::makeGraspObject(file.stem().string(), std::move(loaded.mesh)),
+        .object = grasp::makeGraspObject(file.stem().string(), std::move(loaded.mesh), build),
         .file = file,
         .notes = std::move(loaded.notes)};
     if (!result.object.watertight)

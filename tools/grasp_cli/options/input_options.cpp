@@ -32,9 +32,9 @@ LoadedHand loadHandOf(const PairOptions& pair)
     return loadNamedHand(pair.hand, pair.srdf);
 }
 
-LoadedObject loadObjectOf(const PairOptions& pair)
+LoadedObject loadObjectOf(const PairOptions& pair, SsvTree (*build)(TriangleMesh mesh))
 {
-    return loadNamedObject(pair.object, pair.objectScale);
+    return loadNamedObject(pair.object, pair.objectScale, build);
 }
 
 void addRecordOptions(CLI::App& command, RecordArguments& arguments)

@@ -54,7 +54,8 @@ void addSceneOption(CLI::App& command, std::vector<std::string>& files);
 
 /// Throw as loadNamedHand() and loadNamedObject() do.
 [[nodiscard]] LoadedHand loadHandOf(const PairOptions& pair);
-[[nodiscard]] LoadedObject loadObjectOf(const PairOptions& pair);
+[[nodiscard]] LoadedObject loadObjectOf(const PairOptions& pair,
+                                        SsvTree (*build)(TriangleMesh mesh) = buildSsvTree);
 
 /// FILE, --hand and --object.
 void addRecordOptions(CLI::App& command, RecordArguments& arguments);

@@ -2,6 +2,7 @@
 
 #include "tools/grasp_cli/inputs/path_file.h"
 #include "tools/grasp_cli/options/mass_option.h"
+#include "tools/support/obstacles/obstacle_scene.h"
 #include "tools/support/option_values.h"
 
 #include <algorithm>
@@ -9,6 +10,8 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <numbers>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -180,12 +183,7 @@ void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing)
     command
         .add_option_function<double>(
             "--accuracy",
-            [&closing](double accuracy)
-            {
-                closing.tolerance = accuracy;
-                // What stopped a link shall be among its contacts.
-                closing.contactThreshold = std::max(closing.contactThreshold, 1.25 * accuracy);
-            },
+            [&closing](double accuracy) { setAccuracy(closing, accuracy); },
             "How large the gap at which links stop may be [m]. Above the default nothing is looked "
             "at more closely than that asks for; contacts are then features within 1.25 times as "
             "much.")
@@ -284,5 +282,31 @@ void addPlannerOptions(CLI::App& command, grasp::PlannerOptions& options)
         "than epsilon.")
         ->check(within(0, 1'000'000))
         ->group("Quality");
+}
+
+void setAccuracy(grasp::ClosingOptions& closing, double accuracy)
+{
+    closing.tolerance = accuracy;
+    closing.contactThreshold = std::max(closing.contactThreshold, 1.25 * accuracy);
+}
+
+void setAccuracyOfScenes(grasp::ClosingOptions& closing, std::span<const std::string> scenes)
+{
+    std::optional<double> stated;
+    if (closing.tolerance != kDefaultTolerance)
+    {
+        stated = closing.tolerance;
+    }
+    if (const std::optional<double> accuracy = accuracyOf(scenes, stated))
+    {
+        if (!(*accuracy >= kSmallestAccuracy && *accuracy <= kLargestAccuracy))
+        {
+            throw std::runtime_error(fmt::format("accuracy: {} of the scene is not from {} to {} m",
+                                                 *accuracy,
+                                                 kSmallestAccuracy,
+                                                 kLargestAccuracy));
+        }
+        setAccuracy(closing, *accuracy);
+    }
 }
 }  // namespace bullet_ccd::tools

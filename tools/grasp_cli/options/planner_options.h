@@ -4,6 +4,8 @@
 #include "grasp/planner/grasp_planner.h"
 
 #include <CLI/CLI.hpp>
+#include <span>
+#include <string>
 
 namespace bullet_ccd::tools
 {
@@ -19,4 +21,9 @@ void addQualityOptions(CLI::App& command, grasp::PlannerOptions& options);
 
 /// --fingers and --closing-speeds. Names are not looked at: see requireFingers().
 void addFingersOption(CLI::App& command, grasp::ClosingOptions& closing);
+
+/// Links stop anywhere within the accuracy [m], and what stopped them is among their contacts.
+void setAccuracy(grasp::ClosingOptions& closing, double accuracy);
+/// The same by the scenes, if they state one. Throws as accuracyOf().
+void setAccuracyOfScenes(grasp::ClosingOptions& closing, std::span<const std::string> scenes);
 }  // namespace bullet_ccd::tools

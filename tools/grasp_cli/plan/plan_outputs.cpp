@@ -5,6 +5,7 @@
 #include "grasp/report/grasp_picture.h"
 #include "grasp/report/viewer_page.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/support/obstacles/needed_picture.h"
 #include "tools/support/text_table.h"
 
 #include <algorithm>
@@ -24,6 +25,8 @@ using grasp::RejectReason;
 constexpr const char* kRecords = "grasps.jsonl";
 constexpr const char* kIsaac = "grasps.isaac.yaml";
 constexpr const char* kReport = "report.html";
+constexpr const char* kNeeded = "needed.json";
+constexpr const char* kNeededPicture = "needed.ply";
 constexpr const char* kPicture = "png";
 constexpr const char* kModel = "glb";
 
@@ -191,6 +194,39 @@ void stageReport(OutputFolder& output,
     }
     writeViewerPage(run, hand, object, grasps, extras, viewer, output.stage(kReport));
 }
+/// What the closings needed, as JSON and drawn with the hand as the best grasp has it.
+void stageNeeded(OutputFolder& output,
+                 const grasp::GraspRun& run,
+                 const grasp::HandModel& hand,
+                 const grasp::GraspObject& object,
+                 const std::vector<Grasp>& grasps,
+                 const DrawingOptions& drawing)
+{
+    stageText(
+        output,
+        kNeeded,
+        [&](std::ostream& out)
+        {
+            out << closingReport(
+                *drawing.uses, run.options.closing.tolerance, hand, object, *drawing.obstacles);
+        });
+    std::vector<DrawnBody> bodies{{.tree = &object.tree}};
+    if (!grasps.empty() && !grasps.front().positions.empty())
+    {
+        const std::vector<Eigen::Isometry3d> poses =
+            linkPoses(hand.robot.tree, grasps.front().X_WH, grasps.front().positions);
+        for (std::size_t link = 0; link < poses.size(); ++link)
+        {
+            bodies.push_back({.tree = hand.linkTrees[link], .X_WB = poses[link]});
+        }
+    }
+    for (const Obstacle& obstacle : drawing.obstacles->inReach)
+    {
+        bodies.push_back({.tree = obstacle.tree.get(), .X_WB = obstacle.X_WO});
+    }
+    const std::vector<ModelUse> uses(drawing.uses->begin(), drawing.uses->end());
+    writeNeededPicture(output.stage(kNeededPicture), uses, bodies);
+}
 }  // namespace
 
 std::vector<std::string> writePlanOutputs(OutputFolder& output,
@@ -228,6 +264,11 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
                                obstacles);
     }
     stageReport(output, run, hand, object, grasps, pictures, models, obstacles, drawing.scene);
+    const bool saysNeeded = drawing.uses != nullptr && !drawing.uses->empty();
+    if (saysNeeded)
+    {
+        stageNeeded(output, run, hand, object, grasps, drawing);
+    }
     output.commit();
     const fs::path& folder = output.folder();
     removeStale(folder, pictures.size(), kPicture);
@@ -237,6 +278,11 @@ std::vector<std::string> writePlanOutputs(OutputFolder& output,
     for (const char* name : {kRecords, kIsaac, kReport})
     {
         lines.push_back((folder / name).string());
+    }
+    for (const char* name : {kNeeded, kNeededPicture})
+    {
+        saysNeeded ? lines.push_back((folder / name).string())
+                   : static_cast<void>(fs::remove(folder / name));
     }
     addRange(lines, folder, pictures.size(), kPicture);
     addRange(lines, folder, models, kModel);

@@ -3,6 +3,7 @@
 
 #include "grasp/formats/grasp_file.h"
 #include "tools/grasp_cli/plan/output_folder.h"
+#include "tools/grasp_cli/plan/plan_run.h"
 
 #include <optional>
 #include <span>
@@ -18,6 +19,10 @@ struct DrawingOptions
     std::optional<int> models;            ///< not given: as many as pictures
     bool sweptBoxes = false;              ///< in the pictures; models always have them
     std::vector<std::string> scene = {};  ///< files of the obstacles, for the command in the page
+    /// If there are some, needed.json and needed.ply say what the closings needed (see
+    /// closingReport() and writeNeededPicture(), in the posture of the best grasp).
+    const ClosingUses* uses = nullptr;
+    const ObstacleList* obstacles = nullptr;  ///< of those uses
 };
 
 /// Writes grasps.jsonl, grasps.isaac.yaml, the pictures, the models and report.html, all at once or

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -130,6 +131,42 @@ ModelShare closingShare(const ClosingUses& uses,
     share.ofBodies += obstacles.outOfReach;
     share.ofTriangles += obstacles.trianglesOutOfReach;
     return share;
+}
+
+std::string closingReport(const ClosingUses& uses,
+                          double accuracy,
+                          const grasp::HandModel& hand,
+                          const grasp::GraspObject& object,
+                          const ObstacleList& obstacles)
+{
+    const std::vector<ModelUse> all(uses.begin(), uses.end());
+    std::string parts;
+    const auto add = [&](const char* kind, const std::string& name, const SsvTree* tree)
+    {
+        if (tree != nullptr)
+        {
+            const ModelShare share(all, std::span(&tree, 1));
+            parts += fmt::format(R"({}    {{"{}": {}, "triangles": {}, "of_triangles": {}}})",
+                                 parts.empty() ? "" : ",\n",
+                                 kind,
+                                 nlohmann::json(name).dump(),
+                                 share.triangles,
+                                 share.ofTriangles);
+        }
+    };
+    add("object", object.name, &object.tree);
+    for (std::size_t link = 0; link < hand.linkTrees.size(); ++link)
+    {
+        add("link", hand.robot.tree.links[link].name, hand.linkTrees[link]);
+    }
+    for (const Obstacle& obstacle : obstacles.inReach)
+    {
+        add("obstacle", obstacle.name, obstacle.tree.get());
+    }
+    return fmt::format("{{\n  \"accuracy\": {},\n  {},\n  \"parts\": [\n{}\n  ]\n}}\n",
+                       accuracy,
+                       jsonText(closingShare(uses, hand, object, obstacles)),
+                       parts);
 }
 
 void runPlan(PlanRun& run,

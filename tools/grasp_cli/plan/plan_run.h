@@ -51,6 +51,14 @@ void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::Plann
                                       const grasp::GraspObject& object,
                                       const ObstacleList& obstacles);
 
+/// The same as JSON: how much was needed in all, and of each link, the object and each obstacle in
+/// reach.
+[[nodiscard]] std::string closingReport(const ClosingUses& uses,
+                                        double accuracy,
+                                        const grasp::HandModel& hand,
+                                        const grasp::GraspObject& object,
+                                        const ObstacleList& obstacles);
+
 /// Plans with the closing engine that the options name and fills in what is found.
 void runPlan(PlanRun& run,
              const grasp::PlannerOptions& options,
