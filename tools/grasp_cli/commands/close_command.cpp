@@ -302,7 +302,7 @@ int close(CloseArguments arguments)
     const HandWay way = wayOf(arguments);
     const LoadedHand hand = loadHandOf(arguments.pair);
     requireFingers(hand, arguments.options.closing);
-    const LoadedObject object = loadObjectOf(arguments.pair, buildSsvTreeAsNeeded);
+    const LoadedObject object = loadObjectOf(arguments.pair);
     const grasp::Preshape& preshape = preshapeOf(arguments, hand);
     std::optional<OutputFolder> output;
     if (!arguments.output.empty())

@@ -169,14 +169,12 @@ LoadedHand loadNamedHand(const std::string& nameOrPath, const fs::path& srdf)
     return loaded;
 }
 
-LoadedObject loadNamedObject(const std::string& nameOrPath,
-                             double scale,
-                             SsvTree (*build)(TriangleMesh mesh))
+LoadedObject loadNamedObject(const std::string& nameOrPath, double scale)
 {
     const fs::path file = fs::absolute(resolveObject(nameOrPath)).lexically_normal();
     MeshFile loaded = loadMeshFile(file, {.scale = scale});
     LoadedObject result{
-        .object = grasp::makeGraspObject(file.stem().string(), std::move(loaded.mesh), build),
+        .object = grasp::makeGraspObject(file.stem().string(), std::move(loaded.mesh)),
         .file = file,
         .notes = std::move(loaded.notes)};
     if (!result.object.watertight)

@@ -50,7 +50,5 @@ struct LoadedObject
 /// @param srdf  in place of the one beside the URDF or the one that ships; empty: none
 [[nodiscard]] LoadedHand loadNamedHand(const std::string& nameOrPath,
                                        const std::filesystem::path& srdf = {});
-[[nodiscard]] LoadedObject loadNamedObject(const std::string& nameOrPath,
-                                           double scale,
-                                           SsvTree (*build)(TriangleMesh mesh) = buildSsvTree);
+[[nodiscard]] LoadedObject loadNamedObject(const std::string& nameOrPath, double scale);
 }  // namespace bullet_ccd::tools

@@ -32,9 +32,9 @@ LoadedHand loadHandOf(const PairOptions& pair)
     return loadNamedHand(pair.hand, pair.srdf);
 }
 
-LoadedObject loadObjectOf(const PairOptions& pair, SsvTree (*build)(TriangleMesh mesh))
+LoadedObject loadObjectOf(const PairOptions& pair)
 {
-    return loadNamedObject(pair.object, pair.objectScale, build);
+    return loadNamedObject(pair.object, pair.objectScale);
 }
 
 void addRecordOptions(CLI::App& command, RecordArguments& arguments)

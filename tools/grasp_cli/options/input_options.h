@@ -54,8 +54,7 @@ void addSceneOption(CLI::App& command, std::vector<std::string>& files);
 
 /// Throw as loadNamedHand() and loadNamedObject() do.
 [[nodiscard]] LoadedHand loadHandOf(const PairOptions& pair);
-[[nodiscard]] LoadedObject loadObjectOf(const PairOptions& pair,
-                                        SsvTree (*build)(TriangleMesh mesh) = buildSsvTree);
+[[nodiscard]] LoadedObject loadObjectOf(const PairOptions& pair);
 
 /// FILE, --hand and --object.
 void addRecordOptions(CLI::App& command, RecordArguments& arguments);
