@@ -112,9 +112,9 @@ struct ElementaryResult
 // A triangle mesh that deforms: its topology and hierarchy, built once, and where its vertices are
 // at both ends of a step, set for every step.
 //
-// The triangles are kept in patches of at most sixteen, under a hierarchy with eight children a node
-// whose boxes move: one box at t = 0, one at t = 1. Every vertex and edge belongs to one patch, so
-// that no pair of features is met twice.
+// The triangles are kept in patches of at most sixteen, under a hierarchy with eight children a
+// node whose boxes move: one box at t = 0, one at t = 1. Every vertex and edge belongs to one
+// patch, so that no pair of features is met twice.
 
 /// How a surface is built.
 struct DeformableSurfaceOptions
