@@ -7,9 +7,7 @@
 
 namespace bullet_ccd::grasp
 {
-GraspObject makeGraspObject(std::string name,
-                            TriangleMesh mesh,
-                            SsvTree (*build)(TriangleMesh mesh))
+GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
 {
     checkMesh(mesh, name);
     const Eigen::Vector3d center = massProperties(mesh).center;
@@ -20,7 +18,7 @@ GraspObject makeGraspObject(std::string name,
         radius = std::max(radius, (vertex - center).norm());
     }
     return {.name = std::move(name),
-            .tree = build(std::move(mesh)),
+            .tree = buildSsvTree(std::move(mesh)),
             .centerOfMass = center,
             .radius = radius,
             .watertight = watertight};

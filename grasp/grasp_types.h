@@ -25,10 +25,8 @@ struct GraspObject
 };
 
 /// Builds the hierarchy of the mesh and computes what GraspObject holds.
-/// @param build  buildSsvTreeAsNeeded() for an object of which few closings will see a part
 /// Throws std::invalid_argument as buildSsvTree() does.
-[[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(
-    std::string name, TriangleMesh mesh, SsvTree (*build)(TriangleMesh mesh) = buildSsvTree);
+[[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(std::string name, TriangleMesh mesh);
 
 /// A point contact of a link on the object.
 struct GraspContact
