@@ -18,6 +18,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <unistd.h>
+#include <utility>
 
 namespace bullet_ccd::reference
 {
@@ -50,10 +51,11 @@ constexpr double kFollow = 0.02;  // of the error of a torque, in a step
 // So near to the object, or to each other, pieces of links have to come in a posture of the way to
 // take part. What moves farther is no longer held. MuJoCo would look at all pairs in all steps,
 // which takes ten times as long as the rest of a step.
-constexpr double kNearObject = 0.03;  // [m]
-constexpr double kNearLink = 0.002;   // [m]
-constexpr int kOnTheWay = 4;          // postures of a closing hand
-constexpr double kFarBelow = 10.0;    // where a table is that nobody needs [m]
+constexpr double kNearObject = 0.03;    // [m]
+constexpr double kNearLink = 0.002;     // [m]
+constexpr int kOnTheWay = 4;            // postures of a closing hand
+constexpr double kFarBelow = 10.0;      // where a table is that nobody needs [m]
+constexpr double kClearlyApart = 1e-4;  // [m]
 
 /// MuJoCo reads meshes from files alone. What is written here goes with it, whatever happens.
 struct ScratchFolder
@@ -204,6 +206,31 @@ Meetings meetingsOf(const grasp::HandModel& hand,
     return meetings;
 }
 
+mjfCollision collideHulls = nullptr;  // MuJoCo's own
+
+/// Most hulls whose bounding spheres meet are apart by their boxes, and MuJoCo has no contact of
+/// what is apart. Its own answer takes tens of times as long as that of the boxes.
+int collideByBoxes(
+    const mjModel* model, const mjData* data, mjContact* contact, int a, int b, mjtNum margin)
+{
+    using Point = Eigen::Map<const Eigen::Vector3d>;
+    const Axes R_WA(data->geom_xmat + 9 * a);
+    const Axes R_WB(data->geom_xmat + 9 * b);
+    // Half of boxes about the origins of the geometries.
+    const Point sizeA(model->geom_size + 3 * a);
+    const Point sizeB(model->geom_size + 3 * b);
+    const Eigen::Vector3d way = Point(data->geom_xpos + 3 * b) - Point(data->geom_xpos + 3 * a);
+    const Eigen::Matrix3d R_AB = R_WA.transpose() * R_WB;
+    const Eigen::Matrix3d shares = R_AB.cwiseAbs();
+    const Eigen::Array3d gapA = (R_WA.transpose() * way).cwiseAbs() - sizeA - shares * sizeB;
+    const Eigen::Array3d gapB =
+        (R_WB.transpose() * way).cwiseAbs() - sizeB - shares.transpose() * sizeA;
+    const double apart = std::max(margin, 0.0) + kClearlyApart;
+    return gapA.maxCoeff() > apart || gapB.maxCoeff() > apart
+               ? 0
+               : collideHulls(model, data, contact, a, b, margin);
+}
+
 mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::GraspObject& object,
                   const grasp::Grasp& grasp,
@@ -235,6 +262,11 @@ mjModel* compiled(const grasp::HandModel& hand,
     char error[1000] = "";
     static std::mutex mutex;  // MuJoCo keeps the last file that it read
     const std::scoped_lock lock(mutex);
+    mjfCollision& collide = mjCOLLISIONFUNC[mjGEOM_MESH][mjGEOM_MESH];
+    if (collide != &collideByBoxes)
+    {
+        collideHulls = std::exchange(collide, &collideByBoxes);
+    }
     mjModel* compiled = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
     if (compiled == nullptr)
     {
