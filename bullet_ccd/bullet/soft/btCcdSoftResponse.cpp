@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 using Eigen::Vector3d;
 
@@ -60,6 +61,22 @@ btMultiBody* multiBody(btCollisionObject* object)
     btMultiBodyLinkCollider* link =
         object != nullptr ? btMultiBodyLinkCollider::upcast(object) : nullptr;
     return link != nullptr ? link->m_multiBody : nullptr;
+}
+
+/// True if momentum ends in the object, or in what holds nodes of it.
+bool cannotMove(btCollisionObject& object)
+{
+    if (const btMultiBody* body = multiBody(&object))
+    {
+        return body->hasFixedBase();
+    }
+    const btSoftBody* soft = btSoftBody::upcast(&object);
+    bool isPinned = false;
+    for (int i = 0; i < (soft != nullptr ? soft->m_nodes.size() : 0); ++i)
+    {
+        isPinned = isPinned || !(soft->m_nodes[i].m_im > btScalar(0));
+    }
+    return soft != nullptr ? isPinned : dynamicBody(&object) == nullptr;
 }
 
 /// Tells what is soft of a contact, and whose contact it is, apart from others. Which feature of a
@@ -956,6 +973,63 @@ void btCcdSoftResponse::solveVelocities()
         mover->writeBack();
     }
     keepSupports();
+}
+
+std::unordered_set<const btCollisionObject*> btCcdSoftResponse::supportedObjects() const
+{
+    std::unordered_set<btCollisionObject*> objects;
+    std::vector<std::vector<btCollisionObject*>> groups;  // what pushes each other
+    for (std::size_t i = 0; i < m_touches.size(); ++i)
+    {
+        const Touch& touch = m_touches[i];
+        if (!touch.m_isForced && touch.m_impulse.isZero(0.0) && m_paths[i].m_push.isZero(0.0))
+        {
+            continue;
+        }
+        std::vector<btCollisionObject*>& group = groups.emplace_back();
+        for (const btCcdSoftPart* part : touch.m_part)
+        {
+            group.push_back(part != nullptr ? part->m_object : nullptr);
+        }
+        for (const Side& side : touch.m_sides)
+        {
+            group.push_back(side.m_anchor);
+            group.push_back(side.m_obstacle != nullptr ? side.m_obstacle->m_object : nullptr);
+        }
+        std::erase(group, nullptr);
+        objects.insert(group.begin(), group.end());
+    }
+    std::unordered_set<const btCollisionObject*> supported;
+    for (btCollisionObject* object : std::vector(objects.begin(), objects.end()))
+    {
+        btSoftBody* soft = btSoftBody::upcast(object);
+        for (int i = 0; i < (soft != nullptr ? soft->m_deformableAnchors.size() : 0); ++i)
+        {
+            auto* anchor =
+                const_cast<btCollisionObject*>(soft->m_deformableAnchors[i].m_cti.m_colObj);
+            groups.push_back({object, anchor});
+            objects.insert(anchor);
+        }
+    }
+    std::ranges::copy_if(objects,
+                         std::inserter(supported, supported.end()),
+                         [](btCollisionObject* object) { return cannotMove(*object); });
+    const auto isSupported = [&](const btCollisionObject* object)
+    { return supported.contains(object); };
+    bool hasSpread = true;
+    while (hasSpread)
+    {
+        const std::size_t before = supported.size();
+        for (const std::vector<btCollisionObject*>& group : groups)
+        {
+            if (std::ranges::any_of(group, isSupported))
+            {
+                supported.insert(group.begin(), group.end());
+            }
+        }
+        hasSpread = supported.size() > before;
+    }
+    return supported;
 }
 
 void btCcdSoftResponse::keepSupports()

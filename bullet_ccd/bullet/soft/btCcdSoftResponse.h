@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 class btMultiBody;
@@ -70,6 +71,9 @@ public:
     [[nodiscard]] std::vector<Shift> takeShifts();
     /// Changes the velocities of the soft parts, and those of rigid bodies and multibodies.
     void solveVelocities();
+    /// Objects whose momentum reaches what cannot move, by touches that have pushed and by anchors:
+    /// static and kinematic objects, pinned nodes, multibodies with a fixed base.
+    [[nodiscard]] std::unordered_set<const btCollisionObject*> supportedObjects() const;
     /// True if there is nothing to solve.
     [[nodiscard]] bool isEmpty() const { return m_touches.empty() && m_movers.empty(); }
 

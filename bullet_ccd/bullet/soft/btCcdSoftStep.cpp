@@ -986,16 +986,21 @@ void btCcdSoftStep::holdAll()
 
 void btCcdSoftStep::commit(btScalar timeStep)
 {
+    const auto isSlowed = [](const auto& held) { return held.second.m_isSlowed; };
+    const std::unordered_set<const btCollisionObject*> supported =
+        std::ranges::any_of(m_held, isSlowed) ? m_response.supportedObjects()
+                                              : std::unordered_set<const btCollisionObject*>{};
     for (btCcdSoftPart* part : m_parts)
     {
         if (btRigidBody* body = yieldingBody(*part))
         {
             const auto held = m_held.find(bodyOf(*part));
-            if (held != m_held.end() && held->second.m_isSlowed)
+            if (held != m_held.end() && std::exchange(held->second.m_isSlowed, false) &&
+                supported.contains(body))
             {
-                // What holds it may be more than a few sweeps can pass on: it must not gather
-                // speed.
-                held->second.m_isSlowed = false;
+                // The weight on what holds it may be more than a few sweeps can pass on: it must
+                // not gather speed. In free flight it keeps what the impulses have left it, so that
+                // no momentum is lost.
                 btVector3 linear;
                 btVector3 angular;
                 btTransformUtil::calculateVelocity(
