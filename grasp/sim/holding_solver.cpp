@@ -1,12 +1,131 @@
 #include "grasp/sim/holding_solver.h"
 
 #include <algorithm>
+#include <map>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
 constexpr int kIterations = 200;
+
+/// How a body moves when all its velocities, those of its joints included, stay as they are: its
+/// acceleration field, which is not zero because what turns takes its points along arcs.
+struct SteadyMotion
+{
+    btVector3 reference;                    // a point of the body [W]
+    btVector3 acceleration{0.0, 0.0, 0.0};  // of that point
+    btVector3 spin{0.0, 0.0, 0.0};
+    btVector3 spinAcceleration{0.0, 0.0, 0.0};
+
+    [[nodiscard]] btVector3 accelerationAt(const btVector3& point) const
+    {
+        const btVector3 r = point - reference;
+        return acceleration + spinAcceleration.cross(r) + spin.cross(spin.cross(r));
+    }
+};
+
+SteadyMotion steadyMotion(const btSolverBody& body)
+{
+    SteadyMotion motion{body.getWorldTransform().getOrigin()};
+    motion.spin = body.m_angularVelocity;
+    return motion;
+}
+
+/// Of the base, then of all links: from each parent to its child.
+std::vector<SteadyMotion> steadyMotions(const btMultiBody& body)
+{
+    std::vector<SteadyMotion> motions(static_cast<std::size_t>(body.getNumLinks()) + 1);
+    motions[0].reference = body.getBasePos();
+    motions[0].spin = body.getBaseOmega();
+    for (int i = 0; i < body.getNumLinks(); ++i)
+    {
+        const btMultibodyLink& link = body.getLink(i);
+        const btTransform& frame = link.m_cachedWorldTransform;
+        btVector3 turning(0.0, 0.0, 0.0);  // by its joint
+        btVector3 passing(0.0, 0.0, 0.0);  // of its centre of mass, by its joint
+        for (int k = 0; k < link.m_dofCount; ++k)
+        {
+            const btScalar speed = body.getJointVelMultiDof(i)[k];
+            turning += speed * (frame.getBasis() * link.getAxisTop(k));
+            passing += speed * (frame.getBasis() * link.getAxisBottom(k));
+        }
+        const SteadyMotion& parent = motions[static_cast<std::size_t>(link.m_parent + 1)];
+        motions[static_cast<std::size_t>(i) + 1] = {
+            frame.getOrigin(),
+            parent.accelerationAt(frame.getOrigin()) + (2.0 * parent.spin + turning).cross(passing),
+            parent.spin + turning,
+            parent.spinAcceleration + parent.spin.cross(turning)};
+    }
+    return motions;
+}
+
+/// Rows of friction ask for velocities that are equal at the begin of a step, each at the point of
+/// its own surface. What moves along an arc slips all the same: its points leave their tangents,
+/// and where surfaces are apart by a skin, a common turn moves the two points differently. So
+/// velocities are compared in the middle of both points, and in the middle of the step.
+class ArcCorrection
+{
+public:
+    ArcCorrection(const btAlignedObjectArray<btSolverBody>& bodies, double timeStep)
+        : m_bodies(bodies), m_timeStep(timeStep)
+    {
+    }
+
+    /// What a row of friction of this contact has to ask for more.
+    btScalar operator()(const btMultiBodySolverConstraint& row, const btManifoldPoint& point)
+    {
+        return part(ofLink(row.m_multiBodyA, row.m_linkA, row.m_solverBodyIdA),
+                    row.m_contactNormal1,
+                    point.getPositionWorldOnA(),
+                    point.getPositionWorldOnB()) +
+               part(ofLink(row.m_multiBodyB, row.m_linkB, row.m_solverBodyIdB),
+                    row.m_contactNormal2,
+                    point.getPositionWorldOnB(),
+                    point.getPositionWorldOnA());
+    }
+    btScalar operator()(const btSolverConstraint& row, const btManifoldPoint& point) const
+    {
+        return part(steadyMotion(m_bodies[row.m_solverBodyIdA]),
+                    row.m_contactNormal1,
+                    point.getPositionWorldOnA(),
+                    point.getPositionWorldOnB()) +
+               part(steadyMotion(m_bodies[row.m_solverBodyIdB]),
+                    row.m_contactNormal2,
+                    point.getPositionWorldOnB(),
+                    point.getPositionWorldOnA());
+    }
+
+private:
+    [[nodiscard]] btScalar part(const SteadyMotion& motion,
+                                const btVector3& normal,
+                                const btVector3& own,
+                                const btVector3& other) const
+    {
+        const btVector3 toMiddle = 0.5 * (other - own);
+        return -normal.dot(motion.spin.cross(toMiddle) +
+                           0.5 * m_timeStep * motion.accelerationAt(own + toMiddle));
+    }
+
+    SteadyMotion ofLink(const btMultiBody* body, int link, int solverBody)
+    {
+        if (body == nullptr)
+        {
+            return solverBody < 0 ? SteadyMotion{} : steadyMotion(m_bodies[solverBody]);
+        }
+        const auto [at, isNew] = m_known.try_emplace(body);
+        if (isNew)
+        {
+            at->second = steadyMotions(*body);
+        }
+        return at->second[static_cast<std::size_t>(link) + 1];
+    }
+
+    const btAlignedObjectArray<btSolverBody>& m_bodies;
+    double m_timeStep;
+    std::map<const btMultiBody*, std::vector<SteadyMotion>> m_known;
+};
+
 /// A contact that did not press, and whose gap would have to close at such a speed to press in this
 /// step, takes no part [m/s].
 constexpr double kFarSpeed = 0.05;
@@ -244,10 +363,19 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
     const Eigen::Index dofs = m_data.m_deltaVelocities.size();
     Island island(bounded, (n - bounded) / 3, dofs + 6 * m_tmpSolverBodyPool.size());
 
+    // An impact takes no time, and is not started warm.
+    const bool takesTime = (info.m_solverMode & SOLVER_USE_WARMSTARTING) != 0;
+    ArcCorrection correction(m_tmpSolverBodyPool, info.m_timeStep);
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(rows.size()); ++i)
     {
         const btMultiBodySolverConstraint& row = *rows[static_cast<std::size_t>(i)];
         island.addNumbers(i, row);
+        if (takesTime && i >= bounded && (i - bounded) % 3 != 0)
+        {
+            const auto normal = static_cast<std::size_t>(i - (i - bounded) % 3);
+            island.program.b[i] += correction(
+                row, *static_cast<const btManifoldPoint*>(rows[normal]->m_originalContactPoint));
+        }
         const auto side = [&](const btMultiBody* body,
                               int jacobian,
                               int velocity,
@@ -304,6 +432,12 @@ void HoldingSolver::solveIsland(const btContactSolverInfo& info)
         const btSolverConstraint& row = *rigidRows[k];
         const auto i = static_cast<Eigen::Index>(rows.size() + k);
         island.addNumbers(i, row);
+        if (takesTime && k % 3 != 0)
+        {
+            island.program.b[i] += correction(
+                row,
+                *static_cast<const btManifoldPoint*>(rigidRows[k - k % 3]->m_originalContactPoint));
+        }
         island.addBody(i,
                        dofs + 6 * row.m_solverBodyIdA,
                        m_tmpSolverBodyPool[row.m_solverBodyIdA],
