@@ -1,5 +1,4 @@
-/// What single steps of worlds with many bodies cost and hold in memory: stock Bullet, the action,
-/// our world.
+/// What single steps of worlds with many bodies cost and hold: stock Bullet, the action, our world.
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
@@ -16,7 +15,6 @@
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
-#include <malloc.h>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -185,12 +183,6 @@ std::vector<StepScene> stepScenes()
             scene("wall hit", 1000, 60, addWall),
             scene("height field", 1024, 30, addField),
             scene("terrain", 708, 30, addTerrain)};
-}
-
-double heldMegabytes()
-{
-    const struct mallinfo2 held = mallinfo2();
-    return 1e-6 * double(held.uordblks + held.hblkhd);
 }
 
 /// Puts everything where it is in the other world: the next step is the same one.

@@ -28,8 +28,7 @@ int main(int argc, char** argv)
         argc,
         argv,
         {.name = "soak_bullet",
-         .about = "Long runs of Bullet worlds with continuous collision detection under checks of "
-                  "their own.",
+         .about = "Long runs of Bullet worlds of ours under checks of their own.",
          .options = {},
          .verbs = {
              soakProgram(

@@ -1,10 +1,11 @@
-/// Clock and statistics of the benchmarks.
+/// Clock, memory and statistics of the benchmarks.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <functional>
+#include <malloc.h>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -35,6 +36,13 @@ double wallMicrosecondsOf(const Call& call)
     call();
     const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - begin;
     return time.count();
+}
+
+/// What the program holds.
+inline double heldMegabytes()
+{
+    const struct mallinfo2 held = mallinfo2();
+    return 1e-6 * double(held.uordblks + held.hblkhd);
 }
 
 /// Keeps a result alive so that its computation is not optimised away.

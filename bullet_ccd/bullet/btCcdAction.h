@@ -13,7 +13,8 @@
 ///     btCcdAction ccd(world);
 ///     world->addAction(&ccd);
 ///
-/// Both bodies of an impact are put back to where they met and stay there until the step ends. The
+/// Both bodies of an impact are put back to where they met and stay there until the step ends, or
+/// until something else meets one of them: then the solver answers at once, for rigid bodies. The
 /// rest of their motion in the step is lost; getCcdCounters() tells how much. Their velocities
 /// stay, so the solver answers the impact in the next step. Use btCcdDiscreteDynamicsWorld or
 /// btCcdMultiBodyDynamicsWorld where the class of the world can be changed: they lose no time and

@@ -401,11 +401,19 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
         {
             continue;
         }
-        if (steps.m_count <= kStuck || event.m_gaveUp)
+        if (event.m_gaveUp)
+        {
+            // Nothing lets them go again in this step.
+            m_fates[btCcdBody::of(impact.m_objectA)].m_solvings = kSolvings;
+            m_fates[btCcdBody::of(impact.m_objectB)].m_solvings = kSolvings;
+        }
+        if (event.m_gaveUp || (steps.m_count <= kStuck && !isPile(impact, event.m_impacts)))
         {
             holdBoth(impact);
             continue;
         }
+        letGo(impact.m_objectA, remaining);
+        letGo(impact.m_objectB, remaining);
         m_pushes.giveOwnVelocity(*impact.m_objectA);
         m_pushes.giveOwnVelocity(*impact.m_objectB);
         const bool isSolved = countSolving(impact);
@@ -443,6 +451,35 @@ void btCcdStep::answerBack(const btCcdStepper::Event& event, btScalar remaining)
         }
     }
     m_pushed.clear();
+}
+
+/// True for an impact with what has met something else in this step.
+bool btCcdStep::isPile(const btCcdImpact& impact, const std::vector<btCcdImpact>& impacts)
+{
+    const auto meetsMore = [&](btCollisionObject* object)
+    {
+        const btCcdBody body = btCcdBody::of(object);
+        const auto concerns = [&](const btCcdImpact& other) {
+            return btCcdBody::of(other.m_objectA) == body || btCcdBody::of(other.m_objectB) == body;
+        };
+        return body.isFree() && body.m_rigidBody != nullptr &&
+               (isStopped(m_fates[body]) || std::ranges::count_if(impacts, concerns) > 1);
+    };
+    return meetsMore(impact.m_objectA) || meetsMore(impact.m_objectB);
+}
+
+/// A rigid body that has been held in this step may go on, from the present time.
+void btCcdStep::letGo(btCollisionObject* object, btScalar remaining)
+{
+    const btCcdBody body = btCcdBody::of(object);
+    const auto fate = m_fates.find(body);
+    if (body.m_rigidBody != nullptr && fate != m_fates.end() &&
+        fate->second.m_yield == btCcdYield::Held)
+    {
+        fate->second.m_yield.reset();
+        m_counters.m_lostTime -= double(remaining);
+        m_lostTimes[body] -= double(remaining);
+    }
 }
 
 /// True once in a step for a body that a kinematic object meets.

@@ -149,6 +149,8 @@ private:
     bool placeBack(btCollisionObject* object);
     [[nodiscard]] bool isDriving(const btCollisionObject& object);
     void answerBack(const btCcdStepper::Event& event, btScalar remaining);
+    [[nodiscard]] bool isPile(const btCcdImpact& impact, const std::vector<btCcdImpact>& impacts);
+    void letGo(btCollisionObject* object, btScalar remaining);
     [[nodiscard]] bool isFirstPush(const btCcdImpact& impact);
     void push(const btCcdImpact& impact, btScalar remaining, bool isStuck);
     bool carryAlong(const btCcdImpact& impact, btScalar remaining);

@@ -378,8 +378,8 @@ TEST_P(Recovery, OfTheGroundThatIsReplacedAtTheSameAddress)
     terrain->~btHeightfieldTerrainShape();
 }
 
-/// Columns of mesh cubes of which each falls faster than the one below: they scatter, and what gets
-/// jammed between others loses its speed where it cannot use it.
+/// Columns of mesh cubes of which each falls faster than the one below, up to 780 m/s: what a piece
+/// of such a column does for itself throws it off the floor.
 TEST_P(Recovery, OfMeshesThatAreJammedAtHighSpeed)
 {
     Scene scene(GetParam(), WorldClass::Rigid);
@@ -397,13 +397,15 @@ TEST_P(Recovery, OfMeshesThatAreJammedAtHighSpeed)
     {
         scene.step(kStepOfRecovery);
     }
-    double speed = 0.0;
     for (const btRigidBody* body : cubes)
     {
-        speed += double(body->getLinearVelocity().length()) / kCubes;
+        const btVector3& at = body->getWorldTransform().getOrigin();
+        EXPECT_TRUE(std::max(std::abs(at.x()), std::abs(at.z())) < btScalar(19) &&
+                    at.y() > btScalar(0.09))
+            << at.x() << " " << at.y() << " " << at.z();
+        // Whoever falls off a column of five has 4 m/s.
+        EXPECT_LT(double(body->getLinearVelocity().length()), 8.0);
     }
-    // On average 390 m/s at first.
-    EXPECT_LT(speed, 60.0);
 }
 
 TEST_P(Recovery, IsNotNeededByThinBoxesOnALargeStockMesh)

@@ -185,6 +185,24 @@ TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
     EXPECT_EQ(scene.ccd().getCcdLostTime(box), 0.0);
 }
 
+TEST_P(Reports, LoseTimeOnlyUntilSomethingElseComes)
+{
+    // A ball of 10 mm meets the wall 2 ms after the begin of the step and another one meets it
+    // 4 ms later: from then on neither is held.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    btCollisionShape* shape = scene.keep(std::make_unique<btSphereShape>(btScalar(0.01)));
+    scene.body(scene.box(vec(0.1, 0.1, 0.001)), 0.0, poseAt(vec(0, 0, -0.001)));
+    btRigidBody* first = scene.body(shape, 0.1, poseAt(vec(0, 0, 0.03)));
+    btRigidBody* second = scene.body(shape, 0.1, poseAt(vec(0, 0, 0.09)));
+    first->setLinearVelocity(vec(0, 0, -10));
+    second->setLinearVelocity(vec(0, 0, -10));
+    scene.step(0.01);
+    EXPECT_GT(double(first->getWorldTransform().getOrigin().z()), 0.0099);
+    EXPECT_GT(double(second->getWorldTransform().getOrigin().z()), 0.0299);
+    EXPECT_NEAR(scene.ccd().getCcdLostTime(first), GetParam() == Kind::World ? 0.0 : 0.004, 1e-4);
+    EXPECT_NEAR(scene.ccd().getCcdLostTime(second), 0.0, 1e-4);
+}
+
 TEST(WorldsOfOurs, SettleABodyThatMeetsItsLimitOfImpacts)
 {
     // A ball that bounces between two plates, 20 mm apart, at 100 m/s: 50 times in a step.
