@@ -67,6 +67,40 @@ TEST_F(ElementaryProgram, MissesNothingAndIsExactOnTheGroundTruth)
     EXPECT_LE(std::stoi(decided.out.substr(at + 7)), 140);
 }
 
+// Numerators and denominators beyond the range of a double; what they say is within it.
+TEST_F(ElementaryProgram, TakesNumbersOfAnyLength)
+{
+    const std::string zeros(400, '0');
+    std::string longer;  // the same places: "-1,1" becomes "-1000...,1000..."
+    std::string line;
+    for (const char c : std::string(kFalling))
+    {
+        line += c;
+        if (c != '\n')
+        {
+            continue;
+        }
+        int cells = 0;
+        for (const char inLine : line)
+        {
+            longer += inLine == ',' && cells++ < 6 ? zeros + ',' : std::string(1, inLine);
+        }
+        line.clear();
+    }
+    const std::string file = "'" + m_temp.write("long.csv", longer).string() + "' --vertex-face";
+    const Outcome answered = elementary(file + " --summary --exact");
+    EXPECT_EQ(answered.exitCode, 0) << answered.err;
+    EXPECT_THAT(answered.out, HasSubstr("with a truth: 1, of which 1 touch\nmissed: 0\n"));
+    EXPECT_THAT(contentOf(m_output), ::testing::HasSubstr("\n0,1,0.4999"));
+
+    const std::string large = "'" +
+                              m_temp.write("large.csv", "1" + zeros + ",1,0,1,1,1,1\n").string() +
+                              "' --vertex-face";
+    const Outcome refused = elementary(large);
+    EXPECT_EQ(refused.exitCode, 3);
+    EXPECT_THAT(refused.err, HasSubstr("large.csv:1: a coordinate is too large for a double"));
+}
+
 TEST_F(ElementaryProgram, SaysWhatIsWrongWithAFile)
 {
     struct Case

@@ -18,6 +18,8 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLinesPerQuery = 8;
+/// As many digits are in the range of a double.
+constexpr std::size_t kMostDigits = 300;
 
 std::optional<ElementaryKind> kindOfFolder(const fs::path& file)
 {
@@ -31,6 +33,21 @@ std::optional<ElementaryKind> kindOfFolder(const fs::path& file)
         return ElementaryKind::VertexFace;
     }
     return std::nullopt;
+}
+
+/// The whole number in units of 10^places, rounded once.
+double inPowersOfTen(std::string_view whole, std::size_t places)
+{
+    const bool isNegative = whole.starts_with('-');
+    std::string text(whole.substr(isNegative ? 1 : 0));
+    if (places > 0)
+    {
+        text.insert(0, places, '0');
+        text.insert(text.size() - places, 1, '.');
+    }
+    double value = 0.0;
+    std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+    return isNegative ? -value : value;
 }
 
 /// One line of a file; errors name it.
@@ -52,12 +69,17 @@ public:
         Eigen::Vector3d x;
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const double denominator = whole(2 * k + 1);
-            if (denominator == 0.0)
+            const std::string_view numerator = whole(2 * k);
+            const std::string_view denominator = whole(2 * k + 1);
+            if (denominator.find_first_of("123456789") == std::string_view::npos)
             {
                 fail("a denominator is 0: write a whole number that is not");
             }
-            x[static_cast<Eigen::Index>(k)] = whole(2 * k) / denominator;
+            // Beyond the range of a double, both are taken in the same smaller unit.
+            const std::size_t longest = std::max(numerator.size(), denominator.size());
+            const std::size_t places = longest > kMostDigits ? longest - kMostDigits : 0;
+            x[static_cast<Eigen::Index>(k)] =
+                inPowersOfTen(numerator, places) / inPowersOfTen(denominator, places);
         }
         if (!x.allFinite())
         {
@@ -87,14 +109,12 @@ public:
 private:
     using Cells = std::vector<std::string>;
 
-    [[nodiscard]] double whole(std::size_t cell) const
+    /// Digits, maybe after a minus.
+    [[nodiscard]] std::string_view whole(std::size_t cell) const
     {
-        const std::string& text = m_cells[cell];
-        double value = 0.0;
-        const char* const end = text.data() + text.size();
-        const auto [stop, error] =
-            std::from_chars(text.data(), end, value, std::chars_format::fixed);
-        if (error != std::errc{} || stop != end || std::trunc(value) != value)
+        const std::string_view text = m_cells[cell];
+        const std::string_view digits = text.substr(text.starts_with('-') ? 1 : 0);
+        if (digits.empty() || digits.find_first_not_of("0123456789") != std::string_view::npos)
         {
             fail(
                 fmt::format("column {}: '{}' is not a whole number: write numerators and "
@@ -102,7 +122,7 @@ private:
                             cell + 1,
                             text));
         }
-        return value;
+        return text;
     }
 
     const fs::path& m_path;
