@@ -151,6 +151,29 @@ ArmRobot mountHand(const RobotModel& arm,
     return r;
 }
 
+HandModel wholeRobot(const ArmRobot& robot, const HandModel& hand)
+{
+    HandModel whole;
+    whole.robot.name = robot.name;
+    whole.robot.tree = robot.tree;
+    whole.linkTrees = robot.linkTrees;
+    for (const SsvTree* shape : robot.linkTrees)
+    {
+        whole.robot.linkMeshes.push_back(shape == nullptr ? TriangleMesh{} : shape->mesh());
+    }
+    whole.selfPairs = robot.selfPairs;
+    whole.palm = robot.ofHand(hand.palm);
+    whole.fingers = hand.fingers;
+    for (Finger& finger : whole.fingers)
+    {
+        for (std::int32_t& link : finger.links)
+        {
+            link = robot.ofHand(link);
+        }
+    }
+    return whole;
+}
+
 std::vector<double> startPositions(const ArmRobot& robot,
                                    std::span<const std::pair<std::string, double>> named)
 {

@@ -52,6 +52,10 @@ struct ArmRobot
                                                 const std::string& flange,
                                                 const Eigen::Isometry3d& X_FH);
 
+/// Arm and hand as one hand, with the fingers of `hand`, for what simulates and draws hands. It
+/// refers to shapes of the robot.
+[[nodiscard]] BULLET_CCD_API HandModel wholeRobot(const ArmRobot& robot, const HandModel& hand);
+
 /// Positions of robot.joints: those that are named, else 0, or the limit next to it.
 /// Throws std::invalid_argument for a name that no joint of the arm has, and a position that is not
 /// within the limits of its joint.

@@ -185,6 +185,40 @@ void writePlanYaml(std::ostream& out, const PickPlaceTask& task, const PickPlace
     }
 }
 
+void drawPlan(const PickPlaceTask& task,
+              const PickPlacePlan& plan,
+              const std::filesystem::path& file)
+{
+    std::vector<Moment> moments;
+    const auto add = [&](std::size_t leg, std::size_t waypoint)
+    {
+        const std::vector<double>& q = plan.legs[leg].waypoints[waypoint].positions;
+        const Eigen::Isometry3d X_WH =
+            linkPoses(task.robot.tree, task.X_WR, q)[static_cast<std::size_t>(task.robot.handRoot)];
+        moments.push_back(
+            {.X_WH = task.X_WR,
+             .positions = q,
+             .X_WO = plan.legs[leg].carries ? X_WH * plan.X_HO : restingPose(plan, leg)});
+    };
+    for (std::size_t leg = 0; leg < plan.legs.size(); ++leg)
+    {
+        const TaskLeg& way = plan.legs[leg];
+        if (way.name == "carry")
+        {
+            add(leg, way.waypoints.size() / 2);
+        }
+        if (way.name != "open" && way.name != "return")
+        {
+            add(leg, way.waypoints.size() - 1);
+        }
+    }
+    drawMoments(wholeRobot(task.robot, task.hand),
+                task.object,
+                moments,
+                {.width = 2400, .height = 420, .obstacles = task.obstacles},
+                file);
+}
+
 TaskState stateAt(const PickPlaceTask& task, const PickPlacePlan& plan, double time)
 {
     TaskState state;

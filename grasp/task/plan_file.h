@@ -38,6 +38,13 @@ BULLET_CCD_API void writePlanModel(const PickPlaceTask& task,
                                    const std::filesystem::path& file,
                                    double interval = 1.0 / 15.0);
 
+/// Renders eight moments to a PNG, side by side: before the hand comes straight, at the object,
+/// closed on it, lifted, half the way, above its place, put down, drawn back.
+/// @pre the plan is solved
+BULLET_CCD_API void drawPlan(const PickPlaceTask& task,
+                             const PickPlacePlan& plan,
+                             const std::filesystem::path& file);
+
 /// @pre the plan is solved
 [[nodiscard]] BULLET_CCD_API TaskState stateAt(const PickPlaceTask& task,
                                                const PickPlacePlan& plan,

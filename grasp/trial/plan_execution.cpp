@@ -22,16 +22,6 @@ constexpr double kSettleTime = 1.0;         // [s]
 constexpr double kRehearsedWay = 3e-3;      // [m]
 constexpr double kRehearsedTurn = 0.07;     // [rad]
 constexpr double kRehearsedFriction = 0.8;  // of that which is counted on
-/// The robot as the simulation of hands takes it.
-HandModel asHand(const ArmRobot& robot)
-{
-    HandModel whole;
-    whole.robot.name = robot.name;
-    whole.robot.tree = robot.tree;
-    whole.linkTrees = robot.linkTrees;
-    whole.selfPairs = robot.selfPairs;
-    return whole;
-}
 
 ExecutionOptions withMass(ExecutionOptions options, const GraspObject& object)
 {
@@ -48,7 +38,7 @@ public:
         : m_task(task),
           m_plan(plan),
           m_options(withMass(options, task.object)),
-          m_whole(asHand(task.robot)),
+          m_whole(wholeRobot(task.robot, task.hand)),
           m_X_OW(plan.X_WOStart.inverse()),
           m_squeeze(squeezeOf(task.hand,
                               plan.grasp,

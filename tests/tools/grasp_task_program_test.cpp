@@ -93,6 +93,7 @@ TEST_F(GraspTask, WritesThePlanAsJsonCsvYamlAndModel)
     EXPECT_EQ(time, plan.at("duration_s"));
     EXPECT_THAT(contentOf(folder / "trajectory.yaml"), HasSubstr("  - left_jaw_joint\n"));
     EXPECT_EQ(contentOf(folder / "plan.glb").substr(0, 4), "glTF");
+    EXPECT_EQ(contentOf(folder / "plan.png").substr(1, 3), "PNG");
 }
 
 TEST_F(GraspTask, NamesWhatIsWrongWithAScene)

@@ -132,11 +132,12 @@ void writeOutputs(const std::string& folder,
         write("trajectory.csv", grasp::writePlanCsv);
         write("trajectory.yaml", grasp::writePlanYaml);
         grasp::writePlanModel(task, plan, output.stage("plan.glb"));
+        grasp::drawPlan(task, plan, output.stage("plan.png"));
     }
     output.commit();
     fmt::print("written:  {}/plan.json{}\n",
                folder,
-               plan.solved ? ", trajectory.csv, trajectory.yaml, plan.glb" : "");
+               plan.solved ? ", trajectory.csv, trajectory.yaml, plan.glb, plan.png" : "");
 }
 
 /// What became of one object.
@@ -407,7 +408,8 @@ void addPickPlace(CLI::App& task, int& exitCode)
         ->add_option(
             "-o,--output",
             a->output,
-            "A folder for plan.json, trajectory.csv, trajectory.yaml and plan.glb, an animation.")
+            "A folder for plan.json, trajectory.csv, trajectory.yaml, plan.glb (an animation) and "
+            "plan.png.")
         ->type_name("FOLDER");
     command
         ->add_option(
