@@ -9,6 +9,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 /// What there is to know about a shape, while that stays the same.
@@ -51,9 +52,7 @@ private:
         // The scaling matters to a sphere only; to the others it is in the dimensions.
         const auto& simple = static_cast<const btConvexInternalShape&>(shape);
         const btVector3& dimensions = simple.getImplicitShapeDimensions();
-        return isSame(m_dimensions.x(), dimensions.x()) &&
-               isSame(m_dimensions.y(), dimensions.y()) &&
-               isSame(m_dimensions.z(), dimensions.z()) &&
+        return std::memcmp(m_dimensions.m_floats, dimensions.m_floats, 3 * sizeof(btScalar)) == 0 &&
                isSame(m_scaling.x(), simple.getLocalScalingNV().x()) &&
                isSame(m_margin, simple.getMarginNV());
     }

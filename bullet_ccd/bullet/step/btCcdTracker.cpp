@@ -365,7 +365,8 @@ bool btCcdTracker::readMotions(bool check)
     }
     m_isClamped = false;
     int flags = 0;  // of any object
-    bool listed = m_context.m_tolerance == m_listedTolerance;
+    const double tolerance = m_context.m_tolerance;
+    bool listed = tolerance == m_listedTolerance;
     double most = m_beyondAtRest;
     double second = m_beyondAtRest;
     btCcdTracked* tracked = m_objects.data();
@@ -386,7 +387,7 @@ bool btCcdTracker::readMotions(bool check)
             listed = readAtRest(*tracked) && listed;
             continue;
         }
-        listed = read(*tracked) && listed;
+        listed = read(*tracked, tolerance) && listed;
         tracked->m_beyond = tracked->farthest() - tracked->m_unseen;
         second = std::max(second, std::min(most, tracked->m_beyond));
         most = std::max(most, tracked->m_beyond);
@@ -422,12 +423,11 @@ void btCcdTracker::compareMotions()
         reference = reference == nullptr ? &tracked : reference;
         const btCcdCourse& course = tracked.m_course;
         const double apart =
-            m_timeStep *
-            (lengthOf(course.m_velocity - reference->m_course.m_velocity) + course.m_turning);
+            lengthOf(course.m_velocity - reference->m_course.m_velocity) + course.m_turning;
         second = std::max(second, std::min(most, apart));
         most = std::max(most, apart);
     }
-    m_apart = most + second;
+    m_apart = m_timeStep * (most + second);
 }
 
 /// These two are false if the object is not where the list of neighbours has it.
@@ -461,7 +461,7 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
 }
 
 /// Where the object is and how it moves. Called once for every body in every step.
-[[gnu::always_inline]] inline bool btCcdTracker::read(btCcdTracked& tracked)
+[[gnu::always_inline]] inline bool btCcdTracker::read(btCcdTracked& tracked, double tolerance)
 {
     const double reach = tracked.outline().m_reach;
     tracked.m_moves = true;
@@ -492,14 +492,16 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
         tracked.m_motion = 0.0;
         tracked.m_origin = tracked.m_object->getWorldTransform().getOrigin();
     }
-    tracked.m_around = reach + m_context.m_tolerance + tracked.m_motion;
+    tracked.m_around = reach + tolerance + tracked.m_motion;
     tracked.m_tracked = true;
-    if (isInside(tracked))
+    // What moves is in a list of all pairs wherever it is.
+    const bool isListed = m_listsAll && tracked.m_isMover;
+    if (!isListed && isInside(tracked))
     {
         return true;
     }
     tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
-    return !tracked.m_tracked;
+    return isListed || !tracked.m_tracked;
 }
 
 inline bool btCcdTracker::isInside(const btCcdTracked& tracked)
@@ -923,6 +925,7 @@ void btCcdTracker::listAllPairs()
     m_listsAll = true;
     m_movers.clear();
     m_others.clear();
+    m_movers.reserve(m_objects.size() * (m_objects.size() - 1) / 2);
     for (std::size_t i = 0; i < m_objects.size(); ++i)
     {
         btCcdTracked& a = m_objects[i];

@@ -25,8 +25,11 @@ class btMultiBodyLinkCollider;
 /// True if Bullet moves the object in a step.
 [[nodiscard]] inline bool btCcdIsMoved(const btCollisionObject& object)
 {
-    return (!object.isStaticObject() || object.isKinematicObject()) && object.isActive() &&
-           object.hasContactResponse() && object.getBroadphaseHandle() != nullptr;
+    constexpr int kNone = btCollisionObject::CF_NO_CONTACT_RESPONSE;
+    const int flags = object.getCollisionFlags();
+    const bool mayMove = (flags & (btCollisionObject::CF_STATIC_OBJECT | kNone)) == 0 ||
+                         ((flags & kNone) == 0 && object.isKinematicObject());
+    return mayMove && object.isActive() && object.getBroadphaseHandle() != nullptr;
 }
 
 /// Every point moves with m_velocity, and beside that no faster than m_turning [m/s].
@@ -300,7 +303,7 @@ private:
     void lookAtShape(btCcdKnownShape& shape);
     [[nodiscard]] bool isAsSeen(btCcdTracked& tracked, const btCollisionObject& object) const;
     [[nodiscard]] bool readMotions(bool check);
-    [[nodiscard]] bool read(btCcdTracked& tracked);
+    [[nodiscard]] bool read(btCcdTracked& tracked, double tolerance);
     void readKinematic(btCcdTracked& tracked);
     [[nodiscard]] bool readAtRest(btCcdTracked& tracked);
     [[nodiscard]] static bool isInside(const btCcdTracked& tracked);
