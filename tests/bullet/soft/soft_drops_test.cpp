@@ -484,6 +484,32 @@ TEST(SoftDrops, AHeavyBoxOnLightClothsComesToRest)
     }
 }
 
+// Layers that slide on each other a little take along what lies on them.
+TEST(SoftDrops, ABoxOnFiveClothsCreepsByLessThanThreeMillimetres)
+{
+    SoftScene scene(SoftWorld::Solver);
+    addFloor(scene, Floor::Plane);
+    for (int k = 0; k < 5; ++k)
+    {
+        scene.cloth(at(0.004 * k, 0.01 + 0.005 * k, 0.003 * k), 0.8, 10, 0.5);
+    }
+    const Vector3d half(0.15, 0.1, 0.15);
+    btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
+                                      makeBox(half),
+                                      at(0.02, 0.15, 0.01),
+                                      0.5);
+    box->setActivationState(DISABLE_DEACTIVATION);
+    btVector3 before;
+    for (int i = 0; i < 210; ++i)
+    {
+        before = i == 120 ? box->getWorldTransform().getOrigin() : before;
+        scene.step(1.0 / 60.0);
+    }
+    const double way = double((box->getWorldTransform().getOrigin() - before).length());
+    EXPECT_LT(way, 3e-3);
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge() << ", ";
+}
+
 // Bullet's solver is told what the cloth carries: the upper box has its weight on the lower one.
 TEST(SoftDrops, ABoxSlidesOnABoxThatAClothCarries)
 {
