@@ -30,12 +30,12 @@ using nlohmann::json;
 
 constexpr const char* kBenchCriteria =
     "Of closings, exit code 1 if one of ours ends inside something or leaves a gap above 0.1 mm\n"
-    "(beside full models: above --accuracy, which is all that is judged), goes on through a "
-    "contact, differs without a reason, or if fewer than 95 % of a hand's\n"
-    "closings, of 100 or more, are alike; of plans, if no object is held; of hands without their\n"
-    "SRDF, if one has less than 0.9 of the force closures that it has with it, all of them less\n"
-    "than 0.95 in the mean, or less than 0.97 the other way round; of unknown hands, if less than\n"
-    "60 % are force closures in the mean of the hands, or less than 90 % of their objects held.";
+    "(beside full models: above --accuracy, which is all that is judged), goes on through a\n"
+    "contact, differs without a reason, or if fewer than 95 % of a hand's closings, of 100 or\n"
+    "more, are alike; of plans, if no object is held; of hands without their SRDF, if one has\n"
+    "less than 0.9 of its force closures with it, all less than 0.95 in the mean, or less than\n"
+    "0.97 the other way round; of unknown hands, if less than 60 % are force closures in the\n"
+    "mean of the hands, or less than 90 % of their objects held.";
 
 struct BenchArguments : TableOptions
 {
@@ -233,6 +233,13 @@ bool runTrials(const BenchArguments& arguments)
     settings["best"] = arguments.questions.best;
     settings["suites"] = arguments.questions.suites;
     settings["torsion"] = arguments.questions.torsion;
+    const auto modelsOf = [](const TrialQuestions& questions) {
+        return json{questions.pieces.accuracy, questions.pieces.most, questions.skinStiffness};
+    };
+    if (modelsOf(arguments.questions) != modelsOf({}))
+    {
+        settings["models"] = modelsOf(arguments.questions);
+    }
     std::map<std::string, double> masses;
     std::ifstream file(arguments.masses);
     for (std::string name, mass; std::getline(file, name, ',') && std::getline(file, mass);)
@@ -243,7 +250,7 @@ bool runTrials(const BenchArguments& arguments)
     {
         throw std::runtime_error(arguments.masses + ": no lines OBJECT,KG: give another file");
     }
-    tools::PieceStore pieces({.accuracy = 1e-3, .most = 64});  // of MuJoCo's models
+    tools::PieceStore pieces(arguments.questions.pieces);
     const auto judge = [&](const tools::LoadedHand& hand, const tools::LoadedObject& object)
     {
         grasp::PlannerOptions options = alone(arguments.planner);
@@ -300,6 +307,9 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
                 "--best", a.questions.best, "so many force closures of each pair, best first");
             app.add_option(
                 "--torsion", a.questions.torsion, "of MuJoCo's contacts, six and lift [m]");
+            app.add_option("--bulge", a.questions.pieces.accuracy, "of MuJoCo's pieces [m]");
+            app.add_option("--pieces", a.questions.pieces.most, "of an object, at the most");
+            app.add_option("--skin-stiffness", a.questions.skinStiffness, "of ours [N/m]");
             app.add_option("--suites", a.questions.suites, "what is asked of them")
                 ->delimiter(',')
                 ->check(CLI::IsMember({"six", "dexgraspbench", "lift"}));

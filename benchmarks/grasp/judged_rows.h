@@ -39,7 +39,9 @@ struct TrialQuestions
 {
     int best = 5;  ///< force closures of each pair
     std::vector<std::string> suites{"six", "dexgraspbench", "lift"};
-    double torsion = 0.0;  ///< in MuJoCo, of six and lift [m]
+    double torsion = 0.0;                                      ///< in MuJoCo, of six and lift [m]
+    double skinStiffness = grasp::kSkinStiffness;              ///< of our trials [N/m]
+    ConvexPiecesOptions pieces{.accuracy = 1e-3, .most = 64};  ///< of MuJoCo's models
 };
 
 /// Plans, and tries the best force closures and the first by the score (hold_score.h) by the suites

@@ -98,6 +98,7 @@ json judgeTrials(const tools::LoadedHand& hand,
             const grasp::TrialOptions ours{.squeeze = {.mass = mass,
                                                        .centerOfMass = object.object.centerOfMass,
                                                        .friction = suite.friction},
+                                           .skinStiffness = questions.skinStiffness,
                                            .brief = true};
             const grasp::Squeeze squeeze = grasp::squeezeOf(hand.hand, *at, ours.squeeze);
             if (!mujoco && squeeze.exists())
@@ -109,10 +110,8 @@ json judgeTrials(const tools::LoadedHand& hand,
             { return grasp::runTrial(hand.hand, object.object, *at, part, ours); };
             const auto tryTheirs = [&](const grasp::TrialProtocol& part)
             {
-                TrialResult none;
-                none.reason = squeeze.reason;
                 return mujoco ? mujoco->run(*at, squeeze, part, mass, suite.friction, suite.torsion)
-                              : none;
+                              : TrialResult{.reason = squeeze.reason};
             };
             trials.push_back({{"suite", suite.name},
                               {"rank", at - grasps.begin() + 1},

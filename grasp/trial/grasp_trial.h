@@ -103,13 +103,13 @@ struct TrialResult
     double peakForce = 0.0;   ///< largest normal force of a contact point [N]
     double meanForce = 0.0;   ///< of all normal forces together, over the time under load [N]
     double peakEnergy = 0.0;  ///< kinetic, of the object under load [J]
-    std::vector<double> peakTorques;  ///< one entry per independent joint [N m or N]
-    std::vector<TrialPull> pulls;     ///< one entry per pull that began
+    std::vector<double> peakTorques{};  ///< one entry per independent joint [N m or N]
+    std::vector<TrialPull> pulls{};     ///< one entry per pull that began
     /// Where the object's mesh frame was in W, as seen from the hand: when it had first moved by
     /// more than heldWay or heldTurn under load, else at the end.
     Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
     /// The worst of what the independent check found at the end of every second.
-    PenetrationReport penetration;
+    PenetrationReport penetration{};
     double seconds = 0.0;    ///< of simulated time
     long steps = 0;          ///< in that time
     long skipped = 0;        ///< of these, of a brief trial, that were not simulated
