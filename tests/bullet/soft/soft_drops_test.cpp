@@ -507,7 +507,7 @@ TEST(SoftDrops, ABoxOnFiveClothsCreepsByLessThanThreeMillimetres)
     }
     const double way = double((box->getWorldTransform().getOrigin() - before).length());
     EXPECT_LT(way, 3e-3);
-    EXPECT_TRUE(scene.judge().isClean()) << scene.judge() << ", ";
+    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
 }
 
 // Bullet's solver is told what the cloth carries: the upper box has its weight on the lower one.
