@@ -111,9 +111,9 @@ std::string elementarySummary(const std::vector<ElementaryQuery>& queries,
 
 int runElementary(const ElementaryArguments& arguments)
 {
+    const StopRequest stop;
     const std::vector<ElementaryQuery> queries = readAll(arguments);
     requireWritable(arguments.output);
-    const StopRequest stop;
     std::vector<std::vector<double>> times(queries.size());
     std::vector<ElementaryAnswer> answers;
     double slowestCall = 0.0;
