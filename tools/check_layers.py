@@ -133,7 +133,7 @@ FOREIGN = [
     ),
     (re.compile(r"^fcl/"), {"benchmarks/peers"}),
     (re.compile(r"^CLI/"), COMMAND_LINES),
-    (re.compile(r"^tools/ccd_cli/"), CCD_CLI),
+    (re.compile(r"^tools/ccd_cli/"), CCD_CLI | {"benchmarks/deformable"}),
     (re.compile(r"^(gtest|gmock)/"), set()),
 ]
 

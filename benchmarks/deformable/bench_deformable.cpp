@@ -6,8 +6,10 @@
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
+#include "tools/ccd_cli/files/elementary_file.h"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -28,6 +30,7 @@ struct Arguments
     int passes = 3;
     int sample = 20'000;
     double tolerance = 1e-6;
+    std::string queries{};
 };
 
 /// Of several calls the median, processor time of this thread in ms.
@@ -41,16 +44,33 @@ double medianMilliseconds(int passes, const std::function<void()>& call)
     return medianOf(times);
 }
 
-ElementaryPair pairOf(const FeaturePair& features, const DeformingScene& scene, std::size_t step)
+/// What a query takes in the mean, the dearest included. False if one is missed that touches.
+bool timeQueries(const Arguments& arguments)
 {
-    ElementaryPair pair{.kind = features.kind};
-    for (std::size_t k = 0; k < 4; ++k)
+    std::vector<ElementaryPair> pairs;
+    std::size_t missed = 0;
+    const ElementaryOptions options{.tolerance = arguments.tolerance};
+    for (const std::filesystem::path& file : tools::elementaryFiles(arguments.queries))
     {
-        const auto v = static_cast<std::size_t>(features.vertices[k]);
-        pair.start[k] = scene.frames[step][v];
-        pair.end[k] = scene.frames[step + 1][v];
+        for (const tools::ElementaryQuery& query : tools::readElementaryFile(file, {}))
+        {
+            pairs.push_back(query.pair);
+            missed +=
+                query.touches == true && !isContact(elementaryToi(query.pair, options).status);
+        }
     }
-    return pair;
+    const auto mean = [&](int passes, const auto& toi)
+    {
+        const auto all = [&]
+        { std::ranges::for_each(pairs, [&](const auto& p) { keep(toi(p)); }); };
+        return 1e3 * medianMilliseconds(passes, all) / static_cast<double>(pairs.size());
+    };
+    const double ours = mean(9, [&](const auto& p) { return elementaryToi(p, options).time; });
+    const double y1 = mean(1, [&](const auto& p) { return bisectionToi(p, options.tolerance); });
+    const double y2 = mean(1, [&](const auto& p) { return advancementToi(p, options.tolerance); });
+    fmt::print("{} queries, {} missed; us in the mean: ours {:.3f}", pairs.size(), missed, ours);
+    fmt::print(", Y1 {:.1f} ({:.0f} x), Y2 {:.2f} ({:.1f} x)\n", y1, y1 / ours, y2, y2 / ours);
+    return missed == 0;
 }
 
 /// Time of a plain method over all candidates of the frame; the pairs are a sample of them.
@@ -88,7 +108,6 @@ public:
         const double firstOnly = medianMilliseconds(
             m_arguments.passes, [&] { first = deformableToi(bodies, options, m_work); });
         const double gain = twoThreadGain(bodies, all, first, start, end);
-
         std::vector<FeaturePair> candidates;
         double find = 0.0;
         if (m_arguments.sample > 0)
@@ -134,8 +153,7 @@ private:
                          const std::vector<Eigen::Vector3d>& start,
                          const std::vector<Eigen::Vector3d>& end)
     {
-        std::vector<double> one;
-        std::vector<double> two;
+        std::array<std::vector<double>, 2> times;
         DeformableResult result;
         for (int i = 0; i < m_arguments.passes; ++i)
         {
@@ -143,20 +161,19 @@ private:
             {
                 const DeformableOptions options{.tolerance = m_arguments.tolerance,
                                                 .threads = threads};
-                (threads == 1 ? one : two)
-                    .push_back(wallMicrosecondsOf(
-                        [&]
-                        {
-                            m_surface.front().setStep(start, end, threads);
-                            result = deformableContacts(bodies, options, m_work);
-                        }));
+                const auto refitAndSearch = [&]
+                {
+                    m_surface.front().setStep(start, end, threads);
+                    result = deformableContacts(bodies, options, m_work);
+                };
+                times[std::size_t(threads - 1)].push_back(wallMicrosecondsOf(refitAndSearch));
             }
         }
         const auto isSame = [](const DeformableContact& a, const DeformableContact& b)
         { return a.time == b.time && a.kind == b.kind && a.vertices == b.vertices; };
         m_isSame = m_isSame && std::ranges::equal(all.contacts, result.contacts, isSame) &&
                    first.time == all.time;
-        return std::ranges::min(one) / std::ranges::min(two);
+        return std::ranges::min(times[0]) / std::ranges::min(times[1]);
     }
 
     /// Every n-th candidate by a plain method, its time for all of them.
@@ -172,36 +189,23 @@ private:
         }
         const std::size_t stride = std::max<std::size_t>(
             1, candidates.size() / static_cast<std::size_t>(std::max(1, m_arguments.sample)));
-        std::vector<FeaturePair> touching;
-        std::size_t asked = 0;
-        PlainTime time;
-        const double spent =
-            1e-3 * microsecondsOf(
-                       [&]
-                       {
-                           for (std::size_t i = 0; i < candidates.size(); i += stride)
-                           {
-                               const ElementaryPair pair = pairOf(candidates[i], m_scene, step);
-                               ++asked;
-                               if (toi(pair, m_arguments.tolerance) <= 1.0)
-                               {
-                                   touching.push_back(candidates[i]);
-                               }
-                           }
-                       });
-        for (const FeaturePair& features : touching)
+        std::vector<FeaturePair> some;
+        for (std::size_t i = 0; i < candidates.size(); i += stride)
         {
-            const ElementaryPair pair = pairOf(features, m_scene, step);
-            time.missed +=
-                !found.contains({features.kind, features.vertices}) &&
-                        isContact(elementaryToi(pair, {.depth = ElementaryDepth::Exact}).status)
-                    ? 1
-                    : 0;
+            some.push_back(candidates[i]);
         }
-        time.milliseconds = asked == 0 ? 0.0
-                                       : spent * static_cast<double>(candidates.size()) /
-                                             static_cast<double>(asked);
-        return time;
+        const auto pair = [&](const FeaturePair& features)
+        { return pairOf(features, m_scene.frames[step], m_scene.frames[step + 1]); };
+        const auto isFree = [&](const FeaturePair& features)
+        { return toi(pair(features), m_arguments.tolerance) > 1.0; };
+        const ElementaryOptions exact{.depth = ElementaryDepth::Exact};
+        const auto isMissed = [&](const FeaturePair& features)
+        {
+            return !found.contains({features.kind, features.vertices}) &&
+                   isContact(elementaryToi(pair(features), exact).status);
+        };
+        const double spent = 1e-3 * microsecondsOf([&] { std::erase_if(some, isFree); });
+        return {double(stride) * spent, std::ranges::count_if(some, isMissed)};
     }
 
     std::string m_name;
@@ -262,6 +266,8 @@ int main(int argc, char** argv)
               {"--steps", &arguments.steps, "of each scene"},
               {"--passes", &arguments.passes, "of which the median is shown"},
               {"--sample", &arguments.sample, "pairs that the plain methods are asked", 0},
-              {"--tolerance", &arguments.tolerance, "of all methods"}},
-         .run = [&] { return run(arguments); }});
+              {"--tolerance", &arguments.tolerance, "of all methods"},
+              {"--queries", &arguments.queries, "a folder of elementary queries, asked instead"}},
+         .run = [&]
+         { return arguments.queries.empty() ? run(arguments) : timeQueries(arguments); }});
 }

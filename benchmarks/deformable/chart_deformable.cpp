@@ -99,9 +99,9 @@ ChartScene featureScene(const std::string& name, ElementaryKind kind, int count)
     ChartScene scene{
         .name = name, .title = fmt::format("{} pairs: {}", count, name), .methods = {}};
     using Depth = std::pair<std::string, ElementaryDepth>;
-    for (const auto& [depth, value] : {Depth{"elementaryToi", ElementaryDepth::Tolerance},
-                                       Depth{"elementaryToi, decide", ElementaryDepth::Decide},
-                                       Depth{"elementaryToi, exact", ElementaryDepth::Exact}})
+    for (const auto& [depth, value] : {Depth{"ours", ElementaryDepth::Tolerance},
+                                       Depth{"ours, decide", ElementaryDepth::Decide},
+                                       Depth{"ours, exact", ElementaryDepth::Exact}})
     {
         const auto ours = [pairs, value = value](std::size_t i, double tolerance) -> ChartAnswer
         {
@@ -178,15 +178,9 @@ struct Drape
         { return v >= std::int32_t(sphere.vertices.size()); };
         for (const FeaturePair& features : UnionBoxes(both).overlapping(both.vertices, ends, 0.1))
         {
-            ElementaryPair pair{.kind = features.kind};
-            for (std::size_t k = 0; k < 4; ++k)
-            {
-                pair.start[k] = both.vertices[std::size_t(features.vertices[k])];
-                pair.end[k] = ends[std::size_t(features.vertices[k])];
-            }
             if (isOfCloth(features.vertices[0]) != isOfCloth(features.vertices[3]))
             {
-                pairs.push_back(pair);
+                pairs.push_back(pairOf(features, both.vertices, ends));
             }
         }
     }
@@ -228,7 +222,7 @@ ChartScene drapeScene(int count, int n)
         const DeformableResult result = deformableToi(bodies, {.tolerance = tolerance}, *work);
         return {.hit = isContact(result.status), .time = result.time};
     };
-    scene.methods.push_back(toiMethod("deformableToi", truths, tolerances(2, 9), ours, 3));
+    scene.methods.push_back(toiMethod("ours", truths, tolerances(2, 9), ours, 3));
     const auto plain = [=](std::size_t i, double tolerance) -> ChartAnswer
     {
         double time = 2.0;

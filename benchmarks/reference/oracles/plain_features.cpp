@@ -258,6 +258,17 @@ std::vector<FeaturePair> UnionBoxes::overlapping(std::span<const Eigen::Vector3d
     return pairs;
 }
 
+ElementaryPair pairOf(const FeaturePair& features,
+                      std::span<const Eigen::Vector3d> start,
+                      std::span<const Eigen::Vector3d> end)
+{
+    const auto at = [&](std::span<const Eigen::Vector3d> vertices, std::size_t k)
+    { return vertices[static_cast<std::size_t>(features.vertices[k])]; };
+    return {.kind = features.kind,
+            .start = {at(start, 0), at(start, 1), at(start, 2), at(start, 3)},
+            .end = {at(end, 0), at(end, 1), at(end, 2), at(end, 3)}};
+}
+
 double bisectionToi(const ElementaryPair& pair, double tolerance)
 {
     int cells = 100'000;

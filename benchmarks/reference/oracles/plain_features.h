@@ -37,6 +37,11 @@ private:
     std::shared_ptr<Trees> m_trees;
 };
 
+/// The features of a mesh whose vertices move from `start` to `end`.
+[[nodiscard]] ElementaryPair pairOf(const FeaturePair& features,
+                                    std::span<const Eigen::Vector3d> start,
+                                    std::span<const Eigen::Vector3d> end);
+
 /// Time of contact, or 2 without one, by halving time and the places on both features, in at most
 /// 100,000 cells.
 [[nodiscard]] double bisectionToi(const ElementaryPair& pair, double tolerance);
