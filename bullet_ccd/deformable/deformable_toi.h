@@ -120,7 +120,8 @@ struct ElementaryResult
 struct DeformableSurfaceOptions
 {
     /// Vertices at exactly the same place count as one: features that share such a vertex are
-    /// neighbours and never tested against each other. Otherwise they are refused.
+    /// neighbours and never tested against each other. Otherwise they are refused. Each keeps a
+    /// path of its own, so a contact with the edge of a seam is reported for both edges there.
     bool weldDuplicates = false;
     /// Pairs of vertices that are sewn together: they count as one as well, wherever they are.
     std::span<const std::array<std::int32_t, 2>> seams{};

@@ -154,10 +154,22 @@ TEST_F(DeformableProgram, EndsAtTheTimeLimit)
     const std::string high = frame("high.obj", twoTriangles(1.0));
     const std::string low = frame("low.obj", twoTriangles(-1.0));
     const Outcome outcome = deformable(high + low + "--time-limit 1e-9");
-    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_EQ(outcome.exitCode, 1) << "not every step was checked";
     EXPECT_THAT(outcome.err, HasSubstr("stopped after 0 of 1 steps"));
     EXPECT_EQ(rows().size(), 1U);
     EXPECT_EQ(deformable(high + low + "--time-limit 100").err, "");
+}
+
+TEST_F(DeformableProgram, KeepsTheStepsBeforeABadFrame)
+{
+    (void)frame("f_0.obj", twoTriangles(1.0));
+    (void)frame("f_1.obj", twoTriangles(-1.0));
+    (void)frame("f_2.obj", "v nan 0 0\n" + twoTriangles(1.0).substr(8));
+    const Outcome outcome = deformable("--sequence '" + (m_temp.path() / "f_*.obj").string() + "'");
+    EXPECT_EQ(outcome.exitCode, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("f_2.obj"));
+    EXPECT_THAT(outcome.err, HasSubstr("has the first 1 of 2 steps"));
+    EXPECT_EQ(rows().size(), 4U);
 }
 
 TEST_F(DeformableProgram, SaysWhatIsWrongWithFrames)

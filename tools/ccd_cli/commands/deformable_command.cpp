@@ -247,21 +247,38 @@ int runDeformable(const DeformableArguments& arguments)
     FrameSeries series(arguments, frames, stop.condition());
     std::string table = "frame,toi,kind,a0,a1,a2,a3,body_a,body_b,gap\n";
     std::size_t done = 0;
-    for (; done < frames.steps.size() && !stop.isDue(); ++done)
+    try
     {
-        const std::optional<std::string> rows = series.step(done);
-        if (!rows)
+        for (; done < frames.steps.size() && !stop.isDue(); ++done)
         {
-            break;
+            const std::optional<std::string> rows = series.step(done);
+            if (!rows)
+            {
+                break;
+            }
+            table += *rows;
         }
-        table += *rows;
+    }
+    catch (const std::exception&)
+    {
+        if (done > 0)
+        {
+            writeWholeFile(arguments.output, table);
+            fmt::print(stderr,
+                       "bullet-ccd deformable: {} has the first {} of {} steps\n",
+                       arguments.output,
+                       done,
+                       frames.steps.size());
+        }
+        throw;
     }
     writeWholeFile(arguments.output, table);
+    const bool isChecked = series.isComplete() && done == frames.steps.size();
     return stop.finish("bullet-ccd deformable",
                        done,
                        frames.steps.size(),
                        "steps",
-                       series.isComplete() ? kDone : kNothingFound);
+                       isChecked ? kDone : kNothingFound);
 }
 
 constexpr const char* kDeformableFooter =
@@ -285,10 +302,10 @@ constexpr const char* kDeformableFooter =
     "No contact is ever missed. Without --exact, a contact may be a pair that comes within the "
     "tolerance and does not touch.\n"
     "\n"
-    "Exit codes: 0 if every step was checked, 1 if one has too many pairs, 2 for wrong options, 3 "
-    "for bad input, 130 after Ctrl-C. After Ctrl-C, or at the time limit, RESULTS has the steps "
-    "that "
-    "were done; the last line on stderr says how many.\n"
+    "Exit codes: 0 if every step was checked, 1 if one has too many pairs or the time limit left "
+    "some out, 2 for wrong options, 3 for bad input, 130 after Ctrl-C. After Ctrl-C, at the time "
+    "limit, or where a frame is bad, RESULTS has the steps that were done before; stderr says how "
+    "many.\n"
     "\n"
     "Examples:\n"
     "  bullet-ccd deformable f0.obj f1.obj --self -o contacts.csv\n"
