@@ -9,6 +9,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
+#include <vector>
 
 class btCcdSoftStep;
 class btIDebugDraw;
@@ -51,9 +53,10 @@ struct btCcdSoftCounters
 /// soft bodies, and between them and rigid bodies or multibodies, are equal and opposite. At rest,
 /// surfaces lie at the separation.
 ///
-/// Stock contacts of soft bodies stay, with their margins, except those with concave shapes
-/// (meshes, height fields, planes): Bullet keeps 6 cm from them. Soft bodies lie on them at the
-/// separation instead.
+/// Stock contacts of soft bodies with convex shapes stay, with their margins. Those with concave
+/// shapes (meshes, height fields, planes), from which Bullet keeps 6 cm, and those of soft bodies
+/// with each other and themselves (VF_DD in m_cfg.collisions) do not: all these meet at the
+/// separation.
 ///
 /// Covered: cloth, ropes (links without faces), volumes (their faces or the boundary of their
 /// tetrahedra); every collider that btCcdControl covers. Filters are Bullet's; a soft body meets
@@ -91,6 +94,7 @@ public:
     void debugDraw(btIDebugDraw * drawer);
 
     void predictMotion(btScalar timeStep) override;
+    void solveDeformableConstraints(btScalar timeStep) override;
     void applyTransforms(btScalar timeStep) override;
     void processCollision(btSoftBody * softBody, const btCollisionObjectWrapper* collider) override;
     void processCollision(btSoftBody * softBody, btSoftBody * other) override
@@ -100,6 +104,9 @@ public:
 
 private:
     std::unique_ptr<btCcdSoftStep> m_step;
+    /// Soft bodies with their activation states. They sleep while Bullet answers contacts of soft
+    /// bodies with each other: at another distance, and without regard to momentum.
+    std::vector<std::pair<btSoftBody*, int>> m_leftOut;
     bool m_isEnabled = true;
 };
 

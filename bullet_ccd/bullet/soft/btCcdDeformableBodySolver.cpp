@@ -8,6 +8,7 @@
 #include <LinearMath/btIDebugDraw.h>
 
 #include <cmath>
+#include <utility>
 
 namespace
 {
@@ -26,6 +27,12 @@ bool hasConcavePart(const btCollisionShape& shape)
         }
     }
     return false;
+}
+
+/// True if the solver knows what the nodes of the body are the corners of.
+bool hasElements(const btSoftBody& body)
+{
+    return body.m_faces.size() + body.m_links.size() + body.m_tetras.size() > 0;
 }
 }  // namespace
 
@@ -85,8 +92,26 @@ void btCcdDeformableBodySolver::predictMotion(btScalar timeStep)
     btDeformableBodySolver::predictMotion(timeStep);
 }
 
+void btCcdDeformableBodySolver::solveDeformableConstraints(btScalar timeStep)
+{
+    btDeformableBodySolver::solveDeformableConstraints(timeStep);
+    for (int i = 0; i < m_softBodies.size() && m_isEnabled; ++i)
+    {
+        btSoftBody* body = m_softBodies[i];
+        if (body->isActive() && hasElements(*body))
+        {
+            m_leftOut.emplace_back(body, body->getActivationState());
+            body->forceActivationState(ISLAND_SLEEPING);
+        }
+    }
+}
+
 void btCcdDeformableBodySolver::applyTransforms(btScalar timeStep)
 {
+    for (const auto& [body, state] : std::exchange(m_leftOut, {}))
+    {
+        body->forceActivationState(state);
+    }
     if (!m_isEnabled)
     {
         btDeformableBodySolver::applyTransforms(timeStep);

@@ -42,7 +42,7 @@ const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
     // Discrete contacts may ask on several threads; models stay where they are.
     const std::lock_guard lock(m_mutex);
     const btCcdShapeModel* model = m_shapes.find(shape);
-    if (model == nullptr && !btCcdIsEmpty(*shape))
+    if (model == nullptr && !needsNoModel(*shape))
     {
         report(*shape, "it keeps");
     }
@@ -51,6 +51,12 @@ const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
         report(*model->m_uncovered, "as a child of a compound it keeps");
     }
     return model;
+}
+
+bool btCcdContext::needsNoModel(const btCollisionShape& shape) const
+{
+    return btCcdIsEmpty(shape) ||
+           (m_coversSoftBodies && shape.getShapeType() == SOFTBODY_SHAPE_PROXYTYPE);
 }
 
 bool btCcdContext::prepare(const btCollisionShape* shape)

@@ -48,9 +48,11 @@ public:
     bool m_coversSoftBodies = false;         ///< the world has a step of its own for them
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 
-    /// The model, or null after having said once (per kind of shape) that it is not covered. An
-    /// empty compound has no model, and there is nothing to say of it.
+    /// The model, or null after having said once (per kind of shape) that it is not covered.
     const btCcdShapeModel* model(const btCollisionShape* shape);
+    /// Has no model, and there is nothing to say of it: empty compounds, and soft bodies in a world
+    /// that covers them in its own way.
+    [[nodiscard]] bool needsNoModel(const btCollisionShape& shape) const;
     /// Makes the model and keeps what belongs into the folder; false if there is none.
     bool prepare(const btCollisionShape* shape);
 

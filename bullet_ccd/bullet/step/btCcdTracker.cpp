@@ -160,10 +160,6 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
         known.m_covered = true;
         known.m_outline = *simple;
     }
-    else if (m_context.m_coversSoftBodies && shape.getShapeType() == SOFTBODY_SHAPE_PROXYTYPE)
-    {
-        known.m_isMissed = false;
-    }
     else if (const btCcdShapeModel* model = m_context.model(&shape))
     {
         known.m_covered = true;
@@ -172,7 +168,7 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
     }
     else
     {
-        known.m_isMissed = !btCcdIsEmpty(shape);
+        known.m_isMissed = !m_context.needsNoModel(shape);
     }
     if (known.m_covered)
     {

@@ -2,6 +2,7 @@
 #include "benchmarks/reference/bullet/soft_scene.h"
 #include "benchmarks/reference/scenes/deforming_scenes.h"
 #include "benchmarks/reference/scenes/random.h"
+#include "bullet_ccd/bullet/btCcdAction.h"
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
@@ -265,12 +266,39 @@ TEST(SoftDrops, NorClothThroughClothNorItself)
 
 TEST(SoftDrops, TheWorldDoesNotCallItsSoftBodiesUncovered)
 {
+    testing::internal::CaptureStderr();
     SoftScene scene(SoftWorld::World);
     addFloor(scene, Floor::Box);
-    scene.cloth(at(0.01, 0.02, 0.1), 1.0, 4, 1.0);
-    scene.step(1.0 / 60.0);
+    btRigidBody* bar = scene.obstacle(std::make_unique<btBoxShape>(btVector3(2, 1, 2) / 20),
+                                      makeBox({0.1, 0.05, 0.1}),
+                                      at(0, 0.3, 0),
+                                      1.0);
+    bar->setAngularVelocity(btVector3(0, 20, 0));
+    scene.cloth(at(0.01, 0.02, 0.1), 1.0, 4, 1.0)->appendDeformableAnchor(12, bar);
+    RecordingDrawer drawer;
+    scene.world().setDebugDrawer(&drawer);
+    for (int i = 0; i < 10; ++i)
+    {
+        scene.step(1.0 / 60.0);
+        scene.world().debugDrawWorld();
+    }
+    scene.world().setDebugDrawer(nullptr);
     const auto& control = dynamic_cast<btCcdControl&>(scene.world());
     EXPECT_EQ(control.getCcdCounters().m_unsupported, 0);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(SoftDrops, AnActionSaysThatItLeavesSoftBodiesToBullet)
+{
+    testing::internal::CaptureStderr();
+    SoftScene scene(SoftWorld::Stock);
+    scene.cloth(at(0, 1, 0), 1.0, 4, 1.0);
+    btCcdAction action(&scene.world());
+    scene.world().addAction(&action);
+    scene.step(1.0 / 60.0);
+    scene.world().removeAction(&action);
+    EXPECT_EQ(action.getCcdCounters().m_unsupported, 1);
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("is not covered"));
 }
 
 TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
@@ -484,30 +512,42 @@ TEST(SoftDrops, AHeavyBoxOnLightClothsComesToRest)
     }
 }
 
-// Layers that slide on each other a little take along what lies on them.
-TEST(SoftDrops, ABoxOnFiveClothsCreepsByLessThanThreeMillimetres)
+// A body on layers slips a little while it comes to rest, less and less: sweeps end when none
+// changes a distance by more than a thousandth of the separation. It is the response alone that
+// holds it: Bullet's own contacts of soft bodies with each other once pushed a box on five cloths
+// by 2 mm/s.
+TEST(SoftDrops, ABoxOnClothsDoesNotCreep)
 {
-    SoftScene scene(SoftWorld::Solver);
-    addFloor(scene, Floor::Plane);
-    for (int k = 0; k < 5; ++k)
+    for (const int cloths : longTests() ? std::vector{1, 3, 5, 10} : std::vector{5})
     {
-        scene.cloth(at(0.004 * k, 0.01 + 0.005 * k, 0.003 * k), 0.8, 10, 0.5);
+        SoftScene scene(SoftWorld::Solver);
+        addFloor(scene, Floor::Plane);
+        for (int k = 0; k < cloths; ++k)
+        {
+            scene.cloth(at(0.004 * k, 0.01 + 0.005 * k, 0.003 * k), 0.8, 10, 0.5);
+        }
+        const Vector3d half(0.15, 0.1, 0.15);
+        btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
+                                          makeBox(half),
+                                          at(0.02, 0.4, 0.01),
+                                          0.5);
+        box->setActivationState(DISABLE_DEACTIVATION);
+        std::vector<Vector3d> places;  // after each second
+        for (int second = 0; second < 4; ++second)
+        {
+            for (int i = 0; i < 60; ++i)
+            {
+                scene.step(1.0 / 60.0);
+            }
+            places.push_back(btCcdToEigen(box->getWorldTransform().getOrigin()));
+        }
+        const auto way = [&](std::size_t from, std::size_t to)
+        { return (places[to] - places[from]).norm(); };
+        EXPECT_LT(way(1, 3), 0.2 * kRest) << cloths;
+        EXPECT_LT(way(2, 3), std::max(way(1, 2), 1e-5)) << cloths << ": it drifts";
+        EXPECT_TRUE(scene.judge().isClean()) << scene.judge() << ", " << cloths;
+        EXPECT_TRUE(scene.world().getSoftBodyArray()[0]->isActive()) << "it slept within the step";
     }
-    const Vector3d half(0.15, 0.1, 0.15);
-    btRigidBody* box = scene.obstacle(std::make_unique<btBoxShape>(btCcdToBullet(half)),
-                                      makeBox(half),
-                                      at(0.02, 0.15, 0.01),
-                                      0.5);
-    box->setActivationState(DISABLE_DEACTIVATION);
-    btVector3 before;
-    for (int i = 0; i < 210; ++i)
-    {
-        before = i == 120 ? box->getWorldTransform().getOrigin() : before;
-        scene.step(1.0 / 60.0);
-    }
-    const double way = double((box->getWorldTransform().getOrigin() - before).length());
-    EXPECT_LT(way, 3e-3);
-    EXPECT_TRUE(scene.judge().isClean()) << scene.judge();
 }
 
 // Bullet's solver is told what the cloth carries: the upper box has its weight on the lower one.
@@ -618,17 +658,11 @@ TEST(SoftDrops, TheMomentumOfAPairIsConserved)
     {
         SoftScene scene(kind, btVector3(0, 0, 0));
         addOther(scene);
-        // Bullet's own contacts between soft bodies do not conserve it.
-        for (int i = 0; i < scene.world().getSoftBodyArray().size(); ++i)
-        {
-            scene.world().getSoftBodyArray()[i]->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
-        }
         btSoftBody* cloth = scene.cloth(at(0.03, 0.4, 0.02), 1.0, 8, 2.0);
-        cloth->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
         cloth->setVelocity(btVector3(1, -15, btScalar(0.5)));
         const Vector3d before = scene.momentum();
-        // Later the cloth is crumpled so much that Bullet's own test of nodes and faces sets in.
-        for (int i = 0; i < 8; ++i)
+        // Also where the cloth is crumpled: Bullet's own test of soft bodies does not conserve it.
+        for (int i = 0; i < 30; ++i)
         {
             scene.step(1.0 / 60.0);
         }
@@ -666,10 +700,7 @@ TEST(SoftDrops, TheMomentumOfABodyThatIsHeldBackIsConserved)
     const auto meet = [&](bool isCloth, double mass, const Throw& thrown, double spin, int boxes)
     {
         SoftScene scene(isCloth ? SoftWorld::Solver : SoftWorld::World, btVector3(0, 0, 0));
-        btSoftBody* soft = isCloth ? scene.cloth(at(0, 0, 0), 1.0, 12, 1.0)
-                                   : scene.block(at(0, 0, 0), 0.4, 3, 1.0);
-        // Bullet's own test of a soft body against itself does not conserve it.
-        soft->setSelfCollision(false);
+        isCloth ? scene.cloth(at(0, 0, 0), 1.0, 12, 1.0) : scene.block(at(0, 0, 0), 0.4, 3, 1.0);
         const Vector3d half(0.15, 0.1, 0.12);
         for (int i = 0; i < boxes;
              ++i)  // Meshes, with which soft bodies have no contacts of Bullet's.
