@@ -127,23 +127,33 @@ struct Crossing
     }
 };
 
+/// Of B, whose tree has the frame F.
 inline Face faceOf(const ContactSurface& surface,
-                   const Eigen::Matrix3d& R,
-                   const Eigen::Vector3d& p,
-                   std::int32_t slot,
-                   bool isB)
+                   const Eigen::Matrix3d& identity,
+                   std::int32_t slot)
 {
-    Face face{.surface = &surface,
-              .R_FG = &R,
-              .index = slot,
-              .slot = &surface.slot(slot),
-              .corners = surface.corners(slot),
-              .normal = R * surface.slot(slot).normal,
-              .isB = isB};
+    return {.surface = &surface,
+            .R_FG = &identity,
+            .index = slot,
+            .slot = &surface.slot(slot),
+            .corners = surface.corners(slot),
+            .normal = surface.slot(slot).normal,
+            .isB = true};
+}
+
+/// Of A.
+inline Face faceOf(const ContactSurface& surface,
+                   const Eigen::Matrix3d& R_FA,
+                   const Eigen::Vector3d& p_FA,
+                   std::int32_t slot)
+{
+    Face face = faceOf(surface, R_FA, slot);
+    face.normal = R_FA * face.normal;
     for (Eigen::Vector3d& corner : face.corners)
     {
-        corner = R * corner + p;
+        corner = R_FA * corner + p_FA;
     }
+    face.isB = false;
     return face;
 }
 }  // namespace bullet_ccd

@@ -470,24 +470,35 @@ void search(ContactView view,
             const ContactSurface& surfaceB,
             const ContactPoses& poses,
             double threshold,
-            ContactSearchWorkspace& work,
+            const IndexPairs& slots,
+            std::vector<Contact>& pierced,
             std::vector<Contact>& contacts,
             const StopCondition& stop = {})
 {
     StopCheck check(stop);
     const std::size_t first = contacts.size();
-    Search search(view, poses, threshold, contacts, work.pierced);
+    Search search(view, poses, threshold, contacts, pierced);
     const Matrix3d I = Matrix3d::Identity();
-    for (const auto& [a, b] : work.slots)
+    // The pairs of one triangle follow each other often.
+    Face faceA;
+    Face faceB;
+    for (const auto& [a, b] : slots)
     {
         check.look();
-        search.look(faceOf(surfaceA, poses.R_FA, poses.p_FA, a, false),
-                    faceOf(surfaceB, I, Vector3d::Zero(), b, true));
+        if (a != faceA.index)
+        {
+            faceA = faceOf(surfaceA, poses.R_FA, poses.p_FA, a);
+        }
+        if (b != faceB.index)
+        {
+            faceB = faceOf(surfaceB, I, b);
+        }
+        search.look(faceA, faceB);
     }
     search.finish();
     if (contacts.size() == first)
     {
-        const Contact closest = closestOfAll(surfaceA, surfaceB, poses, work.slots);
+        const Contact closest = closestOfAll(surfaceA, surfaceB, poses, slots);
         if (closest.gap <= threshold + poses.rounding)
         {
             contacts.push_back(closest);
@@ -541,21 +552,33 @@ void appendContacts(const ContactSurface& surfaceA,
                     const Isometry3d& X_WB,
                     double threshold,
                     ContactSearchWorkspace& work,
-                    std::vector<Contact>& contacts)
+                    std::vector<Contact>& contacts,
+                    KeptSlots* kept)
 {
-    const ContactPoses poses = contactPoses(surfaceA.tree(), X_WA, surfaceB.tree(), X_WB);
-    collectNearSlots(surfaceA.tree(),
-                     surfaceB.tree(),
-                     poses.R_FA,
-                     poses.p_FA,
-                     threshold + poses.rounding,
-                     work.open,
-                     work.slots);
+    const SsvTree& treeA = surfaceA.tree();
+    const SsvTree& treeB = surfaceB.tree();
+    const ContactPoses poses = contactPoses(treeA, X_WA, treeB, X_WB);
+    const double within = threshold + poses.rounding;
+    if (kept != nullptr)
+    {
+        kept->collect(treeA, treeB, poses.R_FA, poses.p_FA, within, work.open, work.slots);
+    }
+    else
+    {
+        collectNearSlots(treeA, treeB, poses.R_FA, poses.p_FA, within, work.open, work.slots);
+    }
     work.pairs += static_cast<std::int64_t>(work.slots.size());
     if (!work.slots.empty())
     {
         const std::size_t first = contacts.size();
-        search(ContactView::Patches, surfaceA, surfaceB, poses, threshold, work, contacts);
+        search(ContactView::Patches,
+               surfaceA,
+               surfaceB,
+               poses,
+               threshold,
+               work.slots,
+               work.pierced,
+               contacts);
         toWorld(poses, surfaceA, surfaceB, std::span(contacts).subspan(first));
     }
 }
@@ -586,7 +609,7 @@ std::optional<NearFeatures> nearFeatures(const SsvTree& treeA,
                       .a = partOf(treeA, &IndexPairs::value_type::first, work.slots),
                       .b = partOf(treeB, &IndexPairs::value_type::second, work.slots),
                       .contacts = {}};
-    search(view, near.a, near.b, poses, threshold, work, near.contacts, stop);
+    search(view, near.a, near.b, poses, threshold, work.slots, work.pierced, near.contacts, stop);
     return near;
 }
 

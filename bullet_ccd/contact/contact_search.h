@@ -61,14 +61,17 @@ struct ContactSearchWorkspace
 /// Guarantee: the closest points of the surfaces are among them (to rounding) if they are at most
 /// `threshold` apart. Where surfaces intersect, the normal is the direction in which B gives way
 /// soonest.
-/// Deterministic. Allocates nothing once `work` and `contacts` are large enough.
+/// Deterministic. Allocates nothing once `work`, `contacts` and `kept` are large enough.
+/// @param kept if not null, of these two surfaces: changes no answer, and spares work where they
+///        hardly move
 BULLET_CCD_API void appendContacts(const ContactSurface& surfaceA,
                                    const Eigen::Isometry3d& X_WA,
                                    const ContactSurface& surfaceB,
                                    const Eigen::Isometry3d& X_WB,
                                    double threshold,
                                    ContactSearchWorkspace& work,
-                                   std::vector<Contact>& contacts);
+                                   std::vector<Contact>& contacts,
+                                   KeptSlots* kept = nullptr);
 
 /// The answer to one query for features or points. The same guarantee; the normal at an edge that
 /// pierces a face is that of the face, by which the middle of the edge's body stays on its side.

@@ -671,6 +671,54 @@ TEST(ContactPatches, APatchKeepsItsPointsWhileTheyHold)
     EXPECT_LE(work.contacts.front().gap, work.raw.front().gap + 0.02 * kThreshold);
 }
 
+/// All of them, bit by bit.
+bool areSame(const std::vector<Contact>& x, const std::vector<Contact>& y)
+{
+    return std::ranges::equal(x,
+                              y,
+                              [](const Contact& a, const Contact& b)
+                              {
+                                  return a.pointA == b.pointA && a.pointB == b.pointB &&
+                                         a.normal == b.normal && a.gap == b.gap &&
+                                         a.triangleA == b.triangleA && a.triangleB == b.triangleB;
+                              });
+}
+
+TEST(ContactPatches, KeptPairsOfTrianglesChangeNoAnswer)
+{
+    // Slow, then fast, then where nothing is near for a while.
+    Random random(5);
+    const SsvTree treeA = buildSsvTree(makeTorus(0.04, 0.005, 96, 24));
+    const SsvTree treeB = buildSsvTree(raggedFloor(random, 40, 0.2));
+    const ContactSurface surfaceA(treeA);
+    const ContactSurface surfaceB(treeB);
+    ContactSearchWorkspace freshWork;
+    ContactSearchWorkspace keptWork;
+    KeptSlots kept;
+    Isometry3d X = poseOf({0.01, 0.02, 0.005 + kGap});
+    std::size_t found = 0;
+    std::size_t empty = 0;
+    for (int k = 0; k < 900; ++k)
+    {
+        const double step = k % 300 < 200 ? 0.05 * kThreshold : 2.0 * kThreshold;
+        X.translation() += step * random.direction();
+        X.translation().z() =
+            0.005 + (k / 300 == 1 ? 10.0 : 1.0) * kGap + step * random.uniform(-1.0, 1.0);
+        X.rotate(Eigen::AngleAxisd(10.0 * step, random.direction()));
+        std::vector<Contact> fresh;
+        std::vector<Contact> again;
+        appendContacts(surfaceA, X, surfaceB, Isometry3d::Identity(), kThreshold, freshWork, fresh);
+        appendContacts(
+            surfaceA, X, surfaceB, Isometry3d::Identity(), kThreshold, keptWork, again, &kept);
+        ASSERT_TRUE(areSame(fresh, again)) << k;
+        (fresh.empty() ? empty : found) += 1;
+    }
+    EXPECT_GT(found, 300);
+    EXPECT_GT(empty, 100);
+    // Bounds of distances tell more pairs apart than volumes do.
+    EXPECT_LT(keptWork.pairs, 0.9 * static_cast<double>(freshWork.pairs));
+}
+
 TEST(ContactPatches, AWarmWorkspaceDoesNotGrow)
 {
     Random random(3);

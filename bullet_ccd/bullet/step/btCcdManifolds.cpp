@@ -173,7 +173,8 @@ public:
         m_scratch.m_work.raw.clear();
     }
 
-    void add(const btCcdShapePart& a, const btCcdShapePart& b)
+    /// @param kept of the two hierarchies
+    void add(const btCcdShapePart& a, const btCcdShapePart& b, bullet_ccd::KeptSlots& kept)
     {
         std::vector<Contact>& raw = m_scratch.m_work.raw;
         const double shell = shellOf(a, b);
@@ -187,12 +188,8 @@ public:
         const std::shared_ptr<const ContactSurface> surfaceA = m_scratch.surfaceOf(a.m_tree);
         const std::shared_ptr<const ContactSurface> surfaceB = m_scratch.surfaceOf(b.m_tree);
         const double around = reach + shell + a.m_radius + b.m_radius;
-        const auto append = [&](const Eigen::Isometry3d& poseOfA, double within)
-        {
-            bullet_ccd::appendContacts(
-                *surfaceA, poseOfA, *surfaceB, X_WB, within, m_scratch.m_work.search, raw);
-        };
-        append(X_WA, around);
+        bullet_ccd::appendContacts(
+            *surfaceA, X_WA, *surfaceB, X_WB, around, m_scratch.m_work.search, raw, &kept);
         const auto deepest =
             std::min_element(raw.begin() + std::ptrdiff_t(first),
                              raw.end(),
@@ -205,7 +202,13 @@ public:
             {
                 raw.resize(first);
                 // Of all that is inside, not of what is deepest alone.
-                append(out.poseOfA(), around + out.way());
+                bullet_ccd::appendContacts(*surfaceA,
+                                           out.poseOfA(),
+                                           *surfaceB,
+                                           X_WB,
+                                           around + out.way(),
+                                           m_scratch.m_work.search,
+                                           raw);
                 moveBack(out, first, around);
             }
         }
@@ -539,7 +542,11 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     Collector collector(a, b, asked, side * m_normal, mine);
     if (sides.m_partA.m_tree != nullptr && sides.m_partB.m_tree != nullptr)
     {
-        collector.add(sides.m_partA, sides.m_partB);
+        if (m_kept.m_treeA != sides.m_partA.m_tree || m_kept.m_treeB != sides.m_partB.m_tree)
+        {
+            m_kept = {sides.m_partA.m_tree, sides.m_partB.m_tree, {}};
+        }
+        collector.add(sides.m_partA, sides.m_partB, m_kept.m_slots);
     }
     m_first = a.getCollisionObject();
     m_normal = collector.normal();

@@ -3,10 +3,12 @@
 #define BT_CCD_MANIFOLDS_H
 
 #include "bullet_ccd/bullet/shapes/btCcdShapeCache.h"
+#include "bullet_ccd/contact/near_slots.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <memory>
 #include <span>
 
 namespace bullet_ccd
@@ -80,6 +82,14 @@ private:
         btPersistentManifold* manifold = nullptr;
     };
 
+    /// Pairs of triangles of the last two hierarchies.
+    struct Kept
+    {
+        std::shared_ptr<const bullet_ccd::SsvTree> m_treeA;
+        std::shared_ptr<const bullet_ccd::SsvTree> m_treeB;
+        bullet_ccd::KeptSlots m_slots;
+    };
+
     void recall(const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b,
                 bullet_ccd::PatchWorkspace& work) const;
@@ -94,6 +104,7 @@ private:
 
     btDispatcher* m_dispatcher;
     btManifoldArray m_manifolds;
+    Kept m_kept;
     const btCollisionObject* m_first = nullptr;          // A of the last update,
     Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  // and the normal of its deepest contact
 };
