@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What was built is installed: of a project of which only the core was built, the core is found and
-# any other component is said to be missing. Configures the project anew, and compiles nothing.
+# any other component is said to be missing. Who builds the programs brings all libraries up to date
+# that are installed with them. Configures the project anew, and compiles nothing.
 #   partial_install_test.sh SOURCE CORE_LIBRARY
 set -euo pipefail
 source=$1 core=$2
@@ -8,6 +9,11 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cmake -S "$source" -B "$scratch/build" -G Ninja -DBULLET_CCD_TESTS=OFF -DBULLET_CCD_BENCHMARKS=OFF \
     -DCMAKE_BUILD_TYPE=Release >/dev/null
+ninja -C "$scratch/build" -t commands programs >"$scratch/log"
+for library in core io bullet bullet_float64; do
+    grep -q " qc bullet_ccd/.*libbullet_ccd_$library\.a" "$scratch/log" ||
+        { echo "the target programs leaves out the library $library, which is installed"; exit 1; }
+done
 cp "$core" "$scratch/build/bullet_ccd/"
 cmake --install "$scratch/build" --prefix "$scratch/prefix" >"$scratch/log"
 for component in io bullet bullet_float64 grasp grasp_sim; do

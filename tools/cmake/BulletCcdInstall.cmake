@@ -69,6 +69,10 @@ Libs.private:${_pc_libraries_${component}}
 endfunction()
 
 add_custom_target(libraries COMMENT "All libraries that can be installed")
+# Who builds the programs and installs must not get a library that an older tree has left behind.
+if(TARGET programs)
+    add_dependencies(programs libraries)
+endif()
 foreach(_component IN LISTS _components)
     set(_target ${_target_${_component}})
     if(NOT TARGET ${_target})
