@@ -176,27 +176,32 @@ double BigInteger::toDouble(std::int64_t exponent) const
     return m_isNegative ? -value : value;
 }
 
-BigInteger operator+(const BigInteger& a, const BigInteger& b)
+BigInteger BigInteger::sum(const BigInteger& a, const BigInteger& b, bool isBNegative)
 {
     BigInteger result;
-    if (a.m_isNegative == b.m_isNegative)
+    if (a.m_isNegative == isBNegative)
     {
         result.m_limbs = a.m_limbs.size() >= b.m_limbs.size() ? added(a.m_limbs, b.m_limbs)
                                                               : added(b.m_limbs, a.m_limbs);
-        result.m_isNegative = a.m_isNegative;
+        result.m_isNegative = isBNegative;
         return result;
     }
     const bool isALarger = compareLimbs(a.m_limbs, b.m_limbs) >= 0;
     result.m_limbs =
         isALarger ? subtracted(a.m_limbs, b.m_limbs) : subtracted(b.m_limbs, a.m_limbs);
-    result.m_isNegative = isALarger ? a.m_isNegative : b.m_isNegative;
+    result.m_isNegative = isALarger ? a.m_isNegative : isBNegative;
     result.trim();
     return result;
 }
 
+BigInteger operator+(const BigInteger& a, const BigInteger& b)
+{
+    return BigInteger::sum(a, b, b.m_isNegative);
+}
+
 BigInteger operator-(const BigInteger& a, const BigInteger& b)
 {
-    return a + -b;
+    return BigInteger::sum(a, b, !b.m_isNegative);
 }
 
 BigInteger operator*(const BigInteger& a, const BigInteger& b)
@@ -242,12 +247,14 @@ Polynomial operator+(const Polynomial& a, const Polynomial& b)
 
 Polynomial operator-(const Polynomial& a, const Polynomial& b)
 {
-    Polynomial negative = b;
-    for (BigInteger& c : negative)
+    Polynomial difference = a;
+    difference.resize(std::max(a.size(), b.size()));
+    for (std::size_t i = 0; i < b.size(); ++i)
     {
-        c = -c;
+        difference[i] = difference[i] - b[i];
     }
-    return a + negative;
+    trimPolynomial(difference);
+    return difference;
 }
 
 Polynomial operator*(const Polynomial& a, const Polynomial& b)
@@ -291,7 +298,8 @@ BigInteger scaledValue(const Polynomial& p, const Dyadic& x)
 
 int tarskiQuery(const Polynomial& p, const Polynomial& q, const Dyadic& low, const Dyadic& high)
 {
-    std::vector<Polynomial> sequence{p, derivative(p) * q};
+    // Only the values at roots of p count, so that what has fewer digits will do.
+    std::vector<Polynomial> sequence{p, remainder(derivative(p) * q, p)};
     while (!sequence.back().empty())
     {
         Polynomial next = remainder(sequence[sequence.size() - 2], sequence.back());

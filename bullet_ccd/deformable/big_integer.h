@@ -83,6 +83,8 @@ public:
     friend int compareSizes(const BigInteger& a, const BigInteger& b);
 
 private:
+    /// a + b, where b has another sign than its own if it is said so.
+    static BigInteger sum(const BigInteger& a, const BigInteger& b, bool isBNegative);
     void trim();
 
     Limbs m_limbs;  ///< the last one is not 0

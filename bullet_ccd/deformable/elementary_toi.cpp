@@ -1,3 +1,4 @@
+#include "bullet_ccd/deformable/certain_touch.h"
 #include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/deformable/exact_contact.h"
 #include "bullet_ccd/deformable/moving_polygon.h"
@@ -52,7 +53,8 @@ ElementaryResult uncheckedElementaryToi(const ElementaryPair& pair,
     const bool isOpen = isContact(result.status) || gaveUp(result.status);
     if (options.depth == ElementaryDepth::Exact && isOpen)
     {
-        if (!featuresTouch(pair, options.minimumSeparation))
+        if (!certainlyTouch(pair, options.minimumSeparation, result.time) &&
+            !featuresTouch(pair, options.minimumSeparation))
         {
             result = {
                 .status = pursuit.startsNear ? ToiStatus::TouchingLeaving : ToiStatus::Separated,

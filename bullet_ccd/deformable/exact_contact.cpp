@@ -52,10 +52,13 @@ Number numberOf(double x)
     {
         return {};
     }
-    int exponent = 0;
-    auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
-    const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));
-    return {mantissa / (std::int64_t{1} << zeros), exponent - 53 + zeros};
+    const auto bits = std::bit_cast<std::uint64_t>(x);
+    const auto field = static_cast<std::int32_t>(bits >> 52U & 0x7FFU);  // 0: subnormal
+    const std::uint64_t fraction = bits & ((std::uint64_t{1} << 52U) - 1U);
+    const std::uint64_t size = field == 0 ? fraction : fraction | std::uint64_t{1} << 52U;
+    const int zeros = std::countr_zero(size);
+    const auto mantissa = static_cast<std::int64_t>(size >> static_cast<unsigned>(zeros));
+    return {x < 0.0 ? -mantissa : mantissa, std::max(field, 1) - 1075 + zeros};
 }
 
 /// The four vertices as polynomials, and a distance, over a common power of two.
@@ -91,9 +94,11 @@ ExactPair exactPair(const ElementaryPair& pair, double distance)
         {
             const BigInteger start = whole(pair.start[k][c]);
             const BigInteger end = whole(pair.end[k][c]);
-            // The sum drops what is zero at the end.
-            exact.vertices[k][static_cast<std::size_t>(c)] =
-                Polynomial{start, end - start} + Polynomial{};
+            const BigInteger way = end - start;
+            exact.vertices[k][static_cast<std::size_t>(c)] = way.sign() != 0
+                                                                 ? Polynomial{start, way}
+                                                             : start.sign() != 0 ? Polynomial{start}
+                                                                                 : Polynomial{};
         }
     }
     return exact;
@@ -162,11 +167,14 @@ std::int64_t bitsOf(const Polynomial& p)
 }
 
 /// Shrinks the interval around a root at which the polynomial changes its sign: to 2^-39 by a guess
-/// in double precision, if that can be confirmed. Otherwise it stays.
+/// in double precision and from there to 2^-73 by a step of Newton's, if that can be confirmed.
+/// Otherwise it stays.
 void narrow(Moment& moment)
 {
     constexpr std::int32_t kShift = 50;
     constexpr std::int64_t kHalfWidth = std::int64_t{1} << 10;
+    constexpr std::int32_t kMore = 30;
+    constexpr std::int64_t kHalfWidthThen = std::int64_t{1} << 6;
     const Polynomial& p = *moment.equation;
     const std::int64_t bits = bitsOf(p);
     std::vector<double> coefficients;
@@ -191,14 +199,48 @@ void narrow(Moment& moment)
         const double middle = 0.5 * (low + high);
         ((value(middle) < 0.0) == rises ? low : high) = middle;
     }
-    const auto guess = static_cast<std::int64_t>(std::ldexp(low, kShift));
-    const Dyadic below{BigInteger(guess - kHalfWidth), kShift};
-    const Dyadic above{BigInteger(guess + kHalfWidth), kShift};
-    if (!isBefore(below, moment.low) && !isBefore(moment.high, above) &&
-        scaledValue(p, below).sign() * scaledValue(p, above).sign() < 0)
+    const auto confirm = [&](const BigInteger& middle, std::int64_t halfWidth, std::int32_t shift)
     {
-        moment.low = below;
-        moment.high = above;
+        const auto within = [&](std::int64_t way)
+        {
+            const Dyadic bound{middle + BigInteger(way), shift};
+            const Dyadic& end = way < 0 ? moment.low : moment.high;
+            const bool isBeyond = way < 0 ? isBefore(bound, end) : isBefore(end, bound);
+            return isBeyond ? Dyadic{end.numerator.shifted(shift - end.shift), shift} : bound;
+        };
+        if (shift < moment.low.shift)
+        {
+            return false;
+        }
+        const Dyadic below = within(-halfWidth);
+        const Dyadic above = within(halfWidth);
+        const bool isConfirmed = isBefore(below, above) &&
+                                 scaledValue(p, below).sign() * scaledValue(p, above).sign() < 0;
+        if (isConfirmed)
+        {
+            moment.low = below;
+            moment.high = above;
+        }
+        return isConfirmed;
+    };
+    const auto guess = static_cast<std::int64_t>(std::ldexp(low, kShift));
+    if (!confirm(BigInteger(guess), kHalfWidth, kShift))
+    {
+        return;
+    }
+    double slope = 0.0;
+    for (std::size_t i = coefficients.size(); i-- > 1;)
+    {
+        slope = slope * low + static_cast<double>(i) * coefficients[i];
+    }
+    const auto degree = static_cast<std::int64_t>(p.size()) - 1;
+    const double step = std::ldexp(
+        -scaledValue(p, moment.low).toDouble(bits + kShift * degree) / slope, kShift + kMore);
+    if (std::abs(step) < 0x1p62)
+    {
+        confirm(moment.low.numerator.shifted(kMore) + BigInteger(static_cast<std::int64_t>(step)),
+                kHalfWidthThen,
+                kShift + kMore);
     }
 }
 
@@ -304,10 +346,11 @@ public:
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
-            for (const Polynomial& squared :
-                 {dot(crossed(k), crossed(k)), dot(m_corners[k], m_corners[k])})
+            for (const MovingPoint& point : {crossed(k), m_corners[k]})
             {
-                if (!squared.empty() && holdsAtRoots(squared))
+                // It is zero at roots of any of its components only.
+                const auto component = std::ranges::find_if_not(point, &Polynomial::empty);
+                if (component != point.end() && holdsAtRoots(*component))
                 {
                     return true;
                 }

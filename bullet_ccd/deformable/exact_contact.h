@@ -5,7 +5,8 @@
 /// The origin is in a moving triangle only at roots of the determinant of its corners (degree 3).
 /// At a root, or where that vanishes all the time at a root of what replaces it, signs of
 /// polynomials say whether the origin is inside. Signs at a root are found by Sturm's and Tarski's
-/// theorem, from whole numbers alone. Takes tens of microseconds, so it is asked last.
+/// theorem, from whole numbers alone. Takes ten to a hundred microseconds, so it is asked last;
+/// with a distance tens of milliseconds, unless coordinates have few digits.
 ///
 /// With a distance the moments are those when a corner, the line of an edge or the plane of the
 /// face is exactly that far away (polynomials of degree 2, 4 and 6), and the nearest point is
