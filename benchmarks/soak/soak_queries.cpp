@@ -5,6 +5,7 @@
 #include "benchmarks/reference/queries/accuracy_queries.h"
 #include "benchmarks/reference/queries/chain_queries.h"
 #include "benchmarks/reference/queries/convex_queries.h"
+#include "benchmarks/reference/queries/trajectory_queries.h"
 #include "benchmarks/soak/soak.h"
 
 #include <algorithm>
@@ -129,43 +130,39 @@ SoakSubject chainSoak()
             },
             .print = [](std::ostream& out, std::uint64_t seed) { print(out, chainQuery(seed)); }};
 }
+
+SoakSubject trajectorySoak()
+{
+    return {
+        .program = "benchmarks/run soak trajectories",
+        .families = trajectoryKindNames(),
+        .round = kTrajectoryRound,
+        .shares = kChainShares,
+        .ask =
+            [](std::uint64_t seed)
+        {
+            const TrajectoryQuery query = trajectoryQuery(seed);
+            return answerOf(query, runTrajectoryQuery(query), 0.0);
+        },
+        .print = [](std::ostream& out, std::uint64_t seed) { print(out, trajectoryQuery(seed)); }};
+}
 }  // namespace
 
 int main(int argc, char** argv)
 {
+    Program program{
+        .name = "soak_queries", .about = "Random queries, every answer judged.", .options = {}};
     const int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-    return runProgram(
-        argc,
-        argv,
-        {.name = "soak_queries",
-         .about = "Random queries, every answer judged.",
-         .options = {},
-         .verbs = {soakProgram("rigid",
-                               "random and adversarial pairs, by proof or counterexample",
-                               {.count = 1'000'000,
-                                .quickCount = 20'000,
-                                .jobs = jobs,
-                                .checkpoint = "soak_rigid.checkpoint"},
-                               [](bool) { return rigidSoak(); }),
-                   soakProgram("accuracy",
-                               "any gap within an accuracy, judged on the full meshes",
-                               {.count = 100'000,
-                                .quickCount = 1'440,
-                                .jobs = jobs,
-                                .checkpoint = "soak_accuracy.checkpoint"},
-                               [](bool) { return accuracySoak(); }),
-                   soakProgram("convex",
-                               "exact convex shapes, by proof or counterexample on triangles",
-                               {.count = 1'000'000,
-                                .quickCount = 20'000,
-                                .jobs = jobs,
-                                .checkpoint = "soak_convex.checkpoint"},
-                               [](bool) { return convexSoak(); }),
-                   soakProgram("articulated",
-                               "chains of two to ten joints among obstacles, by brute force",
-                               {.count = 100'000,
-                                .quickCount = 2'000,
-                                .jobs = jobs,
-                                .checkpoint = "soak_articulated.checkpoint"},
-                               [](bool) { return chainSoak(); })}});
+    const auto add = [&](const std::string& name, int count, int quick, auto subject, auto about)
+    {
+        const std::string checkpoint = "soak_" + name + ".checkpoint";
+        program.verbs.push_back(soakProgram(
+            name, about, {count, quick, jobs, checkpoint}, [=](bool) { return subject(); }));
+    };
+    add("rigid", 1'000'000, 20'000, rigidSoak, "adversarial pairs, by proof or counterexample");
+    add("accuracy", 100'000, 1'440, accuracySoak, "any gap within an accuracy, on full meshes");
+    add("convex", 1'000'000, 20'000, convexSoak, "exact convex shapes, by proof on triangles");
+    add("articulated", 100'000, 2'000, chainSoak, "chains of joints, by brute force");
+    add("trajectories", 100'000, 720, trajectorySoak, "trajectories of chains, the same");
+    return runProgram(argc, argv, program);
 }

@@ -30,8 +30,8 @@ struct TestedPair
 
 /// Between samples of a motion the joints turn by more than half of this together [rad], or there
 /// are twice as many samples less one.
-constexpr double kSampleStep = 0.3;
-constexpr int kMostSamples = 16;
+constexpr double kSampleStep = 0.6;
+constexpr int kMostSamples = 8;
 
 const PairMask* maskOf(const ArticulatedBody& body, const TestedPair& pair)
 {

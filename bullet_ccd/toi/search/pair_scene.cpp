@@ -62,12 +62,16 @@ TreeState treeStateOf(const MotionState& s, const Isometry3d& X_ofTree)
 
 TreeState treeStateAt(const PairSide& side, std::int32_t base, double t)
 {
+    if (side.rests)
+    {
+        return {.X = side.X_atRest, .v = Vector3d::Zero(), .w = Vector3d::Zero()};
+    }
     return treeStateOf(side.frames != nullptr ? side.frames->stateAt(base, side.frame, t)
                                               : bodyStateAt(*side.body, t),
                        side.X);
 }
 
-void setAcceleration(PairSide& side, std::int32_t base)
+void setConstants(PairSide& side, std::int32_t base)
 {
     if (side.frames != nullptr)
     {
@@ -82,6 +86,15 @@ void setAcceleration(PairSide& side, std::int32_t base)
         side.acceleration = std::get<RigidMotion>(side.body->motion).accelerationBound();
     }
     side.offset = side.X.linear().transpose() * side.X.translation();
+    const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
+    const bool rests = side.frames != nullptr
+                           ? side.frame == base
+                           : rigid != nullptr && rigid->v_W.isZero(0.0) && rigid->w_W.isZero(0.0);
+    if (rests)
+    {
+        side.X_atRest = treeStateAt(side, base, 0.0).X;
+        side.rests = true;
+    }
 }
 
 void copy(const Vector3d& from, double (&to)[3])
@@ -115,7 +128,10 @@ void PairScene::reset(std::span<const MovingBody> bodies,
 {
     m_bodies = bodies;
     m_bodyPairs = pairs;
-    m_state.pair = kNone;
+    for (PairState& state : m_states)
+    {
+        state.pair = kNone;
+    }
     m_turningState.pair = kNone;
     m_batchPair = kNone;
     m_mayStartTouching = false;
@@ -202,18 +218,24 @@ void PairScene::setSides(ScenePair& pair, const MovingBody& a, const MovingBody&
     pair.sideB = sideOf(b);
     const bool oneTree = pair.sideA.frames != nullptr && pair.sideA.frames == pair.sideB.frames;
     pair.base = oneTree ? pair.sideA.frames->commonFrame(pair.sideA.frame, pair.sideB.frame) : 0;
-    setAcceleration(pair.sideA, pair.base);
-    setAcceleration(pair.sideB, pair.base);
+    setConstants(pair.sideA, pair.base);
+    setConstants(pair.sideB, pair.base);
 }
 
 const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& counters)
 {
-    if (m_state.pair != pair || m_state.time != t)
+    for (std::size_t back = 0; back < m_states.size(); ++back)
     {
-        ++counters.states;
-        computeState(pair, t);
+        const PairState& known = m_states[(m_latest - back) % m_states.size()];
+        if (known.pair == pair && known.time == t)
+        {
+            return known;
+        }
     }
-    return m_state;
+    ++counters.states;
+    m_latest = (m_latest + 1) % m_states.size();
+    computeState(pair, t, m_states[m_latest]);
+    return m_states[m_latest];
 }
 
 const PairState& PairScene::turningStateAt(std::int32_t index, double t, ToiCounters& counters)
@@ -240,17 +262,17 @@ const PairState& PairScene::turningStateAt(std::int32_t index, double t, ToiCoun
     return m_turningState;
 }
 
-void PairScene::computeState(std::int32_t index, double t)
+void PairScene::computeState(std::int32_t index, double t, PairState& state)
 {
     ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
-    m_state.pair = index;
-    m_state.time = t;
-    RelativeMotion& m = m_state.motion;
+    state.pair = index;
+    state.time = t;
+    RelativeMotion& m = state.motion;
     if (pair.isRigid)
     {
         m = pair.rigid.at(t);
-        m_state.rounding = kRounding * (pair.rigid.reach + length(m.p) + pair.rigid.speed) +
-                           1e-15 * pair.rigid.offset;
+        state.rounding = kRounding * (pair.rigid.reach + length(m.p) + pair.rigid.speed) +
+                         1e-15 * pair.rigid.offset;
         return;
     }
     const TreeState a = treeStateAt(pair.sideA, pair.base, t);
@@ -281,7 +303,7 @@ void PairScene::computeState(std::int32_t index, double t)
     const double speed = velocity.norm() + m.spinA * pair.treeA->radius() +
                          m.spinB * (pair.treeB->radius() + pair.sideB.offset.norm());
     pair.speedScale = std::max(pair.speedScale, speed);
-    m_state.rounding =
+    state.rounding =
         kRounding *
         (a.X.translation().norm() + b.X.translation().norm() + pair.treeA->radius() +
          pair.treeB->radius() + pair.treeA->origin().norm() + pair.treeB->origin().norm() + speed);

@@ -8,6 +8,7 @@
 #include "bullet_ccd/toi/search/pair_step.h"
 #include "bullet_ccd/toi/search/rigid_pair.h"
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -33,6 +34,8 @@ struct PairSide
     AccelerationBound acceleration{};
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from its origin to the tree's, in the
                                                        ///< axes of the tree
+    bool rests = false;                                ///< in the frame of the query
+    Eigen::Isometry3d X_atRest = Eigen::Isometry3d::Identity();  ///< of the tree there, if so
 };
 
 /// Two bodies of a query.
@@ -110,7 +113,7 @@ public:
     /// though it was certified to go on.
     [[nodiscard]] bool mayStartTouching() const { return m_mayStartTouching; }
 
-    /// Relative state of a pair of bodies at time t; valid until the next call.
+    /// Relative state of a pair of bodies at time t; valid until the next call that names another.
     [[nodiscard]] const PairState& stateAt(std::int32_t pair, double t, ToiCounters& counters);
 
     /// The same with directions that turn with B, if the pair is rigid: what lies on a face of B
@@ -138,7 +141,7 @@ private:
     [[nodiscard]] PairSide sideOf(const MovingBody& body);
     [[nodiscard]] MovingFrames& framesOf(const LinkMotion& link);
     void setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b);
-    void computeState(std::int32_t index, double t);
+    void computeState(std::int32_t index, double t, PairState& state);
     void fillConstants(std::int32_t index);
     void fillLane(int lane, const NodePair& p, ToiCounters& counters);
     [[nodiscard]] float flatStepOf(const NodePair& p, float step, ToiCounters& counters);
@@ -156,7 +159,9 @@ private:
     };
     std::vector<OwnFrames> m_trees;
     std::size_t m_treesUsed = 0;
-    PairState m_state;
+    /// The latest, of which the batch in hand and the triangles below it ask again.
+    std::array<PairState, NodeBatch::kLanes> m_states;
+    std::size_t m_latest = 0;
     RigidPair m_turning{};  ///< of the pair that `m_turningState` is of, in the frame of B
     PairState m_turningState;
     NodeBatch m_batch{};

@@ -81,8 +81,9 @@ Certificate certify(const RobotLinks& links,
     Certificate certificate;
     certificate.segments = trajectory.segments.size();
     certificate.start = trajectory.times.front();
-    certificate.toi =
-        trajectoryToi(body, environment, trajectory, {.toi = options.toi}, options.work);
+    ToiOptions toi = options.toi;
+    toi.strategy = ToiStrategy::Interval;
+    certificate.toi = trajectoryToi(body, environment, trajectory, {.toi = toi}, options.work);
     if (options.wantsDistance && verdictOf(certificate) == Verdict::Free)
     {
         const TrajectoryLeastDistance least =

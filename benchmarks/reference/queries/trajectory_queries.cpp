@@ -1,0 +1,273 @@
+#include "benchmarks/reference/queries/trajectory_queries.h"
+
+#include "benchmarks/reference/oracles/articulated_judge.h"
+#include "benchmarks/reference/oracles/brute_force_toi.h"
+#include "benchmarks/reference/scenes/random.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+
+namespace bullet_ccd::reference
+{
+namespace
+{
+/// Those without spherical joints and floating bases, which trajectories do not move.
+constexpr std::array kFamilies{ChainFamily::Revolute,
+                               ChainFamily::Prismatic,
+                               ChainFamily::Mimic,
+                               ChainFamily::SelfCollision,
+                               ChainFamily::Fingers};
+
+std::vector<double> near(const std::vector<double>& from,
+                         const std::vector<double>& way,
+                         double part,
+                         double off,
+                         Random& random)
+{
+    std::vector<double> q = from;
+    for (std::size_t i = 0; i < q.size(); ++i)
+    {
+        q[i] += way[i] * (part + off * random.uniform(-1.0, 1.0));
+    }
+    return q;
+}
+
+Trajectory through(const ArticulatedScene& scene, TrajectoryKind kind, Random& random)
+{
+    const int pieces = random.integer(1, 2);
+    const std::vector<double> none(scene.tree.size(), 0.0);
+    std::vector<Waypoint> waypoints;
+    double time = random.uniform(-1.0, 1.0);
+    for (int k = 0; k <= pieces; ++k)
+    {
+        const double part = double(k) / pieces;
+        Waypoint waypoint{
+            .time = time,
+            .positions =
+                near(scene.motion.positions, scene.motion.rates, part, k == 0 ? 0.0 : 0.3, random)};
+        if (kind != TrajectoryKind::Linear)
+        {
+            waypoint.velocities = near(none, scene.motion.rates, 1.0, 0.5, random);
+        }
+        if (kind == TrajectoryKind::Quintic)
+        {
+            waypoint.accelerations = near(none, scene.motion.rates, 0.0, 1.0, random);
+        }
+        waypoints.push_back(std::move(waypoint));
+        time += random.uniform(0.2, 0.8);
+    }
+    return trajectoryThrough(scene.tree, scene.motion.root.X_W0, waypoints);
+}
+
+Trajectory spline(const ArticulatedScene& scene, Random& random)
+{
+    JointSpline spline{.degree = random.integer(1, 5), .knots = {}, .controlPoints = {}};
+    const int points = spline.degree + random.integer(1, 2);
+    for (int k = 0; k < points; ++k)
+    {
+        spline.controlPoints.push_back(near(scene.motion.positions,
+                                            scene.motion.rates,
+                                            double(k) / (points - 1),
+                                            k == 0 ? 0.0 : 0.3,
+                                            random));
+    }
+    double knot = 0.0;
+    for (int k = 0; k < points + spline.degree + 1; ++k)
+    {
+        spline.knots.push_back(knot);
+        knot += k < spline.degree || k >= points - 1 ? 0.0 : random.uniform(0.2, 0.8);
+    }
+    // The last of them stands for all that are clamped to the end.
+    const double end = spline.knots[static_cast<std::size_t>(points) - 1] + 0.5;
+    std::fill(spline.knots.begin() + points, spline.knots.end(), end);
+    return splineTrajectory(scene.tree, scene.motion.root.X_W0, spline);
+}
+
+/// The least distance of all pairs that are tested, or of the named one, at a time in [0, 1].
+double distanceAt(const ArticulatedScene& scene,
+                  double t,
+                  const ArticulatedLeastDistance* named = nullptr)
+{
+    const auto poseOf = [&](std::int32_t link, double at)
+    { return oracleLinkPose(scene.tree, scene.motion, link, at); };
+    double least = std::numeric_limits<double>::infinity();
+    const auto add = [&](const TriangleMesh& a,
+                         const std::function<Eigen::Isometry3d(double)>& X_WA,
+                         const TriangleMesh& b,
+                         const std::function<Eigen::Isometry3d(double)>& X_WB)
+    {
+        const auto relative = [&](double at)
+        { return Eigen::Isometry3d(X_WB(at).inverse() * X_WA(at)); };
+        const bool moves = !relative(0.0).isApprox(relative(0.37), 1e-12) ||
+                           !relative(0.0).isApprox(relative(1.0), 1e-12);
+        if (moves && !a.triangles.empty() && !b.triangles.empty())
+        {
+            least = std::min(
+                least,
+                oracleDistanceAt({.mesh = &a, .poseAt = X_WA}, {.mesh = &b, .poseAt = X_WB}, t));
+        }
+    };
+    for (std::size_t link = 0; link < scene.tree.size(); ++link)
+    {
+        for (std::size_t k = 0; k < scene.obstacles.size(); ++k)
+        {
+            if (named != nullptr &&
+                (named->link != std::int32_t(link) || named->obstacle != std::int32_t(k)))
+            {
+                continue;
+            }
+            add(
+                scene.linkMeshes[link],
+                [&, link](double at) { return poseOf(static_cast<std::int32_t>(link), at); },
+                scene.obstacles[k],
+                [&, k](double) { return scene.obstacleMotions[k].X_W0; });
+        }
+    }
+    for (const auto& pair : scene.selfPairs)
+    {
+        if (named != nullptr && (named->link != pair.first || named->otherLink != pair.second))
+        {
+            continue;
+        }
+        add(
+            scene.linkMeshes[static_cast<std::size_t>(pair.first)],
+            [&, link = pair.first](double at) { return poseOf(link, at); },
+            scene.linkMeshes[static_cast<std::size_t>(pair.second)],
+            [&, link = pair.second](double at) { return poseOf(link, at); });
+    }
+    return least;
+}
+
+/// Every segment up to the one of the answer, with the part of the answer that concerns it.
+Judgement judgeContact(const TrajectoryQuery& query, const TrajectoryToiResult& result)
+{
+    ArticulatedScene scene = query.chain.scene;
+    for (std::size_t k = 0; k < query.trajectory.segments.size(); ++k)
+    {
+        scene.motion = query.trajectory.segments[k];
+        const bool isLast =
+            result.status != ToiStatus::Separated && std::ptrdiff_t(k) == result.segment;
+        ArticulatedToiResult part;
+        part.time = 1.0;
+        if (isLast)
+        {
+            part.status = result.status;
+            part.contacts = result.contacts;
+            part.time = result.contacts.empty() ? 0.0 : result.contacts.front().time;
+        }
+        const Judgement judgement = judgeArticulated(scene, query.chain.options.toi, part);
+        if (isLast || judgement.verdict != Verdict::Right)
+        {
+            return judgement;
+        }
+    }
+    return {};
+}
+
+Judgement judgeLeast(const TrajectoryQuery& query, const TrajectoryLeastDistance& least)
+{
+    ArticulatedScene scene = query.chain.scene;
+    const double rounding = distanceRounding(scene) + 1e-12;
+    if (least.status == ToiStatus::IterationLimit)
+    {
+        return {
+            .verdict = Verdict::GaveUp, .time = least.seconds, .distance = 0.0, .pair = "least"};
+    }
+    constexpr int kSamples = 4;
+    for (const JointMotion& segment : query.trajectory.segments)
+    {
+        scene.motion = segment;
+        for (int i = 0; i <= kSamples; ++i)
+        {
+            const double t = double(i) / kSamples;
+            const double distance = distanceAt(scene, t);
+            if (least.distance > distance + rounding)
+            {
+                return {.verdict = Verdict::Late, .time = t, .distance = distance, .pair = "least"};
+            }
+        }
+    }
+    if (least.segment != kNone)
+    {
+        scene.motion = query.trajectory.segments[static_cast<std::size_t>(least.segment)];
+        const double distance = distanceAt(scene, least.time, &least);
+        if (std::abs(distance - least.found) > rounding && distance > rounding)
+        {
+            return {.verdict = Verdict::WrongGap,
+                    .time = least.time,
+                    .distance = distance,
+                    .pair = "least"};
+        }
+    }
+    const double known = std::min(least.found, query.least.enough);
+    if (std::isfinite(known) && least.distance < known - query.least.tolerance - rounding)
+    {
+        return {.verdict = Verdict::WrongGap,
+                .time = least.time,
+                .distance = least.distance,
+                .pair = "least"};
+    }
+    return {};
+}
+}  // namespace
+
+std::vector<std::string> trajectoryKindNames()
+{
+    return {"linear", "cubic", "quintic", "spline"};
+}
+
+TrajectoryQuery trajectoryQuery(std::uint64_t seed)
+{
+    TrajectoryQuery query{.family = static_cast<TrajectoryKind>(seed % kTrajectoryKinds)};
+    const std::uint64_t turn = seed / kTrajectoryKinds;
+    // The chain whose family and number of joints are those of this turn.
+    query.chain = chainQuery(turn / kFamilies.size() * kChainFamilies +
+                             static_cast<std::uint64_t>(kFamilies[turn % kFamilies.size()]));
+    ArticulatedScene& scene = query.chain.scene;
+    scene.motion.root = restAt(scene.motion.root.X_W0);
+    for (RigidMotion& motion : scene.obstacleMotions)
+    {
+        motion = restAt(motion.X_W0);
+    }
+    Random random(seed * 0x9E3779B97F4A7C15ULL + 11);
+    query.trajectory = query.family == TrajectoryKind::Spline
+                           ? spline(scene, random)
+                           : through(scene, query.family, random);
+    query.least.tolerance = random.logUniform(1e-6, 1e-3);
+    return query;
+}
+
+void print(std::ostream& out, const TrajectoryQuery& query)
+{
+    out << "trajectory " << trajectoryKindNames()[static_cast<std::size_t>(query.family)] << " of "
+        << query.trajectory.segments.size() << " segments\n";
+    for (const JointMotion& segment : query.trajectory.segments)
+    {
+        ChainQuery piece = query.chain;
+        piece.scene.motion = segment;
+        print(out, piece);
+    }
+}
+
+TrajectoryOutcome runTrajectoryQuery(const TrajectoryQuery& query)
+{
+    thread_local ToiWorkspace work;
+    const BuiltScene built(query.chain.scene);
+    TrajectoryOutcome outcome;
+    outcome.result = trajectoryToi(built.body(),
+                                   Environment(built.obstacles()),
+                                   query.trajectory,
+                                   query.chain.options,
+                                   std::span(&work, 1));
+    outcome.judgement = judgeContact(query, outcome.result);
+    outcome.least = leastDistance(
+        built.body(), built.obstacles(), query.trajectory, query.least, std::span(&work, 1));
+    if (outcome.judgement.verdict == Verdict::Right)
+    {
+        outcome.judgement = judgeLeast(query, outcome.least);
+    }
+    return outcome;
+}
+}  // namespace bullet_ccd::reference
