@@ -26,7 +26,7 @@ constexpr double kRestBelow = 2e-5;   // [m]
 /// Contacts that are farther from that do not press in this step, if bodies come no faster than
 /// 0.03 m/s (at 120 steps per second); faster ones are stopped by the continuous world.
 constexpr double kProcessed = 2.5e-4;  // [m]
-constexpr double kRestingWay = 0.02;   // of the gap, by which contacts may be old
+constexpr double kRestingWay = 0.1;    // of the gap, by which contacts may be old; below kProcessed
 constexpr double kSkinTime = 0.005;    // damping over stiffness of skins [s]
 constexpr double kSkinDepth = 0.55;    // of the gap, that skins never give way by
 constexpr double kHardest = 1e-2;      // room left over that depth, at the least

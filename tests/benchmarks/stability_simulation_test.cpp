@@ -76,5 +76,14 @@ TEST(StabilityRun, MeshesInTheHandStayApartWhereStockBulletLosesThem)
     EXPECT_EQ(ours.depth, 0.0);
     EXPECT_EQ(ours.verdict, StabilityVerdict::Held);
 }
+
+TEST(StabilityRun, FingersThatBeginWithAnImpactHoldAtLargeSteps)
+{
+    // The ball spins after it by more than a tenth of a radian in a step.
+    const StabilityOutcome outcome =
+        run("hold_fingers",
+            {.kind = Kind::World, .rate = 60, .iterations = 50, .seconds = 4.0, .holding = true});
+    EXPECT_EQ(outcome.verdict, StabilityVerdict::Held);
+}
 }  // namespace
 }  // namespace bullet_ccd::benchmarks

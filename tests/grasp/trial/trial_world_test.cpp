@@ -1,6 +1,9 @@
 #include "grasp/sim/trial_world.h"
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
+#include "bullet_ccd/bullet/btCcdMeshShape.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/sim/resting_dispatcher.h"
 #include "tests/grasp/planner/test_hands.h"
 #include "tests/support/test_data.h"
 
@@ -558,6 +561,51 @@ TEST(TrialWorld, RefusesWhatHasNoMassOrNegativeFriction)
 {
     EXPECT_THROW(Pinch(0.0, 0.5, 1.0), std::invalid_argument);
     EXPECT_THROW(Pinch(0.1, -0.5, 1.0), std::invalid_argument);
+}
+
+/// What Bullet asks about is compounds of one mesh, as hands and objects of trials are.
+TEST(RestingDispatcher, DistancesFollowAMotionThatIsTooSmallForASearch)
+{
+    constexpr double kWay = 1e-5;
+    btDefaultCollisionConfiguration configuration;
+    RestingDispatcher dispatcher(&configuration);
+    dispatcher.setRestingWay(2.0 * kWay);
+    const btCcdRegistration registration(dispatcher);
+    btDbvtBroadphase broadphase;
+    btCollisionWorld world(&dispatcher, &broadphase, &configuration);
+    const std::unique_ptr<btCcdMeshShape> mesh =
+        btCcdMeshShape::fromMesh(makeBox(Eigen::Vector3d::Constant(0.02)));
+    mesh->setMargin(kMargin);
+    btCompoundShape shape(false, 1);
+    shape.addChildShape(btTransform::getIdentity(), mesh.get());
+    btCollisionObject lower;
+    btCollisionObject upper;
+    for (btCollisionObject* object : {&lower, &upper})
+    {
+        object->setCollisionShape(&shape);
+        world.addCollisionObject(object);
+    }
+    const auto distanceAt = [&](double height)
+    {
+        upper.setWorldTransform(btTransform(btQuaternion::getIdentity(), {0.0, 0.0, height}));
+        world.performDiscreteCollisionDetection();
+        double least = 1.0;
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+        {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+            for (int k = 0; k < manifold.getNumContacts(); ++k)
+            {
+                least = std::min(least, double(manifold.getContactPoint(k).getDistance()));
+            }
+        }
+        return least;
+    };
+    constexpr double kTouching = 0.04 + 2.0 * kMargin;
+    EXPECT_NEAR(distanceAt(kTouching), 0.0, 1e-12);
+    EXPECT_NEAR(distanceAt(kTouching + kWay), kWay, 1e-12);
+    EXPECT_NEAR(distanceAt(kTouching - kWay), -kWay, 1e-12);
+    world.removeCollisionObject(&upper);
+    world.removeCollisionObject(&lower);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp
