@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """What tools/grasp_trials adds up, on rows whose answer is known: SOURCES GRASP_PROGRAM."""
+import argparse
 import importlib.util
 import json
 import subprocess
@@ -65,3 +66,12 @@ with tempfile.TemporaryDirectory() as folder:
     code, text = said("soak", *where, "--program", broken, "-n", trials + 1)
     assert code == 1 and "crashes" in text, text
     assert log.read_text().startswith(before) and log.read_text().count("\n") == 2
+
+    # What waits has not stalled, however long; what works for too long has.
+    tool.STALL = 1
+    for name, work, answer in ("waits", "sleep 1.5", 0), ("works", "while :; do :; done", None):
+        program = Path(folder) / name
+        program.write_text(f"#!/bin/sh\n{work}\n")
+        program.chmod(0o755)
+        options = argparse.Namespace(verb="soak", output=Path(folder) / "stalls", program=program)
+        assert tool.Runner(options).grasp()[0] == answer, name
