@@ -76,7 +76,8 @@ struct Descent
     /// flat faces all would be looked at, because volumes in single precision blur what they bound.
     [[nodiscard]] bool isNoBetter(std::int32_t a, std::int32_t b) const
     {
-        return extentAlong(treeB, b, tie.inB).low - extentAlong(treeA, a, tie.inA).high >= tie.gap;
+        return std::isfinite(tie.gap) &&
+               extentAlong(treeB, b, tie.inB).low - extentAlong(treeA, a, tie.inA).high >= tie.gap;
     }
 
     /// Looks at the clock now and then.
@@ -245,7 +246,9 @@ Skipped descend(const SsvTree& treeA,
     {
         descent.untilCheck = 0;
     }
-    if (std::isfinite(bound))
+    // Where it is only asked whether the two touch, volumes tell it sooner.
+    constexpr double kTouching = 1e-6;
+    if (std::isfinite(bound) && bound > kTouching * (treeA.radius() + treeB.radius()))
     {
         descent.setFirstTie();
     }
