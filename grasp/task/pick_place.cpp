@@ -95,8 +95,11 @@ public:
         findPlaces();
         if (m_places.empty())
         {
-            m_plan.failure = "there is no room for " + m_task.object.name +
-                             " in the target region at any turn that was tried";
+            m_plan.failure = m_isAboveSomething
+                                 ? "there is no room for " + m_task.object.name +
+                                       " in the target region at any turn that was tried"
+                                 : "there is nothing below the target region that " +
+                                       m_task.object.name + " could stand on";
             return std::move(m_plan);
         }
         requireFreeStart();
@@ -246,6 +249,7 @@ private:
                          {.tolerance = 0.1 * m_options.gap, .minimumSeparation = m_options.gap},
                          m_work);
         X_WO.translation().z() -= 2.0 * kPutDown * toi.time;
+        m_isAboveSomething = m_isAboveSomething || toi.status != ToiStatus::Separated;
         if (toi.status == ToiStatus::Hit &&
             std::abs(lowestOf(m_task.object, X_WO) - m_task.target.center.z()) < kSameHeight)
         {
@@ -620,7 +624,8 @@ private:
     NamedSurroundings m_before;  // with the object where it starts
     std::vector<RigidBody> m_inObject;
     std::vector<std::pair<int, Isometry3d>> m_places;
-    std::vector<double> m_open;  // positions of the hand
+    bool m_isAboveSomething = false;  // in one of the places that were looked at
+    std::vector<double> m_open;       // positions of the hand
     std::vector<std::vector<double>> m_closing;
     ToiWorkspace m_work;
     PickPlacePlan m_plan;

@@ -239,7 +239,7 @@ TEST(PickPlace, SaysWhyThereIsNoPlan)
     }
     PickPlaceTask beside = k.task();
     beside.target.center = {0.5, 2.0, 0.0};  // there is no table
-    EXPECT_THAT(planPickPlace(beside, k.options).failure, HasSubstr("no room"));
+    EXPECT_THAT(planPickPlace(beside, k.options).failure, HasSubstr("nothing below"));
     PickPlaceTask under = k.task();
     under.target.center = {0.6, 0.05, 0.0};  // within the wall
     under.target.size = {0.0, 0.0};
