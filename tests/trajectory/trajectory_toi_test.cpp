@@ -1,6 +1,7 @@
 /// First contacts and least distances of whole trajectories: closed forms, brute force, threads.
 #include "benchmarks/reference/oracles/articulated_judge.h"
 #include "benchmarks/reference/queries/chain_queries.h"
+#include "benchmarks/reference/queries/trajectory_queries.h"
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
@@ -371,6 +372,53 @@ TEST(TrajectoryToi, WhatRestsIsNotTestedAndWhatIsNoQuestionIsRefused)
                  std::invalid_argument);
     EXPECT_THROW((void)leastDistance(built.body(), built.obstacles(), moving, {}, work),
                  std::invalid_argument);
+}
+
+TEST(TrajectorySoak, NothingIsLateOrMissedAndLeastDistancesAreWithinTheirTolerance)
+{
+    // At 79 and 138 another pair is nearer than the named one, by less than the tolerance.
+    std::vector<std::uint64_t> seeds{79, 138};
+    const std::uint64_t count = longTests() ? 2000 : 8;
+    for (std::uint64_t i = 0; i < count; ++i)
+    {
+        seeds.push_back((30 + 19 * i) % (longTests() ? 2000 : kTrajectoryRound));
+    }
+    int hits = 0;
+    for (const std::uint64_t seed : seeds)
+    {
+        const TrajectoryOutcome outcome = runTrajectoryQuery(trajectoryQuery(seed));
+        hits += outcome.result.status == ToiStatus::Hit ? 1 : 0;
+        EXPECT_EQ(outcome.judgement.verdict, Verdict::Right)
+            << outcome.judgement.text() << "\n  benchmarks/run soak trajectories --seed " << seed
+            << " --count 1 --verbose";
+    }
+    EXPECT_GT(hits, 2);
+}
+
+TEST(TrajectorySoak, JudgesWrongAnswersAsWrong)
+{
+    const TrajectoryQuery query = trajectoryQuery(79);
+    const TrajectoryOutcome right = runTrajectoryQuery(query);
+    const auto verdictOf = [&](double distanceBy, double foundBy)
+    {
+        TrajectoryLeastDistance wrong = right.least;
+        wrong.distance += distanceBy;
+        wrong.found += foundBy;
+        return judgeTrajectory(query, right.result, wrong).verdict;
+    };
+    const double tolerance = query.least.tolerance;
+    EXPECT_EQ(verdictOf(0.0, 0.0), Verdict::Right);
+    EXPECT_EQ(verdictOf(2.0 * tolerance, 0.0), Verdict::Late);
+    EXPECT_EQ(verdictOf(-0.1 * tolerance, 0.0), Verdict::WrongGap);
+    EXPECT_EQ(verdictOf(0.0, 1e-6), Verdict::WrongGap);
+    const TrajectoryQuery hit = trajectoryQuery(30);
+    const TrajectoryOutcome outcome = runTrajectoryQuery(hit);
+    ASSERT_EQ(outcome.result.status, ToiStatus::Hit);
+    TrajectoryToiResult missed = outcome.result;
+    missed.status = ToiStatus::Separated;
+    missed.time = hit.trajectory.times.back();
+    missed.contacts.clear();
+    EXPECT_EQ(judgeTrajectory(hit, missed, outcome.least).verdict, Verdict::Missed);
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -251,6 +251,14 @@ void print(std::ostream& out, const TrajectoryQuery& query)
     }
 }
 
+Judgement judgeTrajectory(const TrajectoryQuery& query,
+                          const TrajectoryToiResult& result,
+                          const TrajectoryLeastDistance& least)
+{
+    const Judgement contact = judgeContact(query, result);
+    return contact.verdict == Verdict::Right ? judgeLeast(query, least) : contact;
+}
+
 TrajectoryOutcome runTrajectoryQuery(const TrajectoryQuery& query)
 {
     thread_local ToiWorkspace work;
@@ -261,13 +269,9 @@ TrajectoryOutcome runTrajectoryQuery(const TrajectoryQuery& query)
                                    query.trajectory,
                                    query.chain.options,
                                    std::span(&work, 1));
-    outcome.judgement = judgeContact(query, outcome.result);
     outcome.least = leastDistance(
         built.body(), built.obstacles(), query.trajectory, query.least, std::span(&work, 1));
-    if (outcome.judgement.verdict == Verdict::Right)
-    {
-        outcome.judgement = judgeLeast(query, outcome.least);
-    }
+    outcome.judgement = judgeTrajectory(query, outcome.result, outcome.least);
     return outcome;
 }
 }  // namespace bullet_ccd::reference

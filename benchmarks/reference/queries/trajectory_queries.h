@@ -47,7 +47,12 @@ struct TrajectoryOutcome
     Judgement judgement = {};
 };
 
-/// Answers by the library and judges the answers. A least distance above one that brute force finds
-/// is Late; one that is more than its tolerance below what was found, or was not found, WrongGap.
+/// The first complaint about the two answers. A least distance above one that brute force finds is
+/// Late; one that is more than its tolerance below what was found, or was not found, WrongGap.
+[[nodiscard]] Judgement judgeTrajectory(const TrajectoryQuery& query,
+                                        const TrajectoryToiResult& result,
+                                        const TrajectoryLeastDistance& least);
+
+/// Answers by the library and judges the answers.
 [[nodiscard]] TrajectoryOutcome runTrajectoryQuery(const TrajectoryQuery& query);
 }  // namespace bullet_ccd::reference
