@@ -77,7 +77,7 @@ json judgeTrials(const tools::LoadedHand& hand,
     std::erase_if(grasps,
                   [](const grasp::Grasp& g) { return g.reject != grasp::RejectReason::None; });
     const double mass = grasp::massOf(object.object, options.mass).mass;
-    const auto score = [&](const grasp::Grasp& g) { return holdScore(g, object.object, mass); };
+    const auto score = [&](const grasp::Grasp& g) { return holdScore(g, mass); };
     std::vector<Suite> suites{
         {"six", {grasp::shippedProtocol("six")}, options.friction, questions.torsion},
         dexGraspBench(),

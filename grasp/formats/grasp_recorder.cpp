@@ -181,7 +181,7 @@ Json qualityToJson(const Grasp& grasp,
             {"force_closure", quality.forceClosure},
             {"class", quality.forceClosure ? Json(epsilonClass(quality.epsilon)) : Json()},
             {"weight", weightToJson(quality, options, mass, hand)},
-            {"hold_score", quality.largestMass ? Json(holdScore(grasp, object, mass)) : Json()},
+            {"hold_score", quality.largestMass ? Json(holdScore(grasp, mass)) : Json()},
             {"friction", options.friction},
             {"cone_edges", options.coneEdges},
             {"torque_scale_m", object.radius}};

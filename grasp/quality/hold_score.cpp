@@ -10,33 +10,17 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr double kMostRatio = 1000.0;
-
-double spread(const Grasp& grasp)
-{
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const GraspContact& contact : grasp.contacts)
-    {
-        mean += contact.point / static_cast<double>(grasp.contacts.size());
-    }
-    double squared = 0.0;
-    for (const GraspContact& contact : grasp.contacts)
-    {
-        squared +=
-            (contact.point - mean).squaredNorm() / static_cast<double>(grasp.contacts.size());
-    }
-    return std::sqrt(squared);
-}
+constexpr double kEnough = 4.0;
 }  // namespace
 
-double holdScore(const Grasp& grasp, const GraspObject& object, double mass)
+double holdScore(const Grasp& grasp, double mass)
 {
     if (!grasp.quality.largestMass)
     {
         return 0.0;
     }
-    const double ratio = std::min(kMostRatio, *grasp.quality.largestMass / mass);
-    const std::array features{1.0, std::log(ratio + 0.1), spread(grasp) / object.radius};
+    const double ratio = std::min(kEnough, *grasp.quality.largestMass / mass + 0.1);
+    const std::array features{1.0, std::log(ratio), grasp.quality.epsilon};
     static_assert(features.size() == kHoldScore.size());
     const double sum =
         std::inner_product(features.begin(), features.end(), kHoldScore.begin(), 0.0);

@@ -6,8 +6,8 @@
 namespace bullet_ccd::grasp
 {
 inline constexpr std::array kHoldScore{
-    -1.4487,  // one
-    1.2775,   // log_mass_ratio
-    3.4303,   // spread
+    -1.8533,  // one
+    2.8538,   // log_mass_ratio
+    12.9854,  // epsilon
 };
 }  // namespace bullet_ccd::grasp

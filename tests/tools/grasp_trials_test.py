@@ -33,7 +33,7 @@ with tempfile.TemporaryDirectory() as folder:
 
     def trial(ours, theirs, depth=0.0):
         one = {"slip_m": 0.02, "turn_rad": 0.0, "reason": "after 0.3 s", "penetration_m": depth}
-        return {"suite": "six", "rank": 1, "scored_first": True, "candidate": 7,
+        return {"suite": "six", "rank": 1, "epsilon": 0.05, "scored_first": True, "candidate": 7,
                 "ours": one | {"outcome": ours}, "mujoco": one | {"outcome": theirs}}
 
     def summary(*trials):
@@ -45,6 +45,8 @@ with tempfile.TemporaryDirectory() as folder:
     assert code == 0, text
     assert "10 grasps, held: ours  90.0 %, MuJoCo 100.0 %, agree  90.0 %" in text, text
     assert "differ:    1 x six: ours dropped, MuJoCo held" in text, text
+    assert "six           epsilon up to 0.1                    10 grasps" in text, text
+    assert "of the best five:    1 x six: lost here, held in MuJoCo" in text, text
     assert "failed:    1 x six: dropped: after N s" in text, text
     assert summary(*alike, *[trial("dropped", "held")] * 2)[0] == 1
     assert summary(*alike, trial("held", "held", 1e-5))[0] == 1

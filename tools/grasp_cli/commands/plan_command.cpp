@@ -120,7 +120,7 @@ void rankByScore(PlanRun& run, const std::optional<double>& given)
     const auto count = static_cast<std::ptrdiff_t>(forceClosures(run.grasps));
     for (const Grasp& grasp : std::span(run.grasps).first(static_cast<std::size_t>(count)))
     {
-        scores[grasp.candidate] = grasp::holdScore(grasp, run.object.object, mass);
+        scores[grasp.candidate] = grasp::holdScore(grasp, mass);
     }
     std::stable_sort(run.grasps.begin(),
                      run.grasps.begin() + count,
