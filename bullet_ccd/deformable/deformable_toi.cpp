@@ -427,13 +427,15 @@ DeformableResult deformableToi(std::span<const DeformableBody> bodies,
     return DeformableQuery(bodies, options, Wanted::First, work.scratch()).run();
 }
 
-RigidStep rigidStep(const TriangleMesh& mesh, const RigidMotion& motion)
+namespace
 {
-    const Eigen::Isometry3d X_W0 = motion.at(0.0).X_W;
-    const Eigen::Isometry3d X_W1 = motion.at(1.0).X_W;
+RigidStep stepBetween(const TriangleMesh& mesh,
+                      const Eigen::Isometry3d& X_W0,
+                      const Eigen::Isometry3d& X_W1,
+                      const AccelerationBound& bound)
+{
     require(X_W0.matrix().allFinite() && X_W1.matrix().allFinite(),
-            "rigidStep(): the motion is not finite: give finite poses and velocities");
-    const AccelerationBound bound = motion.accelerationBound();
+            "step of a rigid mesh: the motion is not finite: give finite poses and velocities");
     RigidStep step;
     double radius = 0.0;
     for (const Eigen::Vector3d& x : mesh.vertices)
@@ -445,5 +447,22 @@ RigidStep rigidStep(const TriangleMesh& mesh, const RigidMotion& motion)
     // A path whose acceleration stays below a is at most a / 8 off its chord over a unit of time.
     step.deviation = (bound.constant + bound.perRadius * radius) / 8.0;
     return step;
+}
+}  // namespace
+
+RigidStep rigidStep(const TriangleMesh& mesh, const RigidMotion& motion)
+{
+    return stepBetween(mesh, motion.at(0.0).X_W, motion.at(1.0).X_W, motion.accelerationBound());
+}
+
+RigidStep linkStep(const TriangleMesh& mesh,
+                   const KinematicTree& tree,
+                   const JointMotion& motion,
+                   std::int32_t link)
+{
+    return stepBetween(mesh,
+                       linkStateAt(tree, motion, kNone, link, 0.0).X_W,
+                       linkStateAt(tree, motion, kNone, link, 1.0).X_W,
+                       linkAccelerationBound(tree, motion, kNone, link));
 }
 }  // namespace bullet_ccd

@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/export.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "bullet_ccd/motion/kinematic_tree.h"
 #include "bullet_ccd/motion/rigid_motion.h"
 #include "bullet_ccd/toi/toi.h"
 
@@ -183,7 +184,7 @@ struct DeformableBody
     const DeformableSurface* surface = nullptr;
     bool selfCollision = true;  ///< test the features of this body against each other, too
     /// How far points may be off the straight paths of the step [m]. It is kept in addition to the
-    /// minimum separation. rigidStep() says it of a body that turns.
+    /// minimum separation. rigidStep() and linkStep() say it of bodies that turn.
     double deviation = 0.0;
 };
 
@@ -310,4 +311,12 @@ struct RigidStep
 /// Throws std::invalid_argument for motions that are not finite.
 [[nodiscard]] BULLET_CCD_API RigidStep rigidStep(const TriangleMesh& mesh,
                                                  const RigidMotion& motion);
+/// The same of a link of an articulated body, whose path all joints between it and the world bend.
+/// @param mesh  of the link, in its frame [m]
+/// @pre   the tree has the link, and the motion is one of the tree
+/// Throws std::invalid_argument for motions that are not finite.
+[[nodiscard]] BULLET_CCD_API RigidStep linkStep(const TriangleMesh& mesh,
+                                                const KinematicTree& tree,
+                                                const JointMotion& motion,
+                                                std::int32_t link);
 }  // namespace bullet_ccd

@@ -554,5 +554,44 @@ TEST(RigidStep, BoundsHowFarATurningMeshIsOffItsChords)
     EXPECT_LE(result.time, exact.time);
     EXPECT_GT(result.time, 0.8 * exact.time);
 }
+TEST(RigidStep, OfALinkBoundsHowFarTheChainBendsItsPaths)
+{
+    // Two bars of a metre in the plane z = 0 whose joints turn by a and b; the end of the second
+    // one is at (cos a + cos(a + b), sin a + sin(a + b)).
+    KinematicTree tree;
+    tree.links.resize(3);
+    for (std::int32_t i = 1; i < 3; ++i)
+    {
+        Link& link = tree.links[static_cast<std::size_t>(i)];
+        link.parent = i - 1;
+        link.joint.type = JointType::Revolute;
+        link.joint.axis = Eigen::Vector3d::UnitZ();
+        link.X_PL0.translation().x() = i - 1.0;
+    }
+    const JointMotion motion{.root = restAt(Eigen::Isometry3d::Identity()),
+                             .positions = {0.0, 0.2, 0.4},
+                             .rates = {0.0, 0.3, 0.5}};
+    const TriangleMesh bar = makeTriangle({1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1});
+    const RigidStep step = linkStep(bar, tree, motion, 2);
+    const auto tipAt = [](double t)
+    {
+        const double a = 0.2 + 0.3 * t;
+        const double both = 0.6 + 0.8 * t;
+        return Eigen::Vector3d(std::cos(a) + std::cos(both), std::sin(a) + std::sin(both), 0.0);
+    };
+    EXPECT_LT((step.start[0] - tipAt(0.0)).norm(), 1e-15);
+    EXPECT_LT((step.end[0] - tipAt(1.0)).norm(), 1e-15);
+    double worst = 0.0;
+    for (int k = 0; k <= 100; ++k)
+    {
+        const double t = k / 100.0;
+        worst = std::max(worst, (tipAt(t) - (1.0 - t) * step.start[0] - t * step.end[0]).norm());
+    }
+    EXPECT_LE(worst, step.deviation);
+    EXPECT_GT(worst, 0.5 * step.deviation) << "the bound is not wasteful";
+    JointMotion broken = motion;
+    broken.rates[1] = std::numeric_limits<double>::infinity();
+    EXPECT_THROW((void)linkStep(bar, tree, broken, 2), std::invalid_argument);
+}
 }  // namespace
 }  // namespace bullet_ccd::tests

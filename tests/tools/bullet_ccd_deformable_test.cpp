@@ -191,18 +191,21 @@ TEST_F(DeformableProgram, SaysWhatIsWrongWithFrames)
     const std::string twice = frame(
         "twice.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 1 0 1\nv 0 1 1\nf 1 2 3\nf 4 5 6\n");
     const std::string empty = frame("empty.obj", "");
-    for (const Case& c : {Case{good + more, 3, "more.obj: 7 vertices instead of 6 as in "},
-                          Case{good + other, 3, "other.obj: face 1 has other corners than in "},
-                          Case{good + fewer, 3, "fewer.obj: 1 faces instead of 2 as in "},
-                          Case{good + nan, 3, "nan"},
-                          Case{good + far, 3, "give finite coordinates within 1e12"},
-                          Case{far + good, 3, "give finite coordinates within 1e12"},
-                          Case{twice + twice, 3, "vertices 0 and 3 are both at (0.0"},
-                          Case{good + empty, 3, "empty.obj: has no faces: give a mesh"},
-                          Case{good + "no.obj", 3, "no.obj"},
-                          Case{good + "a.stl", 3, "a.stl: is no OBJ file"},
-                          Case{good, 2, "1 file: give two per step"},
-                          Case{"--sequence 'x_*.obj'", 3, "x_*.obj: 0 files of that name"}})
+    for (const Case& c :
+         {Case{good + more, 3, "more.obj: 7 vertices instead of 6 as in "},
+          Case{good + other, 3, "other.obj: face 1 has other corners than in "},
+          Case{good + fewer, 3, "fewer.obj: 1 faces instead of 2 as in "},
+          Case{good + nan, 3, "nan.obj: vertex 1 (from 1) is at (nan, 0, 0): give finite"},
+          Case{good + far, 3, "give finite coordinates within 1e+12"},
+          Case{far + good,
+               3,
+               "far.obj: vertex 1 (from 1) is at (1000000000000000, 0, 0): give finite"},
+          Case{twice + twice, 3, "vertices 0 and 3 are both at (0.0"},
+          Case{good + empty, 3, "empty.obj: has no faces: give a mesh"},
+          Case{good + "no.obj", 3, "no.obj"},
+          Case{good + "a.stl", 3, "a.stl: is no OBJ file"},
+          Case{good, 2, "1 file: give two per step"},
+          Case{"--sequence 'x_*.obj'", 3, "x_*.obj: 0 files of that name"}})
     {
         const Outcome outcome = deformable(c.arguments);
         EXPECT_EQ(outcome.exitCode, c.exitCode) << c.word;

@@ -69,6 +69,7 @@ ElementaryAnswer answerOf(const ElementaryPair& pair, const ElementaryOptions& o
 
 std::string elementarySummary(const std::vector<ElementaryQuery>& queries,
                               const std::vector<ElementaryAnswer>& answers,
+                              double minimumSeparation,
                               double slowestCall)
 {
     std::size_t hits = 0;
@@ -91,11 +92,13 @@ std::string elementarySummary(const std::vector<ElementaryQuery>& queries,
     std::string text = fmt::format("queries: {}\nhits: {}\n", queries.size(), hits);
     if (known > 0)
     {
-        text += fmt::format("with a truth: {}, of which {} touch\nmissed: {}\nfalse: {}\n",
-                            known,
-                            touching,
-                            missed,
-                            wrong);
+        text += fmt::format(
+            "with a truth: {}, of which {} touch\nmissed: {}\nfalse: {}{}\n",
+            known,
+            touching,
+            missed,
+            wrong,
+            minimumSeparation > 0.0 ? " (the truth knows what touches, not what comes near)" : "");
     }
     const double sum = std::accumulate(times.begin(), times.end(), 0.0);
     return text + fmt::format(
@@ -147,7 +150,9 @@ int runElementary(const ElementaryArguments& arguments)
     writeWholeFile(arguments.output, table);
     if (arguments.summary && answers.size() == queries.size())
     {
-        fmt::print("{}", elementarySummary(queries, answers, slowestCall));
+        fmt::print(
+            "{}",
+            elementarySummary(queries, answers, arguments.options.minimumSeparation, slowestCall));
     }
     return stop.finish("bullet-ccd elementary", answers.size(), queries.size(), "queries", kDone);
 }

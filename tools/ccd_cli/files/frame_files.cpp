@@ -1,5 +1,6 @@
 #include "tools/ccd_cli/files/frame_files.h"
 
+#include "bullet_ccd/deformable/deformable_toi.h"
 #include "bullet_ccd/io/obj_file.h"
 
 #include <algorithm>
@@ -77,6 +78,22 @@ FrameFile readFrame(const fs::path& path)
     if (frame.soup.polygonEnds.empty())
     {
         throw std::runtime_error(path.string() + ": has no faces: give a mesh");
+    }
+    for (std::size_t v = 0; v < frame.soup.vertices.size(); ++v)
+    {
+        const Eigen::Vector3d& x = frame.soup.vertices[v];
+        if (!isPlace(x))
+        {
+            throw std::runtime_error(
+                fmt::format("{}: vertex {} (from 1) is at ({}, {}, {}): give finite coordinates "
+                            "within {:g}",
+                            path.string(),
+                            v + 1,
+                            x.x(),
+                            x.y(),
+                            x.z(),
+                            kLargestCoordinate));
+        }
     }
     return frame;
 }
