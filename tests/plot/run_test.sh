@@ -16,7 +16,7 @@ expect 'no such verb' benchmarks/run weigh
 expect 'bench/bin/soak_queries is missing' benchmarks/run soak rigid --build "$folder/bench"
 expect 'bin/soak_queries is missing' tools/soak_articulated --build "$folder" -n 1
 expect 'bin/bullet_table_single is missing' tools/bullet_table --build "$folder"
-expect 'rigid|accuracy|convex|articulated|trials|bullet' benchmarks/run soak
+expect 'rigid|accuracy|convex|articulated|trajectories|trials|bullet' benchmarks/run soak
 expect 'accuracy|agreement' benchmarks/run grasps --build "$folder"
 mkdir "$folder/bin" && touch "$folder/bin/bench_grasps"
 BULLET_CCD_TEST_DATA=$folder expect 'is the data complete?' tools/table --build "$folder"

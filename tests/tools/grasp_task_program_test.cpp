@@ -124,7 +124,7 @@ TEST_F(GraspTask, SaysThatTheTargetIsOutOfReach)
 {
     const Outcome far = run("[0.5, 0.3, 0]", "[5, 0.3, 0]");
     EXPECT_EQ(far.exitCode, 1);
-    EXPECT_THAT(far.err, HasSubstr("no room for block in the target"));
+    EXPECT_THAT(far.err, HasSubstr("nothing below the target region that block could stand on"));
     const Outcome limited = run("", "", "--time-limit 1e-6");
     EXPECT_EQ(limited.exitCode, 1);
     EXPECT_THAT(limited.err, HasSubstr("stopped after 0 of 1 objects"));
