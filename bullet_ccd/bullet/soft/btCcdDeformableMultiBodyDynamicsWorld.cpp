@@ -1,7 +1,5 @@
 #include "bullet_ccd/bullet/btCcdDeformableMultiBodyDynamicsWorld.h"
 
-#include "bullet_ccd/bullet/step/btCcdContext.h"
-
 btCcdDeformableMultiBodyDynamicsWorld::btCcdDeformableMultiBodyDynamicsWorld(
     btDispatcher* dispatcher,
     btBroadphaseInterface* pairCache,
@@ -13,7 +11,6 @@ btCcdDeformableMultiBodyDynamicsWorld::btCcdDeformableMultiBodyDynamicsWorld(
       btCcdControl(static_cast<btDiscreteDynamicsWorld&>(*this)),
       m_ccdSolver(deformableBodySolver)
 {
-    btCcdContext::of(*dispatcher).m_coversSoftBodies = true;
 }
 
 void btCcdDeformableMultiBodyDynamicsWorld::integrateTransforms(btScalar timeStep)

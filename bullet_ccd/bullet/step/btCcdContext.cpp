@@ -1,5 +1,9 @@
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 
+#include "bullet_ccd/bullet/btCcdDeformableBodySolver.h"
+
+#include <BulletSoftBody/btSoftBodyInternals.h>
+
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -53,10 +57,14 @@ const btCcdShapeModel* btCcdContext::model(const btCollisionShape* shape)
     return model;
 }
 
-bool btCcdContext::needsNoModel(const btCollisionShape& shape) const
+bool btCcdContext::needsNoModel(const btCollisionShape& shape)
 {
-    return btCcdIsEmpty(shape) ||
-           (m_coversSoftBodies && shape.getShapeType() == SOFTBODY_SHAPE_PROXYTYPE);
+    if (shape.getShapeType() != SOFTBODY_SHAPE_PROXYTYPE)
+    {
+        return btCcdIsEmpty(shape);
+    }
+    const btSoftBody* body = static_cast<const btSoftBodyCollisionShape&>(shape).m_body;
+    return dynamic_cast<const btCcdDeformableBodySolver*>(body->m_softBodySolver) != nullptr;
 }
 
 bool btCcdContext::prepare(const btCollisionShape* shape)

@@ -45,14 +45,13 @@ public:
     bullet_ccd::ToiWorkspace m_work;
     double m_tolerance = kDefaultTolerance;
     btCcdObjectSettingsMap m_objects;
-    bool m_coversSoftBodies = false;         ///< the world has a step of its own for them
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 
     /// The model, or null after having said once (per kind of shape) that it is not covered.
     const btCcdShapeModel* model(const btCollisionShape* shape);
-    /// Has no model, and there is nothing to say of it: empty compounds, and soft bodies in a world
-    /// that covers them in its own way.
-    [[nodiscard]] bool needsNoModel(const btCollisionShape& shape) const;
+    /// Has no model, and there is nothing to say of it: empty compounds, and soft bodies whose
+    /// solver is btCcdDeformableBodySolver.
+    [[nodiscard]] static bool needsNoModel(const btCollisionShape& shape);
     /// Makes the model and keeps what belongs into the folder; false if there is none.
     bool prepare(const btCollisionShape* shape);
 

@@ -168,7 +168,7 @@ void btCcdTracker::lookAtShape(btCcdKnownShape& known)
     }
     else
     {
-        known.m_isMissed = !m_context.needsNoModel(shape);
+        known.m_isMissed = !btCcdContext::needsNoModel(shape);
     }
     if (known.m_covered)
     {

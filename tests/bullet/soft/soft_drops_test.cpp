@@ -299,6 +299,17 @@ TEST(SoftDrops, AnActionSaysThatItLeavesSoftBodiesToBullet)
     scene.world().removeAction(&action);
     EXPECT_EQ(action.getCcdCounters().m_unsupported, 1);
     EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("is not covered"));
+
+    // Beside the solver of the library it has nothing to say.
+    testing::internal::CaptureStderr();
+    SoftScene covered(SoftWorld::Solver);
+    covered.cloth(at(0, 1, 0), 1.0, 4, 1.0);
+    btCcdAction other(&covered.world());
+    covered.world().addAction(&other);
+    covered.step(1.0 / 60.0);
+    covered.world().removeAction(&other);
+    EXPECT_EQ(other.getCcdCounters().m_unsupported, 0);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(SoftDrops, LongNothingGoesThroughAtAnySpeed)
