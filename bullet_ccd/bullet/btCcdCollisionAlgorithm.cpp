@@ -9,6 +9,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
@@ -106,6 +107,28 @@ struct Tables : btCollisionDispatcher
     static FuncTable& closestPoints(btCollisionDispatcher& dispatcher)
     {
         return dispatcher.*(&Tables::m_doubleDispatchClosestPoints);
+    }
+};
+
+/// Bullet's algorithm for two compounds leaves those without trees of boxes to its base class, and
+/// then does not say what manifolds that has.
+struct CompoundPair : btCompoundCompoundCollisionAlgorithm
+{
+    static void appendOfBase(const btCollisionAlgorithm& algorithm, btManifoldArray& manifolds)
+    {
+        const auto* pair = dynamic_cast<const btCompoundCompoundCollisionAlgorithm*>(&algorithm);
+        if (pair == nullptr)
+        {
+            return;
+        }
+        const auto& children = pair->*(&CompoundPair::m_childCollisionAlgorithms);
+        for (int i = 0; i < children.size(); ++i)
+        {
+            if (children[i] != nullptr)
+            {
+                children[i]->getAllContactManifolds(manifolds);
+            }
+        }
     }
 };
 
@@ -333,6 +356,7 @@ void btCcdCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
     if (m_stock != nullptr)
     {
         m_stock->getAllContactManifolds(manifolds);
+        CompoundPair::appendOfBase(*m_stock, manifolds);
     }
     if (m_manifolds != nullptr)
     {

@@ -260,6 +260,42 @@ bool isMotor(const btMultiBodyConstraint& constraint)
            dynamic_cast<const btMultiBodySphericalJointMotor*>(&constraint) != nullptr;
 }
 
+/// Contacts with a stiffness or an error reduction of their own are hard for an instant: what they
+/// push with over time has had its share of the step already.
+class WithoutSkins
+{
+public:
+    explicit WithoutSkins(const std::vector<btPersistentManifold*>& manifolds)
+    {
+        for (btPersistentManifold* manifold : manifolds)
+        {
+            for (int k = 0; k < manifold->getNumContacts(); ++k)
+            {
+                btManifoldPoint& point = manifold->getContactPoint(k);
+                if ((point.m_contactPointFlags & kOverTime) != 0)
+                {
+                    m_saved.emplace_back(&point, point.m_contactPointFlags);
+                    point.m_contactPointFlags &= ~kOverTime;
+                }
+            }
+        }
+    }
+    ~WithoutSkins()
+    {
+        for (const auto& [point, flags] : m_saved)
+        {
+            point->m_contactPointFlags = flags;
+        }
+    }
+    WithoutSkins(const WithoutSkins&) = delete;
+    WithoutSkins& operator=(const WithoutSkins&) = delete;
+
+private:
+    static constexpr int kOverTime =
+        BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING | BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+    std::vector<std::pair<btManifoldPoint*, int>> m_saved;
+};
+
 /// Adds points to contacts that live for one impact: nobody is told that they start or end. A point
 /// far away goes first meanwhile, which says that the contact is not new.
 class PassingResult : public btManifoldResult
@@ -785,6 +821,7 @@ void btCcdImpactSolver::releaseOwnContacts()
 void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
 {
     WithoutMotors withoutMotors;
+    const WithoutSkins withoutSkins(m_manifolds);
     std::vector<std::unique_ptr<RigidRows>> joints;
     std::vector<btTypedConstraint*> constraints;
     static const std::vector<btTypedConstraint*> kNoJoints;

@@ -2,6 +2,8 @@
 #include "benchmarks/reference/bullet/pile.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btSliderConstraint.h>
@@ -13,6 +15,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace bullet_ccd::tests
 {
@@ -289,6 +292,56 @@ TEST(ImpactOfAnIsland, LeavesMotorsSpringsAndStopsAsTheyWere)
     EXPECT_NEAR(blockAfterOneHit(spring(0)), 0.3 - kHit, 2e-5);
     // 10 N for a step, from 0.1 m.
     EXPECT_NEAR(blockAfterOneHit(spring(100)), 0.3 - 10.0 / 60.0 - kHit, 1e-3);
+}
+
+TEST(ImpactOfAnIsland, DoesNotLetSoftContactsPushOnceMore)
+{
+    // A block sinks into its floor until springs of 5,000 N/m carry it, and is hit from the side.
+    Scene scene(Kind::World);
+    btRigidBody* floor = addFloor(scene, 0, 0);
+    floor->setContactStiffnessAndDamping(5000, 100);
+    btRigidBody* block = scene.body(scene.box(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.1)));
+    block->setFriction(0);
+    block->setActivationState(DISABLE_DEACTIVATION);
+    for (int i = 0; i < 480; ++i)
+    {
+        scene.step(kTimeStep);
+    }
+    ASSERT_LT(double(block->getWorldTransform().getOrigin().z()), 0.1 - 1e-4);
+    const btVector3 center = block->getWorldTransform().getOrigin();
+    btCollisionShape* sphere = scene.keep(std::make_unique<btSphereShape>(btScalar(0.02)));
+    btRigidBody* ball = scene.body(sphere, 1e-3, poseAt(center - vec(0.2, 0, 0)));
+    ball->setLinearVelocity(vec(60, 0, 0));
+    scene.step(kTimeStep);
+    EXPECT_EQ(scene.counters().m_impacts, 1);
+    EXPECT_GT(double(block->getLinearVelocity().x()), 0.05);
+    // Another push would be one of gravity over a step, 0.04 m/s.
+    EXPECT_NEAR(double(block->getLinearVelocity().z()), 0.0, 2e-3);
+}
+
+TEST(ImpactOfAnIsland, ReachesWhatTouchesCompoundsWithoutTrees)
+{
+    Scene scene(Kind::World);
+    addFloor(scene, 0, 0);
+    std::vector<btRigidBody*> blocks;
+    for (const double z : {0.1, 0.3})
+    {
+        auto compound = std::make_unique<btCompoundShape>(false);
+        compound->addChildShape(btTransform::getIdentity(), scene.box(vec(0.1, 0.1, 0.1)));
+        blocks.push_back(scene.body(scene.keep(std::move(compound)), 1.0, poseAt(vec(0, 0, z))));
+    }
+    for (int i = 0; i < 10; ++i)
+    {
+        scene.step(kTimeStep);
+    }
+    btBroadphasePair* pair = scene.world().getPairCache()->findPair(
+        blocks[0]->getBroadphaseHandle(), blocks[1]->getBroadphaseHandle());
+    ASSERT_NE(pair, nullptr);
+    ASSERT_NE(pair->m_algorithm, nullptr);
+    btManifoldArray manifolds;
+    pair->m_algorithm->getAllContactManifolds(manifolds);
+    ASSERT_EQ(manifolds.size(), 1);
+    EXPECT_GE(manifolds[0]->getNumContacts(), 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Ours,
