@@ -8,23 +8,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <cstring>
 #include <fmt/format.h>
-#include <fstream>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <numbers>
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <unistd.h>
 #include <utility>
 
 namespace bullet_ccd::reference
 {
 namespace
 {
-namespace fs = std::filesystem;
 using grasp::TrialOutcome;
 using Axes = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
@@ -51,32 +49,12 @@ constexpr double kFollow = 0.02;  // of the error of a torque, in a step
 // So near to the object, or to each other, pieces of links have to come in a posture of the way to
 // take part. What moves farther is no longer held. MuJoCo would look at all pairs in all steps,
 // which takes ten times as long as the rest of a step.
-constexpr double kNearObject = 0.03;    // [m]
-constexpr double kNearLink = 0.002;     // [m]
-constexpr int kOnTheWay = 4;            // postures of a closing hand
-constexpr double kFarBelow = 10.0;      // where a table is that nobody needs [m]
-constexpr double kClearlyApart = 1e-4;  // [m]
-
-/// MuJoCo reads meshes from files alone. What is written here goes with it, whatever happens.
-struct ScratchFolder
-{
-    std::string path = (fs::temp_directory_path() / "bullet_ccd_XXXXXX").string();
-
-    ScratchFolder()
-    {
-        if (mkdtemp(path.data()) == nullptr)
-        {
-            throw std::runtime_error(path + ": cannot be made: set TMPDIR");
-        }
-    }
-    ~ScratchFolder()
-    {
-        std::error_code ignored;
-        fs::remove_all(path, ignored);
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-};
+constexpr double kNearObject = 0.03;        // [m]
+constexpr double kNearLink = 0.002;         // [m]
+constexpr int kOnTheWay = 4;                // postures of a closing hand
+constexpr double kFarBelow = 10.0;          // where a table is that nobody needs [m]
+constexpr const char* kFile = "grasp.xml";  // in memory
+constexpr double kClearlyApart = 1e-4;      // [m]
 
 /// Where the hand is in trials of a grasp: held, squeezed, and closing around the object.
 std::vector<grasp::TrialPosture> posturesOf(const grasp::HandModel& hand,
@@ -231,6 +209,25 @@ int collideByBoxes(
                : collideHulls(model, data, contact, a, b, margin);
 }
 
+/// Puts the vertices of pieces into a text behind `at`: files of them take longer than all else.
+void insertVertices(std::string& text,
+                    std::size_t& at,
+                    const std::string& body,
+                    const ConvexPieces& pieces)
+{
+    for (std::size_t k = 0; k < pieces.pieces.size(); ++k)
+    {
+        const std::string file = fmt::format("file=\"{}_{}.obj\"", body, k);
+        std::string vertices = "vertex=\"";
+        for (const Eigen::Vector3d& vertex : pieces.pieces[k].vertices)
+        {
+            vertices += fmt::format("{:.9g} {:.9g} {:.9g} ", vertex.x(), vertex.y(), vertex.z());
+        }
+        at = text.find(file, at);
+        text.replace(at, file.size(), vertices + '"');
+    }
+}
+
 mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::GraspObject& object,
                   const grasp::Grasp& grasp,
@@ -238,12 +235,15 @@ mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::MjcfPieces& pieces)
 {
     const Meetings meetings = meetingsOf(hand, object, grasp, squeeze, pieces);
-    const ScratchFolder scratch;
-    grasp::writeMjcfMeshes(fs::path(scratch.path) / "meshes", meetings.pieces);
-    const std::string file = scratch.path + "/grasp.xml";
     std::ostringstream model;
     grasp::writeMjcf(model, hand, object, grasp, squeeze, meetings.pieces, {.mass = 1.0});
     std::string text = model.str();
+    std::size_t at = 0;
+    for (std::size_t link = 0; link < meetings.pieces.links.size(); ++link)
+    {
+        insertVertices(text, at, fmt::format("link{}", link), meetings.pieces.links[link]);
+    }
+    insertVertices(text, at, "object", meetings.pieces.object);
     const auto insertBehind = [&text](const std::string& place, const std::string& what)
     { text.insert(text.find(place) + place.size(), what); };
     const std::string geom = "<geom type=\"mesh\" ";
@@ -258,7 +258,10 @@ mjModel* compiled(const grasp::HandModel& hand,
     }
     text.insert(text.find("</mujoco>"),
                 "<size nconmax=\"300\" njmax=\"1500\"/><contact>" + pairs + "</contact>");
-    std::ofstream(file) << text;
+    const auto files = std::make_unique<mjVFS>();
+    mj_defaultVFS(files.get());
+    mj_makeEmptyFileVFS(files.get(), kFile, static_cast<int>(text.size()));
+    std::memcpy(files->filedata[0], text.data(), text.size());
     char error[1000] = "";
     static std::mutex mutex;  // MuJoCo keeps the last file that it read
     const std::scoped_lock lock(mutex);
@@ -267,7 +270,8 @@ mjModel* compiled(const grasp::HandModel& hand,
     {
         collideHulls = std::exchange(collide, &collideByBoxes);
     }
-    mjModel* compiled = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
+    mjModel* compiled = mj_loadXML(kFile, files.get(), error, sizeof error);
+    mj_deleteVFS(files.get());
     if (compiled == nullptr)
     {
         throw std::runtime_error(hand.robot.name + ", " + object.name + ": MuJoCo: " + error);
