@@ -39,14 +39,13 @@ struct TrialQuestions
 {
     int best = 5;  ///< force closures of each pair
     std::vector<std::string> suites{"six", "dexgraspbench", "lift"};
-    double torsion = 0.0;                                      ///< in MuJoCo, of six and lift [m]
-    double skinStiffness = grasp::kSkinStiffness;              ///< of our trials [N/m]
-    ConvexPiecesOptions pieces{.accuracy = 1e-3, .most = 64};  ///< of MuJoCo's models
+    double torsion = 0.0;                          ///< in MuJoCo, of six and lift [m]
+    double skinStiffness = grasp::kSkinStiffness;  ///< of our trials [N/m]
+    ConvexPiecesOptions pieces;                    ///< of MuJoCo's models, as of `grasp export`
 };
 
 /// Plans, and tries the best force closures and the first by the score (hold_score.h) by the suites
-/// in our simulation and in MuJoCo, with the same squeezes. Needs MuJoCo.
-/// @return a row of the log
+/// in our simulation and in MuJoCo, with the same squeezes: a row of the log. Needs MuJoCo.
 [[nodiscard]] nlohmann::json judgeTrials(const tools::LoadedHand& hand,
                                          const tools::LoadedObject& object,
                                          const grasp::PlannerOptions& options,

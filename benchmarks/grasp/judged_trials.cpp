@@ -118,6 +118,7 @@ json judgeTrials(const tools::LoadedHand& hand,
                               {"scored_first", at == scored},
                               {"candidate", at->candidate},
                               {"epsilon", at->quality.epsilon},
+                              {"largest_mass_kg", at->quality.largestMass.value_or(0.0)},
                               {"ours", resultOf(suite, tryOurs)},
                               {"mujoco", resultOf(suite, tryTheirs)}});
         }

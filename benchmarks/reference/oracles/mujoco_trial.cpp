@@ -250,11 +250,14 @@ mjModel* compiled(const grasp::HandModel& hand,
     const std::size_t looks = text.find(geom) + geom.size();
     insertBehind("<default>", "<pair " + text.substr(looks, text.find("/>", looks) - looks) + "/>");
     insertBehind("<option ", "collision=\"predefined\" ");
-    insertBehind("<worldbody>", R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1"/>)");
+    insertBehind("<worldbody>",
+                 R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1"/>)"
+                 R"(<geom name="none" type="sphere" size="1"/>)");
+    // MuJoCo looks for each name among all, so pairs get their geometries below.
     std::string pairs;
-    for (const auto& [a, b] : meetings.pairs)
+    for (std::size_t k = 0; k < meetings.pairs.size(); ++k)
     {
-        pairs += fmt::format("<pair geom1=\"{}\" geom2=\"{}\"/>", a, b);
+        pairs += R"(<pair geom1="table" geom2="none"/>)";
     }
     text.insert(text.find("</mujoco>"),
                 "<size nconmax=\"300\" njmax=\"1500\"/><contact>" + pairs + "</contact>");
@@ -275,6 +278,19 @@ mjModel* compiled(const grasp::HandModel& hand,
     if (compiled == nullptr)
     {
         throw std::runtime_error(hand.robot.name + ", " + object.name + ": MuJoCo: " + error);
+    }
+    std::map<std::string, int> geometries;
+    for (int geometry = 0; geometry < compiled->ngeom; ++geometry)
+    {
+        geometries[mj_id2name(compiled, mjOBJ_GEOM, geometry)] = geometry;
+    }
+    int pair = 0;
+    for (const auto& [a, b] : meetings.pairs)
+    {
+        // As MuJoCo sorts them: planes first, and bodies as they come.
+        const auto sorted = std::minmax(geometries.at(a), geometries.at(b));
+        compiled->pair_geom1[pair] = sorted.first;
+        compiled->pair_geom2[pair++] = sorted.second;
     }
     return compiled;
 }
