@@ -365,10 +365,11 @@ bool btCcdTracker::readMotions(bool check)
     bool listed = tolerance == m_listedTolerance;
     double most = m_beyondAtRest;
     double second = m_beyondAtRest;
+    const btCollisionObject* const* next = count > 0 ? &objects[0] : nullptr;
     btCcdTracked* tracked = m_objects.data();
-    for (std::size_t i = 0; i < count; ++i, ++tracked)
+    for (const btCcdTracked* end = tracked + count; tracked != end; ++tracked)
     {
-        const btCollisionObject& object = *objects[int(i)];
+        const btCollisionObject& object = **next++;
         if (check && !isAsSeen(*tracked, object))
         {
             return false;
@@ -384,7 +385,6 @@ bool btCcdTracker::readMotions(bool check)
             continue;
         }
         listed = read(*tracked, tolerance) && listed;
-        tracked->m_beyond = tracked->farthest() - tracked->m_unseen;
         second = std::max(second, std::min(most, tracked->m_beyond));
         most = std::max(most, tracked->m_beyond);
     }
@@ -467,6 +467,7 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
         course.m_velocity = body->getLinearVelocity();
         course.m_turning = tracked.m_turns ? lengthOf(body->getAngularVelocity()) * reach : 0.0;
         tracked.m_motion = m_timeStep * (lengthOf(course.m_velocity) + course.m_turning);
+        tracked.m_beyond = tracked.m_motion - tracked.m_unseen;
         tracked.m_origin = body->getWorldTransform().getOrigin();
         tracked.m_way = nullptr;
         if (isNotZero(body->getCcdMotionThreshold())) [[unlikely]]
@@ -481,19 +482,21 @@ inline bool btCcdTracker::readAtRest(btCcdTracked& tracked)
     else if (const auto* collider = btMultiBodyLinkCollider::upcast(tracked.m_object))
     {
         readLink(tracked, *collider);
+        tracked.m_beyond = tracked.m_motion - tracked.m_unseen;
     }
     else
     {
         tracked.m_course = {};
         tracked.m_motion = 0.0;
+        tracked.m_beyond = -tracked.m_unseen;
         tracked.m_origin = tracked.m_object->getWorldTransform().getOrigin();
     }
     tracked.m_around = reach + tolerance + tracked.m_motion;
-    tracked.m_tracked = true;
     // What moves is in a list of all pairs wherever it is.
     const bool isListed = m_listsAll && tracked.m_isMover;
     if (!isListed && isInside(tracked))
     {
+        tracked.m_tracked = true;
         return true;
     }
     tracked.m_tracked = std::isfinite(tracked.m_motion + double(tracked.m_origin.length2()));
@@ -527,6 +530,7 @@ void btCcdTracker::readKinematic(btCcdTracked& tracked)
     tracked.m_course = courseOf(tracked);
     tracked.m_motion =
         m_timeStep * (lengthOf(tracked.m_course.m_velocity) + tracked.m_course.m_turning);
+    tracked.m_beyond = tracked.farthest() - tracked.m_unseen;
 }
 
 void btCcdTracker::noteEnd()
