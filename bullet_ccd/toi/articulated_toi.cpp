@@ -65,7 +65,8 @@ private:
         m_scratch.bodyOfObstacle.assign(m_environment.bodies().size(), kNone);
         if (m_options.cullBySpace)
         {
-            m_culling.pairsOfStep(m_scratch.candidates);
+            // What does not halve intervals takes slices of them instead.
+            m_culling.pairsOfStep(toi.strategy == ToiStrategy::Interval, m_scratch.candidates);
         }
         else
         {
@@ -191,6 +192,12 @@ private:
                     m_state.scene.pair(i).limits.threshold = relaxed.threshold;
                 }
             }
+        }
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            const Candidate& candidate = m_scratch.candidates[begin + static_cast<std::size_t>(i)];
+            m_state.scene.pair(i).from = candidate.from;
+            m_state.scene.pair(i).until = candidate.until;
         }
         searchScene(m_state);
         const double usual = m_options.toi.minimumSeparation + m_options.toi.tolerance;

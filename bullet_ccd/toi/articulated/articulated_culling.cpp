@@ -1,6 +1,7 @@
 #include "bullet_ccd/toi/articulated/articulated_culling.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace bullet_ccd
 {
@@ -124,6 +125,60 @@ void LinkCulling::startInterval(double from, double to)
     m_sweep.reset(m_frames, m_base, from, to);
 }
 
+/// As startInterval() for the whole step, with boxes that sweep() does not have to find.
+void LinkCulling::startSlices()
+{
+    ++m_interval;
+    m_balls.clear();
+    for (const SweptLink& link : m_links)
+    {
+        const SsvTree& tree = *m_body.linkTrees[static_cast<std::size_t>(link.link)];
+        m_balls.push_back({.frame = link.frame,
+                           .center = m_frames.place(link.link).X_FL * tree.origin(),
+                           .radius = tree.radius()});
+    }
+    m_nearTimes.reset(m_frames, m_base, m_balls);
+    for (std::size_t slot = 0; slot < m_links.size(); ++slot)
+    {
+        SweptLink& link = m_links[slot];
+        link.interval = m_interval;
+        link.swept = {.box = m_nearTimes.boxOf(slot)};
+        link.swept.box.min() -= Vector3d::Constant(m_reach);
+        link.swept.box.max() += Vector3d::Constant(m_reach);
+    }
+}
+
+/// Sets the times of pairs[begin, ..) and removes those that never meet.
+void LinkCulling::narrow(std::vector<Candidate>& pairs, std::size_t begin)
+{
+    std::size_t kept = begin;
+    for (std::size_t i = begin; i < pairs.size(); ++i)
+    {
+        Candidate pair = pairs[i];
+        const auto slot = static_cast<std::size_t>(pair.slotA);
+        std::optional<std::pair<double, double>> times(std::in_place, 0.0, 1.0);
+        if (pair.slotB != kNone)
+        {
+            times = m_nearTimes.near(slot, static_cast<std::size_t>(pair.slotB), m_reach);
+        }
+        else if (!m_environment->moves(pair.obstacle))
+        {
+            const RigidBody& obstacle =
+                m_environment->bodies()[static_cast<std::size_t>(pair.obstacle)];
+            OrientedBox box = rootBox(*obstacle.tree);
+            box.center = obstacle.motion.X_W0 * box.center;
+            box.axes = obstacle.motion.X_W0.linear() * box.axes;
+            times = m_nearTimes.near(slot, box, m_reach);
+        }
+        if (times.has_value())
+        {
+            std::tie(pair.from, pair.until) = *times;
+            pairs[kept++] = pair;
+        }
+    }
+    pairs.resize(kept);
+}
+
 const SweptLink& LinkCulling::sweep(std::int32_t slot)
 {
     SweptLink& link = m_links[static_cast<std::size_t>(slot)];
@@ -188,9 +243,10 @@ void LinkCulling::traverse(std::int32_t linkNode,
     }
 }
 
-void LinkCulling::pairsOfStep(std::vector<Candidate>& out)
+void LinkCulling::pairsOfStep(bool bySlices, std::vector<Candidate>& out)
 {
-    startInterval(0.0, 1.0);
+    const std::size_t begin = out.size();
+    bySlices ? startSlices() : startInterval(0.0, 1.0);
     m_nodes.clear();
     if (!m_links.empty() && !m_environment->bodies().empty())
     {
@@ -203,6 +259,10 @@ void LinkCulling::pairsOfStep(std::vector<Candidate>& out)
         {
             out.push_back(pair);
         }
+    }
+    if (bySlices)
+    {
+        narrow(out, begin);
     }
 }
 

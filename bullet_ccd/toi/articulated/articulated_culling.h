@@ -3,6 +3,7 @@
 
 #include "bullet_ccd/motion/frame_sweep.h"
 #include "bullet_ccd/toi/articulated/body_boxes.h"
+#include "bullet_ccd/toi/articulated/near_times.h"
 #include "bullet_ccd/toi/articulated_toi.h"
 
 #include <vector>
@@ -32,6 +33,8 @@ struct Candidate
     std::int32_t obstacle = kNone;
     const PairMask* mask = nullptr;
     std::int32_t root = kNone;  ///< the candidate of the whole step that it comes from
+    double from = 0.0;          ///< they may meet only between these two times
+    double until = 1.0;
 };
 
 /// The links of one query and where they are.
@@ -49,7 +52,9 @@ public:
     /// Appends all pairs that move relative to each other.
     void allPairs(std::vector<Candidate>& out);
     /// Appends those of them whose boxes over [0, 1] meet.
-    void pairsOfStep(std::vector<Candidate>& out);
+    /// @param bySlices  boxes are around slices of the motion, which also say from when to when the
+    ///                  pairs may meet; else they are those that pairsOfInterval() goes on from
+    void pairsOfStep(bool bySlices, std::vector<Candidate>& out);
     /// Appends those of in[begin, end) whose boxes over the interval meet.
     void pairsOfInterval(std::vector<Candidate>& candidates,
                          std::size_t begin,
@@ -72,6 +77,8 @@ private:
 
     void collectSelfPairs();
     void startInterval(double from, double to);
+    void startSlices();
+    void narrow(std::vector<Candidate>& pairs, std::size_t begin);
     const SweptLink& sweep(std::int32_t slot);
     void buildNodes(std::int32_t begin, std::int32_t end);
     void traverse(std::int32_t linkNode, std::int32_t obstacleNode, std::vector<Candidate>& out);
@@ -86,7 +93,9 @@ private:
     double m_reach = 0.0;
     MovingFrames m_frames;
     FrameSweep m_sweep;
-    std::int32_t m_base = 0;  ///< frame that the boxes are seen from
+    NearTimes m_nearTimes;
+    std::vector<FrameBall> m_balls;  ///< around the links
+    std::int32_t m_base = 0;         ///< frame that the boxes are seen from
     std::vector<SweptLink> m_links;
     std::vector<std::int32_t> m_slotOfLink;
     std::vector<Candidate> m_selfPairs;

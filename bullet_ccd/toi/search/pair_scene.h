@@ -48,6 +48,8 @@ struct ScenePair
     bool touchesAtStart = false;  ///< a pair of triangles is within the tolerance at t = 0
     bool startIsKnown = false;    ///< noteIfNear() found out whether they are
     PairLimits limits;
+    double from = 0.0;  ///< the bodies can meet only between these two times (interval search)
+    double until = 1.0;
     /// The whole bodies are apart along a face in [apartFrom, apartUntil].
     double apartFrom = 0.0;
     double apartUntil = 0.0;

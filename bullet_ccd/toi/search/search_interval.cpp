@@ -34,6 +34,11 @@ private:
         return m_state.options.anyWithin ? m_state.hit.enough : m_state.hit.time;
     }
     [[nodiscard]] double last(double end) const { return std::min(end, answer()); }
+    /// No later time of the pair matters.
+    [[nodiscard]] double last(const NodePair& p, double end) const
+    {
+        return std::min(m_state.scene.pair(p.pair).until, last(end));
+    }
 
     /// Node pairs front[begin, end) are those that may touch in [t0, t1]. All pairs are certified
     /// up to t0, and each up to its own time, from where it is looked at.
@@ -72,7 +77,7 @@ private:
             batch[count] = work.back();
             batch[count].time = std::max(t0, batch[count].time);
             work.pop_back();
-            count += batch[count].time <= last(t1) ? 1 : 0;
+            count += batch[count].time <= last(batch[count], t1) ? 1 : 0;
         }
         if (count == 0)
         {
@@ -84,7 +89,7 @@ private:
         {
             batch[i].time += static_cast<double>(steps[i]);
             batch[i].lastStep = steps[i];
-            if (batch[i].time <= last(t1))
+            if (batch[i].time <= last(batch[i], t1))
             {
                 dispatch(batch[i], t0, last(t1), depth);
             }
@@ -98,7 +103,7 @@ private:
         if (a.isLeaf() && b.isLeaf())
         {
             m_state.certified = t0;  // other pairs are only up to the beginning of the interval
-            while (p.time <= last(t1) && advanceTriangles(m_state, p))
+            while (p.time <= last(p, t1) && advanceTriangles(m_state, p))
             {
             }
             return;
@@ -117,7 +122,7 @@ private:
             m_state.work.push_back(p);
             return;
         }
-        if ((t1 - p.time) * speed > kFar * size && depth < kDeepest)
+        if ((last(p, t1) - p.time) * speed > kFar * size && depth < kDeepest)
         {
             m_state.front.push_back(p);
             return;
@@ -143,7 +148,8 @@ void searchIntervals(SearchState& state)
     state.front.clear();
     for (std::int32_t i = 0; i < state.scene.size(); ++i)
     {
-        state.front.push_back({.time = state.begin, .pair = i, .nodeA = 0, .nodeB = 0});
+        const double time = std::max(state.begin, state.scene.pair(i).from);
+        state.front.push_back({.time = time, .pair = i, .nodeA = 0, .nodeB = 0});
     }
     searchIntervalsFrom(state, state.begin);
 }
