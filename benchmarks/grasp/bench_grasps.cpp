@@ -233,13 +233,10 @@ bool runTrials(const BenchArguments& arguments)
     settings["best"] = arguments.questions.best;
     settings["suites"] = arguments.questions.suites;
     settings["torsion"] = arguments.questions.torsion;
-    const auto modelsOf = [](const TrialQuestions& questions) {
-        return json{questions.pieces.accuracy, questions.pieces.most, questions.skinStiffness};
-    };
-    if (modelsOf(arguments.questions) != modelsOf({}))
-    {
-        settings["models"] = modelsOf(arguments.questions);
-    }
+    settings["models"] = {arguments.questions.pieces.accuracy,
+                          arguments.questions.pieces.most,
+                          arguments.questions.skinStiffness,
+                          arguments.questions.alone};
     std::map<std::string, double> masses;
     std::ifstream file(arguments.masses);
     for (std::string name, mass; std::getline(file, name, ',') && std::getline(file, mass);)
@@ -308,6 +305,7 @@ Program verbOf(const std::string& name, const std::string& about, Verb verb)
             app.add_option(
                 "--torsion", a.questions.torsion, "of MuJoCo's contacts, six and lift [m]");
             app.add_option("--bulge", a.questions.pieces.accuracy, "of MuJoCo's pieces [m]");
+            app.add_flag("--alone", a.questions.alone, "without MuJoCo");
             app.add_option("--pieces", a.questions.pieces.most, "of an object, at the most");
             app.add_option("--skin-stiffness", a.questions.skinStiffness, "of ours [N/m]");
             app.add_option("--suites", a.questions.suites, "what is asked of them")

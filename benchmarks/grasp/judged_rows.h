@@ -42,6 +42,7 @@ struct TrialQuestions
     double torsion = 0.0;                          ///< in MuJoCo, of six and lift [m]
     double skinStiffness = grasp::kSkinStiffness;  ///< of our trials [N/m]
     ConvexPiecesOptions pieces;                    ///< of MuJoCo's models, as of `grasp export`
+    bool alone = false;                            ///< without MuJoCo
 };
 
 /// Plans, and tries the best force closures and the first by the score (hold_score.h) by the suites

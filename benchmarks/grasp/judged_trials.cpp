@@ -101,7 +101,7 @@ json judgeTrials(const tools::LoadedHand& hand,
                                            .skinStiffness = questions.skinStiffness,
                                            .brief = true};
             const grasp::Squeeze squeeze = grasp::squeezeOf(hand.hand, *at, ours.squeeze);
-            if (!mujoco && squeeze.exists())
+            if (!mujoco && squeeze.exists() && !questions.alone)
             {
                 mujoco = std::make_unique<reference::MujocoTrials>(
                     hand.hand, object.object, *at, squeeze, pieces.of(hand, object));
@@ -120,7 +120,7 @@ json judgeTrials(const tools::LoadedHand& hand,
                               {"epsilon", at->quality.epsilon},
                               {"largest_mass_kg", at->quality.largestMass.value_or(0.0)},
                               {"ours", resultOf(suite, tryOurs)},
-                              {"mujoco", resultOf(suite, tryTheirs)}});
+                              {"mujoco", questions.alone ? json() : resultOf(suite, tryTheirs)}});
         }
     }
     return {{"mass_kg", mass}, {"trials", trials}};

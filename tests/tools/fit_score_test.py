@@ -20,10 +20,10 @@ def record(name, k):
     """What holds does so by its margin; epsilon says the contrary, and the volume nothing."""
     held = k >= 5
     points = [[0.01 * (k + 1), 0.0, 0.0], [-0.01 * (k + 1), 0.0, 0.0]]
-    return {"reject": None, "candidate": k,
+    return {"reject": None,
             "quality": {"weight": {"margin": 1.0 + k}, "epsilon": 0.2 - 0.01 * k, "volume": 0.5},
             "contacts": [{"point_m": point} for point in points],
-            "hand": {"name": "hand", "urdf": "/robots/hand.urdf"}, "object": {"name": name, "radius_m": 0.1},
+            "hand": {"name": "hand"}, "object": {"name": name, "radius_m": 0.1},
             "squeeze": {"reason": None, "mass_kg": 0.1, "weights_held": 1.0 + k},
             "trials": [{"protocol": "six", "held": held}]}
 
@@ -41,17 +41,22 @@ with tempfile.TemporaryDirectory() as folder:
                   "weights held by the squeeze  is larger of what held than of what did not in 100.0 %"):
         assert words in ended.stdout, ended.stdout
     assert (Path(folder) / "chart" / "held.png").stat().st_size > 5000
-    # Rows of a table say the contrary, for all but the candidate with another epsilon.
+    # Rows of a table: what holds does so by epsilon, and the mass that it can hold says nothing.
     rows = Path(folder) / "rows.json"
     rows.write_text(json.dumps({"state": [{
         "hand": "hand", "object": f"folder/object{n}", "mass_kg": 0.1, "trials": [{
-            "candidate": k, "suite": "six", "epsilon": 0.2 - 0.01 * k + (1e-3 if k == 9 else 0.0),
-            "ours": {"outcome": "held" if k < 5 else "slipped"}} for k in range(10)]}
-                                          for n in range(8)]}))
+            "suite": "six", "epsilon": 0.2 - 0.01 * k, "largest_mass_kg": 0.2 if k % 2 else None,
+            "ours": {"outcome": "held" if k < 5 else "slipped"}} for k in range(10)] + [{
+                "suite": "six", "epsilon": 0.9, "largest_mass_kg": 0.0,
+                "ours": {"outcome": "no squeeze"}}]} for n in range(8)]}))
+    ended = subprocess.run([SOURCES / "tools" / "fit_score", "--rows", rows],
+                           check=False, capture_output=True, text=True)
+    for words in "by epsilon  first 100.0 %", "by score    first 100.0 %":
+        assert ended.stdout.count(words) == 2, ended.stdout + ended.stderr
+    assert "5 pairs, 50 grasps" in ended.stdout or "4 pairs, 40 grasps" in ended.stdout, ended.stdout
     ended = subprocess.run([SOURCES / "tools" / "fit_score", file, "--rows", rows],
                            check=False, capture_output=True, text=True)
-    assert "by epsilon  first 100.0 %" in ended.stdout, ended.stdout + ended.stderr
-    assert "5 pairs, 45 grasps" in ended.stdout or "4 pairs, 36 grasps" in ended.stdout, ended.stdout
+    assert ended.returncode == 2 and "files or --rows" in ended.stderr, ended.stderr
     ended = subprocess.run([SOURCES / "tools" / "fit_score", file, "--written"],
                            check=False, capture_output=True, text=True)
     header = (SOURCES / "grasp/quality/hold_score_coefficients.h").read_text()
