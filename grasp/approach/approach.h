@@ -68,7 +68,8 @@ enum class ApproachSource : std::uint8_t
     Sphere,   ///< directions around the object, towards its centre of mass or near it
     Surface,  ///< points of its surface, against the normal there
     Boxes,    ///< faces of the box along its principal axes
-    Mixed,    ///< all of these; the planner spends candidates where they succeed
+    Pinch,    ///< across what is thin: rims, handles, edges
+    Mixed,    ///< all of these but Pinch; the planner spends candidates where they succeed
 };
 /// What Mixed is made of.
 inline constexpr std::array kMixedSources{

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -14,6 +15,48 @@ namespace
 {
 /// On cosines: faces at exactly the largest tilt count as within it.
 constexpr double kSlack = 1e-9;
+
+/// Draws of a pinch, of which the best is taken.
+constexpr int kPinchTries = 16;
+/// Cosine of the angle between the faces of a pinch: 20 degrees.
+constexpr double kSquareEnough = 0.94;
+constexpr double kOffSurface = 1e-6;  // where rays begin behind it [m]
+constexpr double kFinger = 6e-3;      // from the surface, where a finger has its middle [m]
+
+struct RayHit
+{
+    double way = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // by which the triangle is wound
+};
+
+/// The first triangle on a ray (Moeller and Trumbore 1997).
+RayHit nearestHit(const SsvTree& tree, const Eigen::Vector3d& from, const Eigen::Vector3d& along)
+{
+    RayHit hit;
+    const TriangleMesh& mesh = tree.mesh();
+    for (const Triangle& triangle : mesh.triangles)
+    {
+        const Eigen::Vector3d& a = mesh.vertices[static_cast<std::size_t>(triangle[0])];
+        const Eigen::Vector3d u = mesh.vertices[static_cast<std::size_t>(triangle[1])] - a;
+        const Eigen::Vector3d v = mesh.vertices[static_cast<std::size_t>(triangle[2])] - a;
+        const Eigen::Vector3d p = along.cross(v);
+        const double volume = u.dot(p);
+        if (volume == 0.0)
+        {
+            continue;
+        }
+        const Eigen::Vector3d s = from - a;
+        const double x = s.dot(p) / volume;
+        const Eigen::Vector3d q = s.cross(u);
+        const double y = along.dot(q) / volume;
+        const double way = v.dot(q) / volume;
+        if (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && way > 0.0 && way < hit.way)
+        {
+            hit = {.way = way, .normal = u.cross(v).normalized()};
+        }
+    }
+    return hit;
+}
 
 /// True if an approach against `normal` keeps to the tilt.
 bool isWithinTilt(const Eigen::Vector3d& normal, const ApproachOptions& options)
@@ -133,6 +176,8 @@ const char* toString(ApproachSource source)
             return "surface";
         case ApproachSource::Boxes:
             return "boxes";
+        case ApproachSource::Pinch:
+            return "pinch";
         case ApproachSource::Mixed:
             return "mixed";
     }
@@ -195,6 +240,57 @@ ApproachAim boxAim(const GraspObject& object,
     return {.point = object.centerOfMass + shape.axes * along,
             .direction = -face.normal(shape),
             .opposition = shape.axes.col(shorter)};
+}
+
+ApproachAim pinchAim(const GraspObject& object,
+                     double opening,
+                     const ApproachOptions& options,
+                     Draws& draws)
+{
+    ApproachOptions anywhere = options;
+    anywhere.tableTop = false;
+    ApproachAim best;
+    double bestCost = std::numeric_limits<double>::infinity();
+    for (int attempt = 0; attempt < kPinchTries; ++attempt)
+    {
+        ApproachAim aim = surfaceAim(object, anywhere, draws);
+        const Eigen::Vector3d first = aim.point;
+        const Eigen::Vector3d inwards = aim.direction;
+        const double turn = 2.0 * std::numbers::pi * draws.unit();
+        const RayHit exit = nearestHit(object.tree, first + kOffSurface * inwards, inwards);
+        const double width = exit.way + kOffSurface;
+        const bool isSquare = exit.normal.dot(inwards) >= kSquareEnough;
+        aim.opposition = isSquare ? (inwards + exit.normal).normalized() : inwards;
+        const Eigen::Vector3d across = aim.opposition.unitOrthogonal();
+        aim.direction = std::cos(turn) * across + std::sin(turn) * aim.opposition.cross(across);
+        if (options.tableTop && aim.direction.dot(options.up) > 0.0)
+        {
+            aim.direction = -aim.direction;
+        }
+        double itsCost = 0.0;
+        if (!isSquare || width > opening || !isWithinTilt(-aim.direction, options))
+        {
+            itsCost = 10.0;
+        }
+        else
+        {
+            const Eigen::Vector3d second = first + width * inwards;
+            aim.point = 0.5 * (first + second);
+            for (const Eigen::Vector3d& beside : {Eigen::Vector3d(first - kFinger * inwards),
+                                                  Eigen::Vector3d(second + kFinger * inwards)})
+            {
+                itsCost +=
+                    std::isfinite(nearestHit(object.tree, beside, -aim.direction).way) ? 1.0 : 0.0;
+            }
+            itsCost += 0.5 * (aim.point - object.centerOfMass).norm() / object.radius;
+        }
+        if (itsCost < bestCost || attempt == 0)
+        {
+            best = aim;
+            bestCost = itsCost;
+        }
+    }
+    return best;
 }
 
 Eigen::Vector3d middleOnLine(const GraspObject& object,

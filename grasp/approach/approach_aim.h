@@ -32,6 +32,17 @@ struct ApproachAim
                                  std::int64_t number,
                                  Draws& sequence);
 
+/// Two points of the surface that face each other no farther apart than `opening` [m], square
+/// enough for fingers to pinch it there, and a direction across the line between them, along which
+/// fingers come at both with nothing of the object in their way. The point is in the middle between
+/// them, and the opposition along the line. Of some draws the one that has the most room and is
+/// nearest to the centre of mass; where none is found, the last one. For tableTop directions are
+/// within maxTilt of down.
+[[nodiscard]] ApproachAim pinchAim(const GraspObject& object,
+                                   double opening,
+                                   const ApproachOptions& options,
+                                   Draws& draws);
+
 /// The middle of the object on the line through `point` along `direction`; where the line misses
 /// it, the foot of its centre of mass.
 [[nodiscard]] Eigen::Vector3d middleOnLine(const GraspObject& object,

@@ -334,6 +334,20 @@ Eigen::Isometry3d atTheBox(const Place& place,
     return X_WG;
 }
 
+/// Across what is thin somewhere.
+Eigen::Isometry3d atThePinch(const Place& place,
+                             const GraspObject& object,
+                             const OpenHand& open,
+                             const ApproachOptions& options)
+{
+    Draws draws = place.draws();
+    const ApproachAim aim = pinchAim(object, kOpeningUsed * open.opening, options, draws);
+    Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+    X_WG.linear() = withinLimits(frameFrom(aim.direction, aim.opposition), options, draws);
+    X_WG.translation() = aim.point;
+    return X_WG;
+}
+
 /// The grasp frame where the approach would bring it.
 Eigen::Isometry3d targetFrame(const Place& place,
                               const GraspObject& object,
@@ -348,6 +362,8 @@ Eigen::Isometry3d targetFrame(const Place& place,
             return atTheSurface(place, object, shape, open, options);
         case ApproachSource::Boxes:
             return atTheBox(place, object, shape, options);
+        case ApproachSource::Pinch:
+            return atThePinch(place, object, open, options);
         case ApproachSource::Sphere:
         case ApproachSource::Mixed:
             break;
@@ -467,7 +483,12 @@ ApproachCandidate sampleApproach(const HandModel& hand,
                                  std::int64_t count,
                                  const ApproachOptions& options)
 {
-    const std::vector<std::size_t> fitting = fittingPreshapes(shapes);
+    std::vector<std::size_t> fitting = fittingPreshapes(shapes);
+    if (options.source == ApproachSource::Pinch)  // what is pinched is thinner than the object
+    {
+        fitting.resize(shapes.hands.size());
+        std::iota(fitting.begin(), fitting.end(), std::size_t{0});
+    }
     require(count > 0 && number >= 0, "sampleApproach: number >= 0 and count > 0 are needed");
     require(!fitting.empty(), "sampleApproach: the hand has no preshape");
     checkApproachOptions(options);

@@ -157,6 +157,7 @@ ApproachOptions samplingFrom(const Json& plan, const Place& place)
     constexpr std::array kSources{ApproachSource::Sphere,
                                   ApproachSource::Surface,
                                   ApproachSource::Boxes,
+                                  ApproachSource::Pinch,
                                   ApproachSource::Mixed};
     const auto* const source = std::find_if(
         kSources.begin(), kSources.end(), [&](ApproachSource s) { return name == toString(s); });

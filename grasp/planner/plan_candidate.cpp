@@ -22,6 +22,9 @@ constexpr std::array kRetreats{0.0, 0.005, 0.015};
 /// The same for jaws on one motor, which hold between two places at most: where they do not fit at
 /// one depth, they may at another.
 constexpr std::array kJawRetreats{0.01, 0.02, 0.03, 0.045, 0.06};
+/// Among obstacles an approach that would begin inside of one begins nearer: so far before the
+/// grasp frame is at its target [m].
+constexpr std::array kNearerStarts{0.15, 0.1, 0.07, 0.04, 0.02};
 /// Poses of closing that differ by less are the same [m].
 constexpr double kSamePose = 1e-3;
 /// Sideways centring of coupled fingers: at most this many shifts.
@@ -81,8 +84,8 @@ bool better(const Grasp& a, const Grasp& b)
 }
 
 /// Travels along the approach at which closing is tried, the first contact first, but not where
-/// that is with an obstacle.
-std::vector<double> closingTravels(const ApproachCandidate& candidate,
+/// that is with an obstacle. The grasp frame is at its target after `centerDistance`.
+std::vector<double> closingTravels(double centerDistance,
                                    double travel,
                                    bool meetsObstacle,
                                    bool areCoupled)
@@ -103,9 +106,9 @@ std::vector<double> closingTravels(const ApproachCandidate& candidate,
     {
         add(travel - retreat);
     }
-    if (candidate.centerDistance < travel)
+    if (centerDistance < travel)
     {
-        add(candidate.centerDistance);
+        add(centerDistance);
     }
     if (areCoupled)
     {
@@ -328,13 +331,27 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
     approached.candidate = candidate.number;
     approached.preshape = preshape.name;
     approached.source = toString(candidate.source);
-    approached.X_WStart = candidate.X_WStart;
     approached.approach_W = candidate.direction_W;
-    const ArticulatedToiResult approach =
-        translateUntilContact(candidate.X_WStart,
-                              preshape.positions,
-                              candidate.distance * candidate.direction_W,
-                              context);
+    double begin = 0.0;
+    const auto approachFrom = [&](double travel)
+    {
+        begin = travel;
+        approached.X_WStart = shifted(candidate.X_WStart, travel * candidate.direction_W);
+        return translateUntilContact(approached.X_WStart,
+                                     preshape.positions,
+                                     (candidate.distance - travel) * candidate.direction_W,
+                                     context);
+    };
+    ArticulatedToiResult approach = approachFrom(0.0);
+    for (const double before : kNearerStarts)
+    {
+        const double travel = std::min(candidate.centerDistance, candidate.distance) - before;
+        if (approach.status == ToiStatus::Overlapping && context.environment.bodies().size() > 1 &&
+            travel > 0.0)
+        {
+            approach = approachFrom(travel);
+        }
+    }
     approached.reject = approach.status == ToiStatus::Separated
                             ? RejectReason::NoApproachHit
                             : rejectReasonOf(approach.status, RejectReason::OverlapAtStart);
@@ -342,18 +359,18 @@ Grasp planCandidate(const ApproachCandidate& candidate, CandidateContext& contex
     {
         return approached;
     }
-    approached.approachDistance = approach.time * candidate.distance;
+    approached.approachDistance = approach.time * (candidate.distance - begin);
     // Fingers that reach around the object to what it stands on are drawn back from there.
     const bool meetsObstacle =
         !approach.contacts.empty() && approach.contacts.front().obstacle != kObject;
 
     std::optional<Grasp> best;
-    for (const double travel : closingTravels(candidate,
+    for (const double travel : closingTravels(candidate.centerDistance - begin,
                                               approached.approachDistance,
                                               meetsObstacle,
                                               fingersAreCoupled(context.hand)))
     {
-        const Eigen::Isometry3d X_WH = shifted(candidate.X_WStart, travel * candidate.direction_W);
+        const Eigen::Isometry3d X_WH = shifted(approached.X_WStart, travel * candidate.direction_W);
         Grasp grasp = closeCentred(approached, X_WH, preshape.positions, context);
         if (!best || better(grasp, *best))
         {

@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <tbb/parallel_for.h>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -15,8 +18,8 @@ namespace
 {
 /// Of the efforts, beside the torques of the squeeze.
 constexpr double kReserve = 0.1;
-/// How far the hand is drawn back, over the margin.
-constexpr std::array kDrawnBack{0.0, 1.5, 3.0, 6.0};
+/// How far the hand is drawn back from where it first touched something [m].
+constexpr std::array kDrawnBack{0.0, 3e-3, 6e-3, 0.012, 0.02, 0.03, 0.04, 0.055};
 }  // namespace
 
 double massHeldBySqueeze(const HandModel& hand,
@@ -70,58 +73,93 @@ bool isClear(const HandModel& hand,
     return true;
 }
 
-std::vector<Grasp> firmGrasps(const HandModel& hand,
-                              const GraspObject& object,
-                              std::span<const RigidBody> obstacles,
-                              const std::vector<Grasp>& grasps,
-                              const PickPlaceOptions& options)
+namespace
+{
+/// Of the depths along the approach, that at which the grasp holds most, if there is one.
+std::optional<Grasp> firmest(const HandModel& hand,
+                             const GraspObject& object,
+                             std::span<const RigidBody> obstacles,
+                             const Grasp& grasp,
+                             const PickPlaceOptions& options,
+                             const ArrivesAt& arrives)
 {
     const CloseHand close = kinematicClosing(obstacles);
-    const double mass = massOf(object, options.grasps.mass).mass;
+    const Preshape& preshape = *findPreshape(hand, grasp.preshape);
+    const std::vector<double>& open = preshape.positions;
     const RigidBody taken{.tree = &object.tree, .motion = restAt(Eigen::Isometry3d::Identity())};
-    std::vector<Grasp> firm;
-    for (const Grasp& grasp : grasps)
+    PlannerOptions asked = options.grasps;
+    asked.centred = true;
+    std::optional<Grasp> best;
+    bool isAsked = false;
+    for (const double back : kDrawnBack)
     {
-        if (grasp.reject != RejectReason::None || options.stop.isDue())
+        Eigen::Isometry3d X_WH = grasp.X_WStart;
+        X_WH.translation() += (grasp.approachDistance - back) * grasp.approach_W;
+        const auto isOpenClear = [&](const Eigen::Isometry3d& X)
+        {
+            return isClear(hand, X, open, std::span(&taken, 1), options.margin) &&
+                   isClear(hand, X, open, obstacles, options.margin);
+        };
+        if (!isOpenClear(X_WH))
         {
             continue;
         }
-        const Preshape& preshape = *findPreshape(hand, grasp.preshape);
-        const std::vector<double>& open = preshape.positions;
-        Eigen::Isometry3d X_WH = grasp.X_WH;
-        const auto back = std::ranges::find_if(
-            kDrawnBack,
-            [&](double share)
+        if (!isAsked)
+        {
+            isAsked = true;
+            Grasp at = grasp;
+            at.X_WH = X_WH;
+            if (!arrives(at))
             {
-                X_WH.translation() =
-                    grasp.X_WH.translation() - share * options.margin * grasp.approach_W;
-                return isClear(hand, X_WH, open, std::span(&taken, 1), options.margin);
-            });
-        if (back == kDrawnBack.end() || !isClear(hand, X_WH, open, obstacles, options.margin))
+                return std::nullopt;
+            }
+        }
+        Grasp drawn = closeAtPose(
+            hand, object, X_WH, Eigen::Vector3d::Zero(), preshape, asked, close, obstacles);
+        if (drawn.reject != RejectReason::None || !isOpenClear(drawn.X_WH) ||
+            !isClear(hand, drawn.X_WH, drawn.positions, obstacles, options.margin))
         {
             continue;
         }
-        Grasp drawn = closeAtPose(hand,
-                                  object,
-                                  X_WH,
-                                  Eigen::Vector3d::Zero(),
-                                  preshape,
-                                  options.grasps,
-                                  close,
-                                  obstacles);
         drawn.candidate = grasp.candidate;
         drawn.source = grasp.source;
         drawn.approach_W = grasp.approach_W;
         drawn.approachDistance = grasp.approachDistance;
-        if (drawn.reject != RejectReason::None ||
-            !isClear(hand, X_WH, drawn.positions, obstacles, options.margin))
-        {
-            continue;
-        }
         drawn.quality.largestMass = massHeldBySqueeze(hand, object, drawn, options);
-        if (*drawn.quality.largestMass >= options.holds * mass)
+        if (!best || *drawn.quality.largestMass > *best->quality.largestMass)
         {
-            firm.push_back(std::move(drawn));
+            best = std::move(drawn);
+        }
+    }
+    return best;
+}
+}  // namespace
+
+std::vector<Grasp> firmGrasps(const HandModel& hand,
+                              const GraspObject& object,
+                              std::span<const RigidBody> obstacles,
+                              const std::vector<Grasp>& candidates,
+                              const PickPlaceOptions& options,
+                              const ArrivesAt& arrives)
+{
+    const double mass = massOf(object, options.grasps.mass).mass;
+    std::vector<std::optional<Grasp>> found(candidates.size());
+    tbb::parallel_for(std::size_t{0},
+                      candidates.size(),
+                      [&](std::size_t i)
+                      {
+                          if (!options.stop.isDue() && candidates[i].approachDistance > 0.0)
+                          {
+                              found[i] =
+                                  firmest(hand, object, obstacles, candidates[i], options, arrives);
+                          }
+                      });
+    std::vector<Grasp> firm;
+    for (std::optional<Grasp>& grasp : found)
+    {
+        if (grasp && *grasp->quality.largestMass >= options.holds * mass)
+        {
+            firm.push_back(*std::move(grasp));
         }
     }
     std::ranges::stable_sort(firm,

@@ -4,6 +4,7 @@
 
 #include "grasp/task/pick_place.h"
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,17 +18,23 @@ namespace bullet_ccd::grasp
                                        const Grasp& grasp,
                                        const PickPlaceOptions& options);
 
-/// The grasps that are left, those that hold most first. The hand is drawn back against its
-/// direction of approach until, open, it is `margin` away from the object, and closes there anew;
-/// neither open nor closed does it come within the margin of an obstacle. What it holds is
+/// Whether the arm brings the open hand to a grasp along its approach; is asked from any thread.
+using ArrivesAt = std::function<bool(const Grasp& grasp)>;
+
+/// The grasps that are left, those that hold most first. Every candidate whose approach came to an
+/// end, force closure or not, closes anew at several depths, drawn back against its direction of
+/// approach: where it is open `margin` away from the object, and neither open nor closed comes
+/// within the margin of an obstacle. The depth at which it holds most is kept. What it holds is
 /// quality.largestMass, and is at least options.holds times the mass (options.grasps.mass).
-/// @param grasps     of the object, whose frame is W
+/// @param candidates of the object, whose frame is W
 /// @param obstacles  in the same frame
+/// @param arrives    candidates for which it says no are left out
 [[nodiscard]] std::vector<Grasp> firmGrasps(const HandModel& hand,
                                             const GraspObject& object,
                                             std::span<const RigidBody> obstacles,
-                                            const std::vector<Grasp>& grasps,
-                                            const PickPlaceOptions& options);
+                                            const std::vector<Grasp>& candidates,
+                                            const PickPlaceOptions& options,
+                                            const ArrivesAt& arrives);
 
 /// True if no link of the hand is nearer to a body than `margin`.
 [[nodiscard]] bool isClear(const HandModel& hand,

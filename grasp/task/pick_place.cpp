@@ -31,7 +31,14 @@ constexpr int kPlaceRestarts = 20;
 /// An object that touches what it stands on is raised by no more than this [m].
 constexpr double kLargestRaise = 3e-3;
 /// So many times more grasps are planned if none of the first can be carried out.
-constexpr std::int64_t kMoreGrasps = 4;
+constexpr std::int64_t kMoreGrasps = 3;
+constexpr int kRounds = 3;
+/// Of the straight ways to and from the object, where there is no room for all of them.
+constexpr std::array kShares{1.0, 0.5, 0.25};
+/// What holds little far from its centre of mass may hold what is light: the squeeze decides.
+constexpr double kLeastEpsilon = 1e-3;
+/// Where candidates come from, as many of each.
+constexpr std::array kSources{ApproachSource::Mixed, ApproachSource::Pinch};
 /// The lowest point of an object that is put down is as near as this to the target's height [m].
 constexpr double kSameHeight = 2e-3;
 
@@ -104,21 +111,38 @@ public:
         }
         requireFreeStart();
         int tried = 0;
-        std::vector<Grasp> grasps;
-        std::set<std::int64_t> known;
-        for (std::int64_t candidates = m_options.grasps.candidates;
-             candidates <= kMoreGrasps * m_options.grasps.candidates &&
-             tried < m_options.graspsTried;
-             candidates *= kMoreGrasps)
+        std::array<std::vector<Grasp>, kSources.size()> known;
+        std::int64_t candidates = m_options.grasps.candidates;
+        for (int round = 0; round < kRounds && tried < m_options.graspsTried && !isStopped();
+             ++round, candidates *= kMoreGrasps)
         {
-            grasps = graspsOfObject(candidates, grasps);
             std::vector<Grasp> fresh;
-            std::ranges::copy_if(grasps,
-                                 std::back_inserter(fresh),
-                                 [&](const Grasp& grasp)
-                                 { return known.insert(grasp.candidate).second; });
+            for (std::size_t i = 0; i < kSources.size(); ++i)
+            {
+                const std::int64_t before = std::ssize(known[i]);
+                known[i] = graspsOfObject(kSources[i], candidates, known[i]);
+                for (const Grasp& grasp : known[i])
+                {
+                    if (grasp.candidate >= before)
+                    {
+                        fresh.push_back(grasp);
+                        fresh.back().candidate = numberOf(grasp, i);
+                    }
+                }
+            }
+            m_plan.forceClosures = 0;
+            for (const std::vector<Grasp>& grasps : known)
+            {
+                m_plan.forceClosures += std::ranges::count_if(
+                    grasps, [](const Grasp& grasp) { return grasp.quality.forceClosure; });
+            }
             for (const Grasp& grasp :
-                 firmGrasps(m_task.hand, m_task.object, m_inObject, fresh, m_options))
+                 firmGrasps(m_task.hand,
+                            m_task.object,
+                            m_inObject,
+                            fresh,
+                            m_options,
+                            [this](const Grasp& grasp) { return arrives(grasp); }))
             {
                 if (tried == m_options.graspsTried || isStopped())
                 {
@@ -133,14 +157,15 @@ public:
             }
         }
         m_plan.stopped = isStopped();
-        m_plan.failure = m_plan.stopped ? "stopped after " + std::to_string(tried) + " grasps"
-                         : m_plan.forceClosures == 0
-                             ? "no grasp of " + m_task.object.name +
-                                   " is a force closure that is clear of its surroundings"
-                         : tried == 0 ? "no grasp of " + m_task.object.name +
-                                            " holds it firmly and keeps the margin to all else"
-                                      : "none of the grasps that were tried (" +
-                                            std::to_string(tried) + ") can be carried out";
+        m_plan.failure =
+            m_plan.stopped ? "stopped after " + std::to_string(tried) + " grasps"
+            : tried > 0    ? "none of the grasps that were tried (" + std::to_string(tried) +
+                              ") can be carried out"
+            : m_plan.forceClosures == 0
+                ? "no grasp of " + m_task.object.name +
+                      " is a force closure that is clear of its surroundings"
+                : "no grasp of " + m_task.object.name +
+                      " to which the arm comes holds it firmly and keeps the margin to all else";
         return std::move(m_plan);
     }
 
@@ -198,12 +223,12 @@ private:
     /// Poses in the target, turned as it stands and about the vertical, put down until the gap.
     void findPlaces()
     {
-        constexpr std::array kShares{0.0, -0.7, 0.7};
+        constexpr std::array kAside{0.0, -0.7, 0.7};
         constexpr int kTurns = 8;
         const double height = m_task.target.center.z();
-        for (const double x : kShares)
+        for (const double x : kAside)
         {
-            for (const double y : kShares)
+            for (const double y : kAside)
             {
                 for (int turn = 0; turn < kTurns; ++turn)
                 {
@@ -259,8 +284,16 @@ private:
         }
     }
 
+    /// Candidates of the sources take turns.
+    static std::int64_t numberOf(const Grasp& grasp, std::size_t source)
+    {
+        return grasp.candidate * std::ssize(kSources) + static_cast<std::int64_t>(source);
+    }
+
     /// Best first, in the frame of the object and clear of the obstacles.
-    std::vector<Grasp> graspsOfObject(std::int64_t candidates, const std::vector<Grasp>& known)
+    std::vector<Grasp> graspsOfObject(ApproachSource source,
+                                      std::int64_t candidates,
+                                      const std::vector<Grasp>& known)
     {
         const Isometry3d X_OW = m_plan.X_WOStart.inverse();
         m_inObject.clear();
@@ -270,6 +303,7 @@ private:
         }
         PlannerOptions options = m_options.grasps;
         options.candidates = candidates;
+        options.approach.source = source;
         options.approach.tableTop = true;
         options.approach.up = X_OW.linear().col(2);
         std::vector<Grasp> grasps = planGrasps(
@@ -278,11 +312,6 @@ private:
             options,
             [this] { return kinematicClosing(m_inObject); },
             {.obstacles = m_inObject, .known = known, .stop = [this] { return isStopped(); }});
-        m_plan.forceClosures = 0;
-        for (const Grasp& grasp : grasps)
-        {
-            m_plan.forceClosures += grasp.quality.forceClosure ? 1 : 0;
-        }
         return grasps;
     }
 
@@ -342,13 +371,69 @@ private:
         return straightPath(m_kinematics, start, shift);
     }
 
+    /// A straight way of the hand from or, reversed, to a posture of the arm.
+    struct StraightLeg
+    {
+        std::string name;
+        const RobotBody& body;
+        const NamedSurroundings& around;
+        const JointPositions& posture;
+        Vector3d shift;  // W, where there is room [m]
+        bool isReversed = false;
+        const std::vector<double>& hand;
+        double margin = 0.0;
+        Path path{};  // in the order of the motion
+        TaskLeg leg{};
+    };
+
+    [[nodiscard]] StraightLeg approachOf(const Grasp& grasp,
+                                         const JointPositions& posture,
+                                         const std::vector<double>& open) const
+    {
+        return {.name = "approach",
+                .body = m_robot,
+                .around = m_before,
+                .posture = posture,
+                .shift = -m_options.approach * (m_plan.X_WOStart.linear() * grasp.approach_W),
+                .isReversed = true,
+                .hand = open,
+                .margin = m_options.margin};
+    }
+
+    /// Finds the path and certifies the leg; where there is no room for all of the way, for a part
+    /// of it. Else says what is in the way of the shortest.
+    std::optional<Obstruction> goStraight(StraightLeg& way, ToiWorkspace& work) const
+    {
+        std::string reason;
+        for (const double share : kShares)
+        {
+            way.path = straight(way.posture, share * way.shift);
+            if (way.path.empty())
+            {
+                reason = "the arm cannot follow the straight way";
+                continue;
+            }
+            if (way.isReversed)
+            {
+                std::ranges::reverse(way.path);
+            }
+            way.leg = legOf(way.name, wholes(way.path, way.hand), 0.0, &way.body == &m_carrying);
+            reason = touchedOnLeg(way.body, m_task.X_WR, way.around, way.leg, way.margin, work);
+            if (reason.empty())
+            {
+                return std::nullopt;
+            }
+        }
+        return Obstruction{way.name, reason};
+    }
+
     /// Certifies the leg, or says what is in its way.
     std::optional<Obstruction> check(const RobotBody& body,
                                      const NamedSurroundings& around,
                                      TaskLeg& leg,
                                      double margin)
     {
-        const std::string touched = certifyLeg(body, m_task.X_WR, around, leg, margin, m_work);
+        const std::string touched = touchedOnLeg(body, m_task.X_WR, around, leg, margin, m_work);
         return touched.empty() ? std::nullopt : std::optional(Obstruction{leg.name, touched});
     }
 
@@ -390,12 +475,7 @@ private:
             note(grasp, {"reach", "the arm does not reach the hand's pose"});
             return false;
         }
-        const std::string objection = m_options.objection ? m_options.objection(grasp) : "";
-        if (!objection.empty())
-        {
-            note(grasp, {"rehearsal", objection});
-            return false;
-        }
+        m_isRehearsed = false;
         std::optional<Obstruction> last;
         for (const JointPositions& posture : postures)
         {
@@ -405,9 +485,57 @@ private:
                 note(grasp, {});
                 return true;
             }
+            if (last->leg == "rehearsal")
+            {
+                break;
+            }
         }
         note(grasp, *last);
         return false;
+    }
+
+    /// True if the arm brings the open hand straight to the grasp; thread-safe.
+    [[nodiscard]] bool arrives(const Grasp& grasp) const
+    {
+        const Isometry3d X_WH = m_plan.X_WOStart * grasp.X_WH;
+        const std::vector<double>& open = findPreshape(m_task.hand, grasp.preshape)->positions;
+        if (!isClear(whole(m_task.start, open)))
+        {
+            return false;
+        }
+        ToiWorkspace work;
+        return std::ranges::any_of(
+            m_kinematics.solve(
+                X_WH,
+                m_task.start,
+                {.wanted = kPostures, .restarts = kPlaceRestarts, .seed = m_options.seed}),
+            [&](const JointPositions& posture)
+            {
+                StraightLeg approach = approachOf(grasp, posture, open);
+                return isClear(whole(posture, open)) && !goStraight(approach, work);
+            });
+    }
+
+    /// True if no link is nearer than the margin to what stands around before the object is taken.
+    [[nodiscard]] bool isClear(const std::vector<double>& positions) const
+    {
+        const std::vector<Isometry3d> X_W = linkPoses(m_robot.tree, m_task.X_WR, positions);
+        for (std::size_t link = 0; link < X_W.size(); ++link)
+        {
+            for (const RigidBody& body : m_before.bodies)
+            {
+                if (m_robot.linkTrees[link] != nullptr &&
+                    treeDistance(*m_robot.linkTrees[link],
+                                 *body.tree,
+                                 body.motion.X_W0.inverse() * X_W[link],
+                                 m_options.margin)
+                            .distance < m_options.margin)
+                {
+                    return false;
+                }
+            }
+        }
+        return true;
     }
 
     void note(const Grasp& grasp, const Obstruction& obstruction)
@@ -463,18 +591,12 @@ private:
         {
             return failed;
         }
-        const Vector3d towards = m_plan.X_WOStart.linear() * grasp.approach_W;
-        Path approach = straight(posture, -m_options.approach * towards);
-        if (approach.empty())
-        {
-            return Obstruction{"approach", "the arm cannot follow the straight way to the object"};
-        }
-        std::ranges::reverse(approach);
-        m_plan.legs[1] = legOf("approach", wholes(approach, m_open), 0.0, false);
-        if (const auto failed = check(m_robot, m_before, m_plan.legs[1], m_options.margin))
+        StraightLeg approach = approachOf(grasp, posture, m_open);
+        if (const auto failed = goStraight(approach, m_work))
         {
             return failed;
         }
+        m_plan.legs[1] = approach.leg;
         m_closing.clear();
         for (const std::vector<double>& hand : closingRows())
         {
@@ -486,27 +608,37 @@ private:
         }
         m_carrying = RobotBody(m_task.robot);
         m_carrying.carry(m_task.robot, m_task.object, m_plan.X_HO);
-        const Path lift = straight(posture, {0.0, 0.0, m_options.lift});
-        if (lift.empty())
-        {
-            return Obstruction{"lift", "the arm cannot follow the straight way up"};
-        }
-        m_plan.legs[3] = legOf("lift", wholes(lift, m_plan.grasp.positions), 0.0, true);
-        if (const auto failed = check(m_carrying, m_scene, m_plan.legs[3], 0.0))
+        StraightLeg lift{.name = "lift",
+                         .body = m_carrying,
+                         .around = m_scene,
+                         .posture = posture,
+                         .shift = {0.0, 0.0, m_options.lift},
+                         .hand = m_plan.grasp.positions};
+        if (const auto failed = goStraight(lift, m_work))
         {
             return failed;
         }
-        const std::vector<Placement> placements = placementsFrom(lift.back());
+        m_plan.legs[3] = lift.leg;
+        const std::vector<Placement> placements = placementsFrom(lift.path.back());
         if (placements.empty())
         {
             return Obstruction{"place", "the arm does not reach the target with this grasp"};
+        }
+        if (!m_isRehearsed)
+        {
+            m_isRehearsed = true;
+            const std::string objection = m_options.objection ? m_options.objection(grasp) : "";
+            if (!objection.empty())
+            {
+                return Obstruction{"rehearsal", objection};
+            }
         }
         if (const auto failed = planBetween(m_robot,
                                             m_before,
                                             "transit",
                                             m_open,
                                             m_task.start,
-                                            approach.front(),
+                                            approach.path.front(),
                                             m_plan.legs[0]))
         {
             return failed;
@@ -515,7 +647,7 @@ private:
         for (const Placement& placement : placements)
         {
             last = isStopped() ? Obstruction{"place", "stopped"}
-                               : tryPlace(placement, lift.back(), grasp);
+                               : tryPlace(placement, lift.path.back(), grasp);
             if (!last)
             {
                 break;
@@ -575,39 +707,56 @@ private:
                                         const Grasp& grasp)
     {
         const auto& [X_WO, posture] = placement;
-        Path down = straight(posture, {0.0, 0.0, m_options.lift});
-        const Vector3d towards = X_WO.linear() * grasp.approach_W;
-        const Path back = straight(posture, -m_options.approach * towards);
-        if (down.empty() || back.empty())
-        {
-            return Obstruction{down.empty() ? "place" : "retreat",
-                               "the arm cannot follow the straight way"};
-        }
-        std::ranges::reverse(down);
         m_plan.X_WOEnd = m_kinematics.poseAt(posture) * m_plan.X_HO;
         NamedSurroundings after = m_scene;
         after.add(m_task.object.tree, m_plan.X_WOEnd, m_task.object.name);
         after.finish();
         std::vector<std::vector<double>> opening(m_closing.rbegin(), m_closing.rend());
         std::vector<TaskLeg>& legs = m_plan.legs;
-        legs[5] = legOf("place", wholes(down, m_plan.grasp.positions), 0.0, true);
-        legs[7] = legOf("retreat", wholes(back, m_open), 0.0, false);
-        std::optional<Obstruction> failed = check(m_carrying, m_scene, legs[5], 0.0);
+        StraightLeg down{.name = "place",
+                         .body = m_carrying,
+                         .around = m_scene,
+                         .posture = posture,
+                         .shift = {0.0, 0.0, m_options.lift},
+                         .isReversed = true,
+                         .hand = m_plan.grasp.positions};
+        StraightLeg back{.name = "retreat",
+                         .body = m_robot,
+                         .around = after,
+                         .posture = posture,
+                         .shift = -m_options.approach * (X_WO.linear() * grasp.approach_W),
+                         .hand = m_open,
+                         .margin = m_options.margin};
+        std::optional<Obstruction> failed = goStraight(down, m_work);
         failed = failed ? failed : fingers("open", posture, opening, after, legs[6]);
-        failed = failed ? failed : check(m_robot, after, legs[7], m_options.margin);
+        failed = failed ? failed : goStraight(back, m_work);
+        legs[5] = down.leg;
+        legs[7] = back.leg;
         failed = failed ? failed
                         : planBetween(m_carrying,
                                       m_scene,
                                       "carry",
                                       m_plan.grasp.positions,
                                       lifted,
-                                      down.front(),
+                                      down.path.front(),
                                       legs[4]);
-        failed = failed ? failed
-                        : planBetween(
-                              m_robot, after, "return", m_open, back.back(), m_task.start, legs[8]);
+        failed =
+            failed ? failed
+                   : planBetween(
+                         m_robot, after, "return", m_open, back.path.back(), m_task.start, legs[8]);
         if (!failed)
         {
+            for (TaskLeg& leg : legs)
+            {
+                const bool isBefore = &leg < &legs[3];
+                leg.clearance = clearanceOf(leg.carries ? m_carrying : m_robot,
+                                            m_task.X_WR,
+                                            leg.carries ? m_scene
+                                            : isBefore  ? m_before
+                                                        : after,
+                                            leg,
+                                            m_work);
+            }
             followOn(m_plan.legs);
         }
         return failed;
@@ -627,6 +776,7 @@ private:
     bool m_isAboveSomething = false;  // in one of the places that were looked at
     std::vector<double> m_open;       // positions of the hand
     std::vector<std::vector<double>> m_closing;
+    bool m_isRehearsed = false;  // the grasp that is tried
     ToiWorkspace m_work;
     PickPlacePlan m_plan;
 };
@@ -653,6 +803,8 @@ PickPlacePlan planPickPlace(const PickPlaceTask& task, const PickPlaceOptions& o
     const ObjectMass mass = massOf(task.object, options.grasps.mass);
     PickPlaceOptions withMass = options;
     withMass.grasps.mass = mass.mass;
+    withMass.grasps.forceClosureThreshold =
+        std::min(withMass.grasps.forceClosureThreshold, kLeastEpsilon);
     PickPlacePlan plan = PickPlacePlanner(task, std::move(withMass)).run();
     plan.mass = mass;
     return plan;

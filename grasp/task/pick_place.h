@@ -44,9 +44,10 @@ struct PickPlaceTask
 
 struct PickPlaceOptions
 {
+    /// Of the first round; as many are pinches (ApproachSource::Pinch).
     PlannerOptions grasps{
         .candidates = 80, .approach = {.source = ApproachSource::Mixed}, .volumes = 0};
-    int graspsTried = 20;   ///< the best force closures that are tried
+    int graspsTried = 40;   ///< the firmest that are tried
     double approach = 0.1;  ///< way of the hand straight to the object, and back [m]
     double lift = 0.1;      ///< way of the object up, and down to its new place [m]
     /// Between the object and what it rests on [m]. An object that is nearer is raised by what is
@@ -117,7 +118,8 @@ struct PickPlacePlan
 
 /// Plans the task. Grasps are planned among the obstacles and tried best first; of each, several
 /// postures of the arm and several places in the target. Where a leg fails, its reason is recorded.
-/// If none of the first candidates can be carried out, four times as many are planned.
+/// If none of the first candidates can be carried out, three and nine times as many are planned.
+/// Straight ways for which there is no room are halved, and halved again.
 ///
 /// Guarantee: every leg of a plan is certified by trajectoryToi() as it is timed: no link and no
 /// carried object comes within a micrometre of anything that it moves relative to, except that

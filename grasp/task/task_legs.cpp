@@ -191,18 +191,11 @@ void followOn(std::vector<TaskLeg>& legs)
     }
 }
 
-std::string certifyLeg(const RobotBody& body,
-                       const Eigen::Isometry3d& X_WR,
-                       const NamedSurroundings& around,
-                       TaskLeg& leg,
-                       double margin,
-                       ToiWorkspace& work)
+namespace
 {
-    leg.clearance = kEnoughClearance;
-    if (leg.waypoints.size() < 2)
-    {
-        return {};
-    }
+/// Of a leg with two waypoints or more.
+Trajectory trajectoryOf(const RobotBody& body, const Eigen::Isometry3d& X_WR, const TaskLeg& leg)
+{
     std::vector<Waypoint> waypoints = leg.waypoints;
     for (Waypoint& waypoint : waypoints)  // of what is carried, too
     {
@@ -210,7 +203,22 @@ std::string certifyLeg(const RobotBody& body,
         waypoint.velocities.resize(body.tree.size(), 0.0);
         waypoint.accelerations.resize(body.tree.size(), 0.0);
     }
-    const Trajectory trajectory = trajectoryThrough(body.tree, X_WR, waypoints);
+    return trajectoryThrough(body.tree, X_WR, waypoints);
+}
+}  // namespace
+
+std::string touchedOnLeg(const RobotBody& body,
+                         const Eigen::Isometry3d& X_WR,
+                         const NamedSurroundings& around,
+                         const TaskLeg& leg,
+                         double margin,
+                         ToiWorkspace& work)
+{
+    if (leg.waypoints.size() < 2)
+    {
+        return {};
+    }
+    const Trajectory trajectory = trajectoryOf(body, X_WR, leg);
     const TrajectoryToiResult toi = trajectoryToi(body.body(),
                                                   around.environment,
                                                   trajectory,
@@ -218,16 +226,35 @@ std::string certifyLeg(const RobotBody& body,
                                                            .minimumSeparation = margin,
                                                            .strategy = ToiStrategy::Interval}},
                                                   std::span(&work, 1));
-    if (toi.status != ToiStatus::Separated)
-    {
-        return touchText(body, around, toi, trajectory);
-    }
-    leg.clearance = leastDistance(body.body(),
-                                  around.bodies,
-                                  trajectory,
-                                  {.tolerance = kLegTolerance, .enough = kEnoughClearance},
-                                  std::span(&work, 1))
-                        .distance;
-    return {};
+    return toi.status == ToiStatus::Separated ? std::string()
+                                              : touchText(body, around, toi, trajectory);
+}
+
+double clearanceOf(const RobotBody& body,
+                   const Eigen::Isometry3d& X_WR,
+                   const NamedSurroundings& around,
+                   const TaskLeg& leg,
+                   ToiWorkspace& work)
+{
+    return leg.waypoints.size() < 2
+               ? kEnoughClearance
+               : leastDistance(body.body(),
+                               around.bodies,
+                               trajectoryOf(body, X_WR, leg),
+                               {.tolerance = kLegTolerance, .enough = kEnoughClearance},
+                               std::span(&work, 1))
+                     .distance;
+}
+
+std::string certifyLeg(const RobotBody& body,
+                       const Eigen::Isometry3d& X_WR,
+                       const NamedSurroundings& around,
+                       TaskLeg& leg,
+                       double margin,
+                       ToiWorkspace& work)
+{
+    std::string touched = touchedOnLeg(body, X_WR, around, leg, margin, work);
+    leg.clearance = touched.empty() ? clearanceOf(body, X_WR, around, leg, work) : kEnoughClearance;
+    return touched;
 }
 }  // namespace bullet_ccd::grasp

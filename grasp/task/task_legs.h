@@ -70,9 +70,24 @@ struct RobotBody
 /// Nearer than this nothing comes on a certified leg [m].
 inline constexpr double kLegTolerance = 1e-6;
 
-/// Certifies the leg and fills in its clearance. Returns what is touched, or nothing.
+/// Certifies the leg. Returns what is touched, or nothing.
 /// @param X_WR   pose of the root
 /// @param margin so near nothing comes, beside the tolerance; what is nearer at the start may stay
+[[nodiscard]] std::string touchedOnLeg(const RobotBody& body,
+                                       const Eigen::Isometry3d& X_WR,
+                                       const NamedSurroundings& around,
+                                       const TaskLeg& leg,
+                                       double margin,
+                                       ToiWorkspace& work);
+
+/// TaskLeg::clearance of a leg on which nothing is touched, which takes longer.
+[[nodiscard]] double clearanceOf(const RobotBody& body,
+                                 const Eigen::Isometry3d& X_WR,
+                                 const NamedSurroundings& around,
+                                 const TaskLeg& leg,
+                                 ToiWorkspace& work);
+
+/// Both: fills in the clearance of a leg on which nothing is touched.
 [[nodiscard]] std::string certifyLeg(const RobotBody& body,
                                      const Eigen::Isometry3d& X_WR,
                                      const NamedSurroundings& around,

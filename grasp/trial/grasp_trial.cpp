@@ -79,6 +79,7 @@ public:
           m_check(hand, object),
           m_timeStep(1.0 / options.rate),
           m_brief(options.brief),
+          m_closesAsPlanned(options.closesAsPlanned),
           m_stop(options.stop),
           m_watch(options.watch)
     {
@@ -125,9 +126,9 @@ private:
             m_result.reason = "the object does not stand on the table by itself";
             return TrialOutcome::NotSettled;
         }
-        if (m_protocol.start == TrialStart::Held)
+        if (m_protocol.start == TrialStart::Held || m_closesAsPlanned)
         {
-            reach();
+            reach(m_protocol.start == TrialStart::Held ? kTouchTime : kCloseTime);
         }
         else
         {
@@ -195,14 +196,15 @@ private:
                         kLeastShare * m_squeeze.efforts[j].limit);
     }
 
-    /// From the opened posture to that of the grasp, as far as the skins let the hand; from there
-    /// the squeeze presses.
-    void reach()
+    /// In the first half of the time from the opened posture to that of the grasp, as far as the
+    /// skins let the hand; from there the squeeze presses.
+    void reach(double time)
     {
         m_stage = "close";
-        while (!m_isStopped && m_result.seconds < kTouchTime)
+        const double began = m_result.seconds;
+        while (!m_isStopped && m_result.seconds - began < time)
         {
-            const double share = std::min(1.0, 2.0 * m_result.seconds / kTouchTime);
+            const double share = std::min(1.0, 2.0 * (m_result.seconds - began) / time);
             for (std::size_t j = 0; j < m_joints.size(); ++j)
             {
                 const auto link = static_cast<std::size_t>(m_joints[j]);
@@ -524,6 +526,7 @@ private:
     PenetrationCheck m_check;
     double m_timeStep;
     bool m_brief;
+    bool m_closesAsPlanned;
     Eigen::Matrix3d m_R_WP = Eigen::Matrix3d::Identity();
     Eigen::Vector3d m_gravity = Eigen::Vector3d::Zero();  ///< before the load
     Eigen::Isometry3d m_reference = Eigen::Isometry3d::Identity();

@@ -2,9 +2,9 @@
 ///
 /// The hand squeezes (squeeze.h): its joints are driven by position controllers of limited effort,
 /// and the object is free. From a start with the open hand, the joints close within 1 s by a tenth
-/// of the squeeze's torques until they stop. Then, and from a start at the closed posture, the
-/// squeeze grows in 0.25 s and the object may come to rest for up to 1 s more. Then the protocol
-/// (protocol.h) loads it.
+/// of the squeeze's torques until they stop (or TrialOptions::closesAsPlanned). Then, and from a
+/// start at the closed posture, the squeeze grows in 0.25 s and the object may come to rest for up
+/// to 1 s more. Then the protocol (protocol.h) loads it.
 ///
 /// Surfaces are covered by skins: they rest on each other at the gap `skin`, and what is compressed
 /// is the gap alone, so the meshes never meet. A contact point gives way by its force over
@@ -78,7 +78,11 @@ struct TrialOptions
     double skin = 1e-3;                             ///< [m]
     double skinStiffness = kSkinStiffness;  ///< of a contact point that hardly gives way [N/m]
     bool brief = false;                     ///< cut what hardly moves short
-    StopCondition stop{};                   ///< looked at before every step
+    /// From a start with the open hand joints go where the grasp has them and stay there until the
+    /// squeeze, as those of a robot that follows a plan do. Else each goes on until something stops
+    /// it, and what stands loosely is pushed along by the finger that comes first.
+    bool closesAsPlanned = false;
+    StopCondition stop{};                            ///< looked at before every step
     std::function<void(const TrialFrame&)> watch{};  ///< is called after every step
 };
 

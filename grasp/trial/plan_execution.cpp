@@ -204,6 +204,7 @@ std::function<std::string(const Grasp&)> rehearsal(const PickPlaceTask& task,
                       .up = task.X_WO.linear().transpose() * Eigen::Vector3d::UnitZ(),
                       .skin = options.skin,
                       .skinStiffness = options.skinStiffness,
+                      .closesAsPlanned = true,
                       .stop = options.stop});
         return result.outcome == TrialOutcome::Held
                    ? std::string()

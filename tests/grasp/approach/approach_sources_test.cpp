@@ -245,6 +245,38 @@ TEST(ApproachFromBoxes, FacesTakeTurnsWithTheFingersAcrossTheShorterSide)
     }
 }
 
+/// A tray of 20 x 20 cm whose walls are 4 mm thick: wider than the hand opens, so that only what is
+/// thin can be taken.
+TEST(ApproachFromPinches, GoesAcrossWhatIsThin)
+{
+    TriangleMesh mesh = makeBox({0.1, 0.1, 0.002});
+    for (const double side : {-0.098, 0.098})
+    {
+        TriangleMesh wall = makeBox({0.002, 0.1, 0.02});
+        transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(side, 0.0, 0.022)));
+        appendMesh(mesh, wall);
+    }
+    const GraspObject tray = makeObject(mesh, Eigen::Isometry3d::Identity());
+    int walls = 0;
+    for (const ApproachCandidate& candidate :
+         sample(tray, {.source = ApproachSource::Pinch, .tableTop = true, .maxTilt = 1.2}, 100))
+    {
+        const Eigen::Isometry3d X_WG = graspFrame(candidate);
+        const Eigen::Vector3d target =
+            X_WG.translation() + candidate.centerDistance * X_WG.linear().col(2);
+        EXPECT_LE(X_WG.linear()(2, 2), -std::cos(1.2) + 1e-9);
+        const bool isAtAWall = std::abs(std::abs(target.x()) - 0.098) < 1e-9;
+        EXPECT_TRUE(isAtAWall || std::abs(target.z()) < 1e-9) << target.transpose();
+        if (isAtAWall)
+        {
+            EXPECT_NEAR(std::abs(X_WG.linear()(0, 0)), 1.0, 1e-9);  // the fingers face it
+            ++walls;
+        }
+    }
+    // The floor cannot be come at from above with a finger on either side of it.
+    EXPECT_GT(walls, 90);
+}
+
 TEST(ApproachFromBoxes, ATableTakesAwayTheFaceBelow)
 {
     const auto facesOf = [](double maxTilt)

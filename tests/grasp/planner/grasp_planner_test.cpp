@@ -538,6 +538,44 @@ TEST(GraspPlanner, ATableUnderTheObjectRejectsWhatTouchesIt)
     EXPECT_EQ(countOf(planAmong(hand, object, {}), RejectReason::Obstacle), 0U);
 }
 
+/// A hand that would begin far away would begin in the roof; there is room below it.
+TEST(GraspPlanner, BeginsNearerWhereObstaclesAreInItsWay)
+{
+    const HandModel hand = makeThreeFingers();
+    const GraspObject object = makeObject(makeSphere(0.03, 3));
+    TriangleMesh shell = makeBox({1.0, 1.0, 0.01});
+    transformMesh(shell,
+                  Eigen::Affine3d(
+                      Eigen::Translation3d(object.centerOfMass + Eigen::Vector3d(0.0, 0.0, 0.22))));
+    const SsvTree roof = buildSsvTree(shell);
+    const std::vector<RigidBody> obstacles{{.tree = &roof, .motion = {}}};
+    const auto fromAbove = [&](std::span<const RigidBody> around)
+    {
+        return planGrasps(
+            hand,
+            object,
+            {.candidates = 40,
+             .jobs = 2,
+             .approach = {.source = ApproachSource::Sphere, .tableTop = true, .maxTilt = 0.2}},
+            [around] { return kinematicClosing(around); },
+            {.obstacles = around});
+    };
+    const std::vector<Grasp> grasps = fromAbove(obstacles);
+    EXPECT_EQ(countOf(grasps, RejectReason::OverlapAtStart), 0U);
+    EXPECT_GT(countOf(grasps, RejectReason::None), 20U);
+    EXPECT_GT(countOf(fromAbove({}), RejectReason::None), 20U);
+    for (const Grasp& grasp : grasps)
+    {
+        const std::vector<Eigen::Isometry3d> poses = linkPoses(
+            hand.robot.tree, grasp.X_WStart, findPreshape(hand, grasp.preshape)->positions);
+        for (std::size_t link = 0; link < poses.size(); ++link)
+        {
+            EXPECT_TRUE(hand.linkTrees[link] == nullptr ||
+                        treeDistance(*hand.linkTrees[link], roof, poses[link], 1.0).distance > 0.0);
+        }
+    }
+}
+
 /// A thin box in a well: open jaws do not go in, nearly closed ones do.
 TEST(GraspPlanner, JawsTakeNarrowOpeningsAmongObstaclesOnly)
 {

@@ -223,6 +223,38 @@ TEST(PickPlace, ASmallCubeIsTakenFromATable)
     }
 }
 
+/// A tray wider than the jaws open, with a wall at two sides: it is taken by one of them.
+TEST(PickPlace, WhatIsTooWideIsTakenByItsRim)
+{
+    TriangleMesh mesh = makeBox({0.07, 0.07, 0.002});
+    for (const double side : {-0.067, 0.067})
+    {
+        TriangleMesh wall = makeBox({0.003, 0.07, 0.02});
+        transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(side, 0.0, 0.0179)));
+        appendMesh(mesh, wall);
+    }
+    const GraspObject tray = makeGraspObject("tray", mesh);
+    const PickPlaceTask task = kitchen().task();
+    const std::vector<RigidBody> table{kitchen().obstacles.front()};
+    PickPlaceOptions options = kitchen().options;
+    options.grasps.mass = 0.1;
+    const PickPlacePlan plan =
+        planPickPlace({.hand = task.hand,
+                       .robot = task.robot,
+                       .start = task.start,
+                       .object = tray,
+                       .X_WO = at(0.45, 0.0, 0.002),
+                       .obstacles = table,
+                       .obstacleNames = {"table"},
+                       .target = {.center = {0.45, 0.25, 0.0}, .size = {0.1, 0.1}}},
+                      options);
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    for (const GraspContact& contact : plan.grasp.contacts)
+    {
+        EXPECT_GT(std::abs(contact.point.x()), 0.06);
+    }
+}
+
 TEST(PickPlace, SaysWhyThereIsNoPlan)
 {
     const Kitchen& k = kitchen();

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <thread>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -230,6 +231,31 @@ TEST(GraspTrial, LiftsFromATable)
     TrialOptions slippery = options;
     slippery.friction = 0.02;
     EXPECT_EQ(pinched.run(lift, slippery).outcome, TrialOutcome::Dropped);
+}
+
+/// Jaws of their own motors, of which one has a much longer way: gone on until stopped, the other
+/// one has pushed the cube along before it comes. As planned, they meet it where it is.
+TEST(GraspTrial, ClosesAsPlannedOnWhatStandsLoosely)
+{
+    PinchedCube pinched(false, 100.0);
+    pinched.hand.preshapes.front().positions[1] = 0.018;
+    const TrialOptions options{.squeeze = kThreeHundredGrams, .up = Eigen::Vector3d::UnitY()};
+    double pushed = 0.0;
+    TrialOptions watched = options;
+    watched.watch = [&](const TrialFrame& frame)
+    {
+        if (frame.stage == "close")
+        {
+            pushed = std::max(pushed, frame.X_WO.translation().norm());
+        }
+    };
+    const TrialResult loose = pinched.run(shippedProtocol("lift"), watched);
+    const double pushedLoosely = std::exchange(pushed, 0.0);
+    watched.closesAsPlanned = true;
+    const TrialResult planned = pinched.run(shippedProtocol("lift"), watched);
+    EXPECT_EQ(planned.outcome, TrialOutcome::Held) << planned.reason;
+    EXPECT_LT(pushed, 2e-3);
+    EXPECT_GT(pushedLoosely, 4e-3) << loose.reason;
 }
 
 TEST(GraspTrial, WhoWatchesSeesTheHandLiftTheObject)

@@ -205,6 +205,7 @@ TaskRow planOne(const PickPlaceArguments& a,
     if (a.rehearses)
     {
         options.objection = grasp::rehearsal(task, execution);
+        options.holds = 1.0;  // the simulation asks for more
     }
     TaskRow row;
     row.object = chosen.name;
