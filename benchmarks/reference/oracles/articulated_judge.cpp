@@ -53,8 +53,8 @@ bool movesRelatively(const OracleBody& a, const OracleBody& b)
 std::vector<MovingPair> movingPairs(const ArticulatedScene& scene)
 {
     std::vector<MovingPair> all;
-    const auto linkBody = [&](std::int32_t link)
-    { return oracleLink(meshOf(scene, link), scene.tree, scene.motion, link); };
+    const auto linkBody = [&](std::int32_t link, std::int32_t base)
+    { return oracleLink(meshOf(scene, link), scene.tree, scene.motion, link, base); };
     const auto add = [&](MovingPair pair)
     {
         if (!pair.a.mesh->triangles.empty() && !pair.b.mesh->triangles.empty() &&
@@ -69,13 +69,22 @@ std::vector<MovingPair> movingPairs(const ArticulatedScene& scene)
         {
             add({.link = link,
                  .obstacle = static_cast<std::int32_t>(k),
-                 .a = linkBody(link),
+                 .a = linkBody(link, kNone),
                  .b = oracleBody(scene.obstacles[k], scene.obstacleMotions[k])});
         }
     }
     for (const auto& [first, second] : scene.selfPairs)
     {
-        add({.link = first, .otherLink = second, .a = linkBody(first), .b = linkBody(second)});
+        std::int32_t base = first;  // that both hang from; parents come first
+        for (std::int32_t other = second; base != other;)
+        {
+            std::int32_t& deeper = base > other ? base : other;
+            deeper = scene.tree.links[static_cast<std::size_t>(deeper)].parent;
+        }
+        add({.link = first,
+             .otherLink = second,
+             .a = linkBody(first, base),
+             .b = linkBody(second, base)});
     }
     return all;
 }
@@ -310,6 +319,28 @@ double distanceRounding(const ArticulatedScene& scene)
                                 motion.v_W.norm() + 2.0 * motion.reference_B.norm());
     }
     return 512.0 * 1.2e-16 * (reach + widest + farthest);
+}
+
+double leastDistanceAt(const ArticulatedScene& scene,
+                       std::span<const double> times,
+                       const LinkContact* named)
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (const MovingPair& pair : movingPairs(scene))
+    {
+        const double reach = radiusOf(*pair.a.mesh) + radiusOf(*pair.b.mesh);
+        for (const double t : times)
+        {
+            const Eigen::Isometry3d X_BA = pair.b.poseAt(t).inverse() * pair.a.poseAt(t);
+            if ((named == nullptr || names(*named, pair)) &&
+                X_BA.translation().norm() - reach < least)
+            {
+                least = std::min(least,
+                                 bruteForceMeshDistance(*pair.a.mesh, *pair.b.mesh, X_BA).distance);
+            }
+        }
+    }
+    return least;
 }
 
 Judgement judgeArticulated(const ArticulatedScene& scene,

@@ -16,6 +16,12 @@ namespace bullet_ccd::reference
 /// that a link can reach and the farthest that an obstacle lies.
 [[nodiscard]] double distanceRounding(const ArticulatedScene& scene);
 
+/// The least distance of the pairs that move relative to each other, or of the named one, at some
+/// times in [0, 1].
+[[nodiscard]] double leastDistanceAt(const ArticulatedScene& scene,
+                                     std::span<const double> times,
+                                     const LinkContact* named = nullptr);
+
 /// The first complaint, or Verdict::Right. Missed are also pairs of links and obstacles that come
 /// within the tolerance at the reported time and are not among the contacts.
 /// @pre no minimum separation, no masks

@@ -9,17 +9,21 @@ namespace bullet_ccd::reference
 {
 namespace
 {
-using Real = long double;
+using LongReal = long double;
+template <typename Real>
 using Vector = Eigen::Matrix<Real, 3, 1>;
+template <typename Real>
+using CornersOf = std::array<Vector<Real>, 3>;
 
 /// The smallest distance so far, between points that lie on the two triangles.
+template <typename Real>
 struct Best
 {
     Real squared = std::numeric_limits<Real>::infinity();
-    Vector onA = Vector::Zero();
-    Vector onB = Vector::Zero();
+    Vector<Real> onA = Vector<Real>::Zero();
+    Vector<Real> onB = Vector<Real>::Zero();
 
-    void offer(const Vector& a, const Vector& b)
+    void offer(const Vector<Real>& a, const Vector<Real>& b)
     {
         const Real candidate = (a - b).squaredNorm();
         if (candidate < squared)
@@ -31,9 +35,12 @@ struct Best
     }
 };
 
-Vector closestOnSegment(const Vector& point, const Vector& start, const Vector& end)
+template <typename Real>
+Vector<Real> closestOnSegment(const Vector<Real>& point,
+                              const Vector<Real>& start,
+                              const Vector<Real>& end)
 {
-    const Vector along = end - start;
+    const Vector<Real> along = end - start;
     const Real lengthSquared = along.squaredNorm();
     if (lengthSquared == 0)
     {
@@ -43,17 +50,22 @@ Vector closestOnSegment(const Vector& point, const Vector& start, const Vector& 
     return start + s * along;
 }
 
-void offerEdges(const Vector& p0, const Vector& p1, const Vector& q0, const Vector& q1, Best& best)
+template <typename Real>
+void offerEdges(const Vector<Real>& p0,
+                const Vector<Real>& p1,
+                const Vector<Real>& q0,
+                const Vector<Real>& q1,
+                Best<Real>& best)
 {
     best.offer(p0, closestOnSegment(p0, q0, q1));
     best.offer(p1, closestOnSegment(p1, q0, q1));
     best.offer(closestOnSegment(q0, p0, p1), q0);
     best.offer(closestOnSegment(q1, p0, p1), q1);
 
-    const Vector u = p1 - p0;
-    const Vector v = q1 - q0;
-    const Vector w = q0 - p0;
-    const Vector normal = u.cross(v);
+    const Vector<Real> u = p1 - p0;
+    const Vector<Real> v = q1 - q0;
+    const Vector<Real> w = q0 - p0;
+    const Vector<Real> normal = u.cross(v);
     const Real det = normal.squaredNorm();
     if (det == 0)
     {
@@ -69,9 +81,10 @@ void offerEdges(const Vector& p0, const Vector& p1, const Vector& q0, const Vect
 }
 
 /// The foot of the perpendicular from `point`, if it lies in the triangle.
-bool projectInto(const Vector& point, const WideCorners& triangle, Vector& foot)
+template <typename Real>
+bool projectInto(const Vector<Real>& point, const CornersOf<Real>& triangle, Vector<Real>& foot)
 {
-    const Vector normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    const Vector<Real> normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     const Real det = normal.squaredNorm();
     if (det == 0)
     {
@@ -80,8 +93,8 @@ bool projectInto(const Vector& point, const WideCorners& triangle, Vector& foot)
     std::array<Real, 3> weight{};
     for (std::size_t k = 0; k < 3; ++k)
     {
-        const Vector& from = triangle[(k + 1) % 3];
-        const Vector& to = triangle[(k + 2) % 3];
+        const Vector<Real>& from = triangle[(k + 1) % 3];
+        const Vector<Real>& to = triangle[(k + 2) % 3];
         weight[k] = (to - from).cross(point - from).dot(normal) / det;
         if (weight[k] < 0)
         {
@@ -92,40 +105,43 @@ bool projectInto(const Vector& point, const WideCorners& triangle, Vector& foot)
     return true;
 }
 
-Real toTriangle(const Vector& point, const WideCorners& triangle)
+LongReal toTriangle(const Vector<LongReal>& point, const WideCorners& triangle)
 {
-    Vector foot;
+    Vector<LongReal> foot;
     if (projectInto(point, triangle, foot))
     {
         return (foot - point).norm();
     }
-    Real distance = std::numeric_limits<Real>::infinity();
+    LongReal distance = std::numeric_limits<LongReal>::infinity();
     for (std::size_t k = 0; k < 3; ++k)
     {
-        const Vector near = closestOnSegment(point, triangle[k], triangle[(k + 1) % 3]);
+        const Vector<LongReal> near = closestOnSegment(point, triangle[k], triangle[(k + 1) % 3]);
         distance = std::min(distance, (near - point).norm());
     }
     return distance;
 }
 
 /// True if the segment properly meets the triangle's plane, inside the triangle.
-bool crosses(const Vector& p, const Vector& q, const WideCorners& triangle, Vector& point)
+bool crosses(const Vector<LongReal>& p,
+             const Vector<LongReal>& q,
+             const WideCorners& triangle,
+             Vector<LongReal>& point)
 {
-    const Vector normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    const Real sideP = normal.dot(p - triangle[0]);
-    const Real sideQ = normal.dot(q - triangle[0]);
+    const Vector<LongReal> normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    const LongReal sideP = normal.dot(p - triangle[0]);
+    const LongReal sideQ = normal.dot(q - triangle[0]);
     if ((sideP > 0 && sideQ > 0) || (sideP < 0 && sideQ < 0) || (sideP == 0 && sideQ == 0))
     {
         return false;
     }
-    const Vector along = q - p;
-    std::array<Real, 3> volume{};
+    const Vector<LongReal> along = q - p;
+    std::array<LongReal, 3> volume{};
     for (std::size_t k = 0; k < 3; ++k)
     {
         volume[k] = along.dot((triangle[(k + 1) % 3] - p).cross(triangle[(k + 2) % 3] - p));
     }
     const auto [low, high] = std::minmax_element(volume.begin(), volume.end());
-    const Real sum = volume[0] + volume[1] + volume[2];
+    const LongReal sum = volume[0] + volume[1] + volume[2];
     if ((*low < 0 && *high > 0) || sum == 0)
     {
         return false;
@@ -133,21 +149,21 @@ bool crosses(const Vector& p, const Vector& q, const WideCorners& triangle, Vect
     // In the plane of a sliver, volumes and sides are rounding and say nothing: the point of the
     // segment must lie on the triangle, as well as a sliver allows to compute it.
     point = p + sideP / (sideP - sideQ) * along;
-    const Real size = along.cwiseAbs().sum() + (p - triangle[0]).cwiseAbs().sum();
+    const LongReal size = along.cwiseAbs().sum() + (p - triangle[0]).cwiseAbs().sum();
     return toTriangle(point, triangle) <= 1e-12L * size;
 }
 
 WideCorners widen(const Corners& corners)
 {
-    return {corners[0].cast<Real>(), corners[1].cast<Real>(), corners[2].cast<Real>()};
+    return {corners[0].cast<LongReal>(), corners[1].cast<LongReal>(), corners[2].cast<LongReal>()};
 }
 
-WideCorners relativeTo(const Vector& origin, const WideCorners& corners)
+WideCorners relativeTo(const Vector<LongReal>& origin, const WideCorners& corners)
 {
     return {corners[0] - origin, corners[1] - origin, corners[2] - origin};
 }
 
-bool findCrossing(const WideCorners& a, const WideCorners& b, Vector& point)
+bool findCrossing(const WideCorners& a, const WideCorners& b, Vector<LongReal>& point)
 {
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -157,6 +173,30 @@ bool findCrossing(const WideCorners& a, const WideCorners& b, Vector& point)
         }
     }
     return false;
+}
+
+/// Of two triangles that do not cross.
+template <typename Real>
+Best<Real> closestPoints(const CornersOf<Real>& a, const CornersOf<Real>& b)
+{
+    Best<Real> best;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        for (std::size_t j = 0; j < 3; ++j)
+        {
+            offerEdges(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3], best);
+        }
+        Vector<Real> foot;
+        if (projectInto(a[i], b, foot))
+        {
+            best.offer(a[i], foot);
+        }
+        if (projectInto(b[i], a, foot))
+        {
+            best.offer(foot, b[i]);
+        }
+    }
+    return best;
 }
 
 /// A triangle and a ball that contains it.
@@ -197,37 +237,34 @@ OracleDistance bruteForceTriangleDistance(const Corners& a, const Corners& b)
 
 OracleDistance bruteForceTriangleDistance(const WideCorners& a, const WideCorners& b)
 {
-    const Vector origin = a[0];
+    const Vector<LongReal> origin = a[0];
     const WideCorners wideA = relativeTo(origin, a);
     const WideCorners wideB = relativeTo(origin, b);
     OracleDistance result;
-    Vector point;
+    Vector<LongReal> point;
     if (findCrossing(wideA, wideB, point))
     {
         result.pointA = result.pointB = (point + origin).cast<double>();
         return result;
     }
-    Best best;
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        for (std::size_t j = 0; j < 3; ++j)
-        {
-            offerEdges(wideA[i], wideA[(i + 1) % 3], wideB[j], wideB[(j + 1) % 3], best);
-        }
-        Vector foot;
-        if (projectInto(wideA[i], wideB, foot))
-        {
-            best.offer(wideA[i], foot);
-        }
-        if (projectInto(wideB[i], wideA, foot))
-        {
-            best.offer(foot, wideB[i]);
-        }
-    }
+    const Best<LongReal> best = closestPoints<LongReal>(wideA, wideB);
     result.distance = static_cast<double>(std::sqrt(best.squared));
     result.pointA = (best.onA + origin).cast<double>();
     result.pointB = (best.onB + origin).cast<double>();
     return result;
+}
+
+Eigen::Vector3d directionBetween(const Corners& a, const Corners& b)
+{
+    const Best<double> best = closestPoints<double>(a, b);
+    return (best.onB - best.onA).stableNormalized();
+}
+
+double gapAlong(const Eigen::Vector3d& n, const Corners& a, const Corners& b)
+{
+    const auto [lowA, highA] = std::minmax({n.dot(a[0]), n.dot(a[1]), n.dot(a[2])});
+    const auto [lowB, highB] = std::minmax({n.dot(b[0]), n.dot(b[1]), n.dot(b[2])});
+    return lowB - highA - 1e-14 * (std::max(-lowA, highA) + std::max(-lowB, highB));
 }
 
 OracleDistance bruteForceMeshDistance(const TriangleMesh& meshA,
@@ -260,11 +297,14 @@ OracleDistance bruteForceMeshDistance(const TriangleMesh& meshA,
     {
         for (std::size_t j = 0; j < listB.size() && best.distance > 0.0; ++j)
         {
-            if (gapOfBalls(i, j) > best.distance)
+            const Corners& a = listA[i].corners;
+            const Corners& b = listB[j].corners;
+            if (gapOfBalls(i, j) > best.distance ||
+                gapAlong(directionBetween(a, b), a, b) > best.distance)
             {
                 continue;
             }
-            OracleDistance pair = bruteForceTriangleDistance(listA[i].corners, listB[j].corners);
+            OracleDistance pair = bruteForceTriangleDistance(a, b);
             if (pair.distance < best.distance)
             {
                 best = pair;

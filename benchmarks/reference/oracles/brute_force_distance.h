@@ -3,7 +3,7 @@
 /// Two triangles that do not intersect are closest between two edges or between a corner and a
 /// face. All 15 feature pairs are minimised, all 6 edge-face intersections tested, in long double;
 /// a mesh is the minimum over all pairs of triangles, of which only those are skipped whose
-/// bounding balls are already farther apart than the best pair.
+/// bounding balls, or projections onto some direction, are already farther apart than the best.
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"
@@ -29,6 +29,13 @@ struct OracleDistance
 
 [[nodiscard]] OracleDistance bruteForceTriangleDistance(const Corners& a, const Corners& b);
 [[nodiscard]] OracleDistance bruteForceTriangleDistance(const WideCorners& a, const WideCorners& b);
+
+/// The direction from A to B between their closest points, in double precision; zero if they meet.
+[[nodiscard]] Eigen::Vector3d directionBetween(const Corners& a, const Corners& b);
+
+/// How far apart the triangles certainly are along a unit direction (or zero) from A to B, rounding
+/// included: a quick lower bound of their distance, and nearly that between their closest points.
+[[nodiscard]] double gapAlong(const Eigen::Vector3d& n, const Corners& a, const Corners& b);
 
 /// Witnesses in the frame of B.
 [[nodiscard]] OracleDistance bruteForceMeshDistance(const TriangleMesh& meshA,

@@ -49,6 +49,7 @@ struct Pair
     double safeUntil = 0.0;  ///< no contact of this pair before, or not looked at before (floor)
     double lastApart = 0.0;
     double floorStep = kFloorStep;
+    Eigen::Vector3d across = Eigen::Vector3d::Zero();  ///< separates them, in the axes of B
 
     /// The queue serves the earliest.
     bool operator<(const Pair& other) const { return safeUntil > other.safeUntil; }
@@ -76,15 +77,24 @@ public:
         {
             Pair pair = m_pairs.top();
             m_pairs.pop();
-            const double t = pair.safeUntil;
-            advance(pair, t, relativePose(t));
-            m_pairs.push(pair);
+            if (pair.safeUntil != m_time)
+            {
+                m_time = pair.safeUntil;
+                m_pose = relativePose(m_time);
+            }
+            advance(pair, m_time, m_pose);
+            // A pose costs more than a look at what is due soon.
+            const double soon = 0.5 * (m_time + pair.safeUntil);
+            m_looked.assign(1, pair);
+            while (!m_pairs.empty() && m_pairs.top().safeUntil < soon)
+            {
+                m_looked.push_back(m_pairs.top());
+                m_pairs.pop();
+                advance(m_looked.back(), m_time, m_pose);
+            }
+            std::ranges::for_each(m_looked, [this](const Pair& each) { m_pairs.push(each); });
         }
-        if (m_result.contact)
-        {
-            m_result.minDistance = 0.0;
-            m_result.low = std::min(m_result.low, *m_result.contact);
-        }
+        m_result.low = std::min(m_result.low, m_result.contact.value_or(m_until));
         return m_result;
     }
 
@@ -94,14 +104,32 @@ private:
         return m_b.poseAt(t).inverse() * m_a.poseAt(t);
     }
 
+    [[nodiscard]] Corners moved(const Pair& pair, const Eigen::Isometry3d& X) const
+    {
+        const Corners& corners = m_piecesA[pair.a].corners;
+        return {X * corners[0], X * corners[1], X * corners[2]};
+    }
+
     [[nodiscard]] double distance(const Pair& pair, const Eigen::Isometry3d& X) const
     {
-        Corners moved = m_piecesA[pair.a].corners;
-        for (Eigen::Vector3d& corner : moved)
+        return bruteForceTriangleDistance(moved(pair, X), m_piecesB[pair.b].corners).distance;
+    }
+
+    /// A gap along a direction, the last one that separated them or that of their closest points,
+    /// as long as it is no matter of rounding; else their distance.
+    [[nodiscard]] double gapOf(Pair& pair, const Eigen::Isometry3d& X, double size) const
+    {
+        constexpr double kMuch = 0.2;
+        constexpr double kLittle = 1e-6;
+        const Corners a = moved(pair, X);
+        const Corners& b = m_piecesB[pair.b].corners;
+        double gap = gapAlong(pair.across, a, b);
+        if (gap < kMuch * size)
         {
-            corner = X * corner;
+            pair.across = directionBetween(a, b);
+            gap = gapAlong(pair.across, a, b);
         }
-        return bruteForceTriangleDistance(moved, m_piecesB[pair.b].corners).distance;
+        return gap < kLittle * (size + m_a.speed + m_b.speed) ? distance(pair, X) : gap;
     }
 
     void advance(Pair& pair, double t, const Eigen::Isometry3d& X)
@@ -113,8 +141,7 @@ private:
         // Balls are good enough while they are well apart.
         if (gap < a.radius + b.radius)
         {
-            gap = distance(pair, X);
-            m_result.minDistance = std::min(m_result.minDistance, gap);
+            gap = gapOf(pair, X, a.radius + b.radius);
         }
         if (gap == 0.0)
         {
@@ -129,10 +156,10 @@ private:
         }
         else if (gap / speed >= pair.floorStep)
         {
-            pair.safeUntil = t + gap / speed;
+            pair.safeUntil = std::max(pair.safeUntil, t + gap / speed);
             pair.floorStep = kFloorStep;
         }
-        else
+        else if (t >= pair.safeUntil)
         {
             m_result.low = std::min(m_result.low, t);
             pair.safeUntil = t < m_until ? std::min(m_until, t + pair.floorStep) : 2.0;
@@ -162,9 +189,10 @@ private:
     std::vector<TriangleInBall> m_piecesA;
     std::vector<TriangleInBall> m_piecesB;
     std::priority_queue<Pair> m_pairs;
-    OracleToi m_result{.low = 1.0,
-                       .contact = std::nullopt,
-                       .minDistance = std::numeric_limits<double>::infinity()};
+    std::vector<Pair> m_looked;  ///< at one time
+    double m_time = -1.0;
+    Eigen::Isometry3d m_pose;  ///< at that time
+    OracleToi m_result{.low = 1.0, .contact = std::nullopt};
 };
 }  // namespace
 
@@ -186,19 +214,25 @@ Eigen::Isometry3d oraclePose(const RigidMotion& motion, double t)
 Eigen::Isometry3d oracleLinkPose(const KinematicTree& tree,
                                  const JointMotion& motion,
                                  std::int32_t link,
-                                 double t)
+                                 double t,
+                                 std::int32_t base)
 {
+    if (link == base)
+    {
+        return Eigen::Isometry3d::Identity();
+    }
     const auto index = static_cast<std::size_t>(link);
     const Link& here = tree.links[index];
     if (here.parent == kNone)
     {
         return oraclePose(motion.root, t);
     }
-    Eigen::Isometry3d X = oracleLinkPose(tree, motion, here.parent, t) * here.X_PL0;
+    Eigen::Isometry3d X = oracleLinkPose(tree, motion, here.parent, t, base) * here.X_PL0;
     double q = motion.positions[index] + t * motion.rates[index];
+    double power = t;
     for (std::size_t k = 0; !motion.curves.empty() && k < 4; ++k)
     {
-        q += motion.curves[index][k] * std::pow(t, double(k + 2));
+        q += motion.curves[index][k] * (power *= t);
     }
     if (here.joint.type == JointType::Revolute)
     {
@@ -231,12 +265,13 @@ OracleBody oracleBody(const TriangleMesh& mesh, const RigidMotion& motion)
 OracleBody oracleLink(const TriangleMesh& mesh,
                       const KinematicTree& tree,
                       const JointMotion& motion,
-                      std::int32_t link)
+                      std::int32_t link,
+                      std::int32_t base)
 {
     double speed = 0.0;
     double reach = radiusOf(mesh);
-    std::int32_t at = link;
-    for (; tree.links[static_cast<std::size_t>(at)].parent != kNone;
+    for (std::int32_t at = link;
+         at != base && tree.links[static_cast<std::size_t>(at)].parent != kNone;
          at = tree.links[static_cast<std::size_t>(at)].parent)
     {
         const auto index = static_cast<std::size_t>(at);
@@ -263,10 +298,10 @@ OracleBody oracleLink(const TriangleMesh& mesh,
         }
         reach += here.X_PL0.translation().norm();
     }
-    speed += motion.root.v_W.norm() + motion.root.w_W.norm() * reach;
+    speed += base == kNone ? motion.root.v_W.norm() + motion.root.w_W.norm() * reach : 0.0;
     return {.mesh = &mesh,
-            .poseAt = [&tree, &motion, link](double t)
-            { return oracleLinkPose(tree, motion, link, t); },
+            .poseAt = [&tree, &motion, link, base](double t)
+            { return oracleLinkPose(tree, motion, link, t, base); },
             .speed = speed};
 }
 

@@ -1,7 +1,6 @@
 #include "benchmarks/reference/queries/trajectory_queries.h"
 
 #include "benchmarks/reference/oracles/articulated_judge.h"
-#include "benchmarks/reference/oracles/brute_force_toi.h"
 #include "benchmarks/reference/scenes/random.h"
 
 #include <algorithm>
@@ -85,61 +84,6 @@ Trajectory spline(const ArticulatedScene& scene, Random& random)
     return splineTrajectory(scene.tree, scene.motion.root.X_W0, spline);
 }
 
-/// The least distance of all pairs that are tested, or of the named one, at a time in [0, 1].
-double distanceAt(const ArticulatedScene& scene,
-                  double t,
-                  const ArticulatedLeastDistance* named = nullptr)
-{
-    const auto poseOf = [&](std::int32_t link, double at)
-    { return oracleLinkPose(scene.tree, scene.motion, link, at); };
-    double least = std::numeric_limits<double>::infinity();
-    const auto add = [&](const TriangleMesh& a,
-                         const std::function<Eigen::Isometry3d(double)>& X_WA,
-                         const TriangleMesh& b,
-                         const std::function<Eigen::Isometry3d(double)>& X_WB)
-    {
-        const auto relative = [&](double at)
-        { return Eigen::Isometry3d(X_WB(at).inverse() * X_WA(at)); };
-        const bool moves = !relative(0.0).isApprox(relative(0.37), 1e-12) ||
-                           !relative(0.0).isApprox(relative(1.0), 1e-12);
-        if (moves && !a.triangles.empty() && !b.triangles.empty())
-        {
-            least = std::min(
-                least,
-                oracleDistanceAt({.mesh = &a, .poseAt = X_WA}, {.mesh = &b, .poseAt = X_WB}, t));
-        }
-    };
-    for (std::size_t link = 0; link < scene.tree.size(); ++link)
-    {
-        for (std::size_t k = 0; k < scene.obstacles.size(); ++k)
-        {
-            if (named != nullptr &&
-                (named->link != std::int32_t(link) || named->obstacle != std::int32_t(k)))
-            {
-                continue;
-            }
-            add(
-                scene.linkMeshes[link],
-                [&, link](double at) { return poseOf(static_cast<std::int32_t>(link), at); },
-                scene.obstacles[k],
-                [&, k](double) { return scene.obstacleMotions[k].X_W0; });
-        }
-    }
-    for (const auto& pair : scene.selfPairs)
-    {
-        if (named != nullptr && (named->link != pair.first || named->otherLink != pair.second))
-        {
-            continue;
-        }
-        add(
-            scene.linkMeshes[static_cast<std::size_t>(pair.first)],
-            [&, link = pair.first](double at) { return poseOf(link, at); },
-            scene.linkMeshes[static_cast<std::size_t>(pair.second)],
-            [&, link = pair.second](double at) { return poseOf(link, at); });
-    }
-    return least;
-}
-
 /// Every segment up to the one of the answer, with the part of the answer that concerns it.
 Judgement judgeContact(const TrajectoryQuery& query, const TrajectoryToiResult& result)
 {
@@ -175,24 +119,22 @@ Judgement judgeLeast(const TrajectoryQuery& query, const TrajectoryLeastDistance
         return {
             .verdict = Verdict::GaveUp, .time = least.seconds, .distance = 0.0, .pair = "least"};
     }
-    constexpr int kSamples = 4;
+    constexpr std::array kSamples{0.0, 0.25, 0.5, 0.75, 1.0};
     for (const JointMotion& segment : query.trajectory.segments)
     {
         scene.motion = segment;
-        for (int i = 0; i <= kSamples; ++i)
+        const double distance = leastDistanceAt(scene, kSamples);
+        if (least.distance > distance + rounding)
         {
-            const double t = double(i) / kSamples;
-            const double distance = distanceAt(scene, t);
-            if (least.distance > distance + rounding)
-            {
-                return {.verdict = Verdict::Late, .time = t, .distance = distance, .pair = "least"};
-            }
+            return {.verdict = Verdict::Late, .time = 0.0, .distance = distance, .pair = "least"};
         }
     }
     if (least.segment != kNone)
     {
         scene.motion = query.trajectory.segments[static_cast<std::size_t>(least.segment)];
-        const double distance = distanceAt(scene, least.time, &least);
+        const LinkContact named{
+            .link = least.link, .obstacle = least.obstacle, .otherLink = least.otherLink};
+        const double distance = leastDistanceAt(scene, {&least.time, 1}, &named);
         if (std::abs(distance - least.found) > rounding && distance > rounding)
         {
             return {.verdict = Verdict::WrongGap,
