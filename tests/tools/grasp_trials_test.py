@@ -43,13 +43,19 @@ with tempfile.TemporaryDirectory() as folder:
     alike = [trial("held", "held")] * 9
     code, text = summary(*alike, trial("dropped", "held"))
     assert code == 0, text
-    assert "10 grasps, held: ours  90.0 %, MuJoCo 100.0 %, agree  90.0 %" in text, text
+    assert "10 grasps, held: ours  90.0 %; of 10: MuJoCo 100.0 %, agree  90.0 %" in text, text
     assert "differ:    1 x six: ours dropped, MuJoCo held" in text, text
     assert "six           epsilon up to 0.1                    10 grasps" in text, text
     assert "of the best five:    1 x six: lost here, held in MuJoCo" in text, text
     assert "failed:    1 x six: dropped: after N s" in text, text
     assert summary(*alike, *[trial("dropped", "held")] * 2)[0] == 1
     assert summary(*alike, trial("held", "held", 1e-5))[0] == 1
+    # Of grasps that MuJoCo was not asked about it says nothing.
+    alone = [trial("held", "held") | {"mujoco": None}, trial("dropped", "held") | {"mujoco": None}]
+    text = summary(*alike, *alone, trial("dropped", "held"))[1]
+    assert "12 grasps, held: ours  83.3 %; of 10: MuJoCo 100.0 %, agree  90.0 %" in text, text
+    code, text = summary(*alone)
+    assert code == 0 and "2 grasps, held: ours  50.0 %\n" in text and "differ" not in text, text
 
     # A soak goes on where it ended, and a program that crashes is found.
     ball = Path(folder) / "ball.obj"
