@@ -1,5 +1,7 @@
 #include "bullet_ccd/toi/search/pair_scene.h"
 
+#include "bullet_ccd/toi/search/turning_frame.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -115,6 +117,24 @@ double length(const double (&v)[3])
     return Eigen::Map<const Vector3d>(v).norm();
 }
 
+/// None of motions that users supply: their bounds need not hold beyond the body itself.
+std::optional<RelativeMotion> seenTurning(const ScenePair& pair,
+                                          const RelativeMotion& motion,
+                                          TurningWith with,
+                                          double rest)
+{
+    const bool ofB = with == TurningWith::B;
+    const PairSide& side = ofB ? pair.sideB : pair.sideA;
+    if (std::holds_alternative<const UserMotion*>(side.body->motion))
+    {
+        return std::nullopt;
+    }
+    return seenFromB(ofB ? motion : swapped(motion),
+                     {.perRadius = side.acceleration.perRadius, .arm = side.offset},
+                     (ofB ? pair.treeA : pair.treeB)->radius(),
+                     rest);
+}
+
 template <std::size_t N>
 void setAll(float (&out)[N], float x)
 {
@@ -132,13 +152,14 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     {
         state.pair = kNone;
     }
-    m_turningState.pair = kNone;
+    for (Turned& turned : m_turned)
+    {
+        turned.state.pair = kNone;
+    }
     m_batchPair = kNone;
     m_mayStartTouching = false;
     m_hasFaces = false;
-    m_flatTries = 0;
-    m_flatHelps = 0;
-    m_batches = 0;
+    m_faces = {};
     m_treesUsed = 0;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -240,26 +261,50 @@ const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& co
 
 const PairState& PairScene::turningStateAt(std::int32_t index, double t, ToiCounters& counters)
 {
+    const bool isRigid = m_pairs[static_cast<std::size_t>(index)].isRigid;
+    const PairState* turned = isRigid ? turnedStateAt(index, t, TurningWith::B, counters) : nullptr;
+    return turned != nullptr ? *turned : stateAt(index, t, counters);
+}
+
+const PairState* PairScene::turnedStateAt(std::int32_t index,
+                                          double t,
+                                          TurningWith with,
+                                          ToiCounters& counters)
+{
     const ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
-    const PairState& state = stateAt(index, t, counters);
-    if (!pair.isRigid || !pair.rigid.turnsB || pair.rigid.inFrameOfB)
+    const bool ofB = with == TurningWith::B;
+    if (pair.isRigid &&
+        (ofB ? !pair.rigid.turnsB || pair.rigid.inFrameOfB : pair.rigid.rateA == 0.0))
     {
-        return state;
+        return nullptr;
     }
-    const bool isOther = m_turningState.pair != index;
-    if (isOther)
+    Turned& turned = m_turned[ofB ? 1 : 0];
+    const bool isOther = turned.state.pair != index;
+    if (isOther && pair.isRigid)
     {
         const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(index)];
-        m_turning = makeRigidPair(m_bodies[static_cast<std::size_t>(bodies.bodyA)],
-                                  m_bodies[static_cast<std::size_t>(bodies.bodyB)],
-                                  RigidFrame::OfB);
+        turned.rigid =
+            makeRigidPair(m_bodies[static_cast<std::size_t>(ofB ? bodies.bodyA : bodies.bodyB)],
+                          m_bodies[static_cast<std::size_t>(ofB ? bodies.bodyB : bodies.bodyA)],
+                          RigidFrame::OfB);
     }
-    if (isOther || m_turningState.time != t)
+    if (isOther || turned.state.time != t)
     {
-        m_turningState = {
-            .pair = index, .time = t, .motion = m_turning.at(t), .rounding = state.rounding};
+        const PairState& state = stateAt(index, t, counters);
+        turned.state = {.pair = index, .time = t, .rounding = state.rounding};
+        if (pair.isRigid)
+        {
+            turned.state.motion = turned.rigid.at(t);
+            turned.isUsable = true;
+        }
+        else
+        {
+            const auto seen = seenTurning(pair, state.motion, with, 1.0 - t);
+            turned.isUsable = seen.has_value();
+            turned.state.motion = seen.value_or(state.motion);
+        }
     }
-    return m_turningState;
+    return turned.isUsable ? &turned.state : nullptr;
 }
 
 void PairScene::computeState(std::int32_t index, double t, PairState& state)
@@ -422,8 +467,7 @@ float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters
     constexpr double kLong = 1e30;
     constexpr double kRoundDown = 1.0 - 1e-7;
     const auto longer = static_cast<float>(kRoundDown * std::min(flat.time, kLong));
-    ++m_flatTries;
-    m_flatHelps += longer > 2.0F * step ? 1 : 0;
+    m_faces.note(longer > 2.0F * step);
     return std::max(step, longer);
 }
 
@@ -455,20 +499,12 @@ void PairScene::lookAtWhole(std::int32_t index, double t, ToiCounters& counters)
 
 void PairScene::lookAtFaces(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out)
 {
-    // Not where it turns out not to help, but for a try now and then: what is near changes.
-    constexpr std::int64_t kTries = 16;
-    ++m_batches;
-    if (m_flatTries < kTries || 4 * m_flatHelps > m_flatTries || m_batches % kTries == 0)
+    if (m_faces.now())
     {
         for (std::size_t i = 0; i < nodePairs.size(); ++i)
         {
             out[i] = flatStepOf(nodePairs[i], out[i], counters);
         }
-    }
-    if (m_flatTries > 8 * kTries)
-    {
-        m_flatTries /= 2;
-        m_flatHelps /= 2;
     }
     const std::int32_t first = nodePairs[0].pair;
     if (counters.nodePairs > m_pairs[static_cast<std::size_t>(first)].nextLook)

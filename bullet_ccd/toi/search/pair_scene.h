@@ -7,6 +7,7 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "bullet_ccd/toi/search/pair_step.h"
 #include "bullet_ccd/toi/search/rigid_pair.h"
+#include "bullet_ccd/toi/search/worth_trying.h"
 
 #include <array>
 #include <span>
@@ -36,6 +37,13 @@ struct PairSide
                                                        ///< axes of the tree
     bool rests = false;                                ///< in the frame of the query
     Eigen::Isometry3d X_atRest = Eigen::Isometry3d::Identity();  ///< of the tree there, if so
+};
+
+/// The body with which directions turn.
+enum class TurningWith
+{
+    A,
+    B
 };
 
 /// Two bodies of a query.
@@ -124,6 +132,13 @@ public:
                                                   double t,
                                                   ToiCounters& counters);
 
+    /// Relative state with directions that turn with one of the bodies; with A, the roles of the
+    /// two are swapped. Null where stateAt() has such directions, or bounds are too coarse.
+    [[nodiscard]] const PairState* turnedStateAt(std::int32_t pair,
+                                                 double t,
+                                                 TurningWith with,
+                                                 ToiCounters& counters);
+
     /// Frame of B's tree in W.
     [[nodiscard]] Eigen::Isometry3d worldOfB(std::int32_t pair, double t) const;
 
@@ -164,14 +179,18 @@ private:
     /// The latest, of which the batch in hand and the triangles below it ask again.
     std::array<PairState, NodeBatch::kLanes> m_states;
     std::size_t m_latest = 0;
-    RigidPair m_turning{};  ///< of the pair that `m_turningState` is of, in the frame of B
-    PairState m_turningState;
+    /// Of the last pair that was asked for, in the frame of either body.
+    struct Turned
+    {
+        RigidPair rigid{};
+        PairState state;
+        bool isUsable = false;
+    };
+    std::array<Turned, 2> m_turned;
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
     bool m_hasFaces = false;           ///< of some tree
-    std::int64_t m_flatTries = 0;      ///< steps that were looked at along faces, lately
-    std::int64_t m_flatHelps = 0;      ///< of which became twice as long
-    std::int64_t m_batches = 0;        ///< in this query
+    WorthTrying m_faces;               ///< steps along faces, in this query
     std::int32_t m_batchPair = kNone;  ///< whose constants fill all lanes of the batch
 };
 }  // namespace bullet_ccd

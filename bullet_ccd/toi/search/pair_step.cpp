@@ -278,17 +278,27 @@ double slidingStep(const SsvTree& treeA,
                    const PairState& state,
                    double margin,
                    std::int32_t slotA,
-                   std::int32_t slotB)
+                   std::int32_t slotB,
+                   const Vector3d& across)
 {
     const TriangleCorners cornersA = treeA.corners(slotA);
     const TriangleCorners cornersB = treeB.corners(slotB);
     const Matrix3d R = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(state.motion.R);
-    const Vector3d across =
-        cornersB[0] - (R * (cornersA[0] + vector(state.motion.armA)) + vector(state.motion.p));
+    // What is lost of the direction where points are very near counts along an edge of B most.
+    Vector3d beside = Vector3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Vector3d edge = cornersB[(k + 1) % 3] - cornersB[k];
+        const double square = edge.squaredNorm();
+        const Vector3d part =
+            square > 0.0 ? Vector3d(across - edge.dot(across) / square * edge) : across;
+        beside = part.squaredNorm() > beside.squaredNorm() ? part : beside;
+    }
     double longest = 0.0;
     for (const Vector3d& normal :
          {Vector3d(R * (cornersA[1] - cornersA[0]).cross(cornersA[2] - cornersA[0])),
-          Vector3d((cornersB[1] - cornersB[0]).cross(cornersB[2] - cornersB[0]))})
+          Vector3d((cornersB[1] - cornersB[0]).cross(cornersB[2] - cornersB[0])),
+          beside})
     {
         const Vector3d n =
             (normal.dot(across) < 0.0 ? Vector3d(-normal) : normal).stableNormalized();

@@ -72,14 +72,17 @@ struct TriangleStep
                             std::int32_t nodeB,
                             bool byVertices = false);
 
-/// Certified step of two triangles in slots of the trees along their normals. It is long where they
-/// slide along each other: closest points at their edges see only what comes towards them.
+/// Certified step of two triangles in slots of the trees along their normals, and along the
+/// direction between their closest points. It is long where they slide along each other: closest
+/// points at their edges see only what comes towards them.
+/// @param across from A to B between their closest points, in the frame of B's tree
 [[nodiscard]] double slidingStep(const SsvTree& treeA,
                                  const SsvTree& treeB,
                                  const PairState& state,
                                  double margin,
                                  std::int32_t slotA,
-                                 std::int32_t slotB);
+                                 std::int32_t slotB,
+                                 const Eigen::Vector3d& across);
 
 /// Distance and certified step of two triangles in slots of the trees.
 /// @param apart they are known not to touch at this time

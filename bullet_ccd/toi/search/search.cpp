@@ -163,6 +163,39 @@ bool noteIfNear(SearchState& state, const NodePair& leaves)
     return true;
 }
 
+/// Certified step of two triangles that slide along each other, along directions that rest or turn
+/// with either body.
+double slidingTime(SearchState& state, const NodePair& p, const TriangleDistance& apart)
+{
+    const ScenePair& pair = state.scene.pair(p.pair);
+    const std::int32_t slotA = state.scene.nodeA(p).first;
+    const std::int32_t slotB = state.scene.nodeB(p).first;
+    const Eigen::Vector3d across = apart.pointB - apart.pointA;
+    const double margin = pair.limits.margin();
+    double longest = slidingStep(*pair.treeA,
+                                 *pair.treeB,
+                                 state.scene.stateAt(p.pair, p.time, state.counters),
+                                 margin,
+                                 slotA,
+                                 slotB,
+                                 across);
+    if (const PairState* seen =
+            state.scene.turnedStateAt(p.pair, p.time, TurningWith::B, state.counters))
+    {
+        longest = std::max(
+            longest, slidingStep(*pair.treeA, *pair.treeB, *seen, margin, slotA, slotB, across));
+    }
+    if (const PairState* seen =
+            state.scene.turnedStateAt(p.pair, p.time, TurningWith::A, state.counters))
+    {
+        using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+        const Eigen::Vector3d back = Eigen::Map<const RowMajor>(seen->motion.R) * -across;
+        longest = std::max(
+            longest, slidingStep(*pair.treeB, *pair.treeA, *seen, margin, slotB, slotA, back));
+    }
+    return longest;
+}
+
 bool advanceTriangles(SearchState& state, NodePair& p)
 {
     if (state.scene.isExempt(p))
@@ -203,15 +236,11 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     }
     // Few queries look at so many triangles.
     constexpr std::int64_t kManyTriangles = 256;
-    if (state.counters.trianglePairs > kManyTriangles)
+    if (state.counters.trianglePairs > kManyTriangles && state.slides.now())
     {
-        step.time = std::max(step.time,
-                             slidingStep(*pair.treeA,
-                                         *pair.treeB,
-                                         state.scene.turningStateAt(p.pair, p.time, state.counters),
-                                         pair.limits.margin(),
-                                         slotA,
-                                         slotB));
+        const double sliding = slidingTime(state, p, step.distance);
+        state.slides.note(sliding > 2.0 * step.time);
+        step.time = std::max(step.time, sliding);
     }
     const double next = std::nextafter(p.time + step.time * (1.0 - 1e-15), 0.0);  // rounded down
     const bool stalls = next <= p.time;
@@ -318,6 +347,7 @@ void SearchState::reset(const ToiOptions& asked)
     hit = {};
     start = {};
     counters = {};
+    slides = {};
     begin = 0.0;
     end = 1.0;
     certified = 0.0;

@@ -55,6 +55,7 @@ struct SearchState
     double certified = 0.0;  ///< all pairs keep their margin up to here
     ToiCounters counters;
     std::int64_t nextCheck = 0;  ///< after so many pairs the limits are looked at
+    WorthTrying slides;          ///< steps of triangles that slide
     ToiOptions options;
     ModelUse* use = nullptr;  ///< of the caller, or null; stays from query to query
 
