@@ -2,6 +2,7 @@
 /// discrete validator on FCL at 1 % (its default) and 0.1 % of the extent of the space.
 #include "benchmarks/peers/fcl_peer.h"
 #include "benchmarks/reference/scenes/random.h"
+#include "benchmarks/support/checkpoint.h"
 #include "benchmarks/support/program.h"
 #include "benchmarks/support/table.h"
 #include "benchmarks/support/timing.h"
@@ -12,13 +13,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <fmt/format.h>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/geometric/SimpleSetup.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
+#include <optional>
+#include <tuple>
 
 namespace bullet_ccd::benchmarks
 {
@@ -32,7 +38,8 @@ struct Options
     int scenes = 10;
     int edges = 300;
     int problems = 10;
-    double limit = 1.0;
+    double limit = 0.25;
+    std::string checkpoint;
     std::string arm = "seven_joint_arm";
     std::string hand = "three_finger_gripper";
 };
@@ -48,9 +55,22 @@ struct PlannedRobot
     std::vector<const SsvTree*> links;
     std::vector<std::pair<std::int32_t, std::int32_t>> selfPairs;
     std::vector<std::int32_t> joints;
+    std::vector<Eigen::Vector3d> feet{Eigen::Vector3d::Zero()};  ///< of the arms
 };
 
-/// Rods and plates of 1 to 4 cm about the robot, which must outlive it.
+std::vector<double> positionsOf(const PlanningScene& scene, std::span<const double> q)
+{
+    std::vector<double> positions = scene.positions;
+    for (std::size_t k = 0; k < q.size(); ++k)
+    {
+        positions[static_cast<std::size_t>(scene.joints[k])] = q[k];
+    }
+    applyMimics(*scene.body.tree, positions);
+    return positions;
+}
+
+/// Rods and plates of 1 to 4 cm about the robot, which must outlive it. Their middles are clear of
+/// the feet of its arms: what stands in an arm that cannot evade it would leave nothing free.
 class ClutteredRobot
 {
 public:
@@ -63,7 +83,6 @@ public:
     /// Whether no two surfaces overlap that the planned joints move relative to each other, by FCL.
     [[nodiscard]] bool isFreeByFcl(std::span<const double> q) const;
 
-    /// One that is free.
     [[nodiscard]] Configuration freeConfiguration(reference::Random& random) const;
 
 private:
@@ -72,26 +91,27 @@ private:
         FclModel model;
         Eigen::Vector3d center;  ///< of the sphere around it, in its own frame
         double radius;
+
+        explicit FclPart(const SsvTree& tree)
+            : model(tree.mesh()), center(tree.origin()), radius(tree.radius())
+        {
+        }
     };
-    static FclPart partOf(const SsvTree& tree)
-    {
-        return {FclModel(tree.mesh()), tree.origin(), tree.radius()};
-    }
 
     const PlannedRobot& m_planned;
     std::vector<SsvTree> m_obstacles;
     Environment m_environment;
     std::shared_ptr<const CertifiedRobot> m_robot;
-    std::vector<FclPart> m_parts;  ///< links with geometry, then obstacles
+    std::vector<std::optional<FclPart>> m_parts;  ///< links, if they have geometry, then obstacles
     /// Pairs of parts that move relative to each other.
     std::vector<std::pair<std::size_t, std::size_t>> m_pairs;
-    std::vector<std::size_t> m_linkOfPart;
 };
 ClutteredRobot::ClutteredRobot(const PlannedRobot& robot, std::uint64_t seed, int obstacles)
     : m_planned(robot)
 {
     reference::Random random(seed);
-    std::vector<Eigen::Isometry3d> poses;
+    std::vector<RigidBody> bodies;
+    m_obstacles.reserve(static_cast<std::size_t>(obstacles));
     for (int i = 0; i < obstacles; ++i)
     {
         const double half = random.uniform(0.005, 0.02);
@@ -99,13 +119,15 @@ ClutteredRobot::ClutteredRobot(const PlannedRobot& robot, std::uint64_t seed, in
             half, random.chance(0.5) ? half : random.uniform(0.05, 0.15), random.uniform(0.1, 0.3));
         m_obstacles.push_back(buildSsvTree(makeBox(halves)));
         Eigen::Isometry3d X_WO = random.pose(0.0);
-        X_WO.translation() = random.uniform(0.45, 1.1) * random.direction();
-        poses.push_back(X_WO);
-    }
-    std::vector<RigidBody> bodies;
-    for (std::size_t i = 0; i < poses.size(); ++i)
-    {
-        bodies.push_back({.tree = &m_obstacles[i], .motion = restAt(poses[i])});
+        const Eigen::Vector3d& foot = robot.feet[static_cast<std::size_t>(i) % robot.feet.size()];
+        constexpr double kClear = 0.45;
+        do
+        {
+            X_WO.translation() = foot + random.uniform(kClear, 1.1) * random.direction();
+        } while (std::ranges::any_of(robot.feet,
+                                     [&](const Eigen::Vector3d& each)
+                                     { return (X_WO.translation() - each).norm() < kClear; }));
+        bodies.push_back({.tree = &m_obstacles.back(), .motion = restAt(X_WO)});
     }
     m_environment.reset(bodies);
     m_robot = std::make_shared<const CertifiedRobot>(PlanningScene{
@@ -116,7 +138,6 @@ ClutteredRobot::ClutteredRobot(const PlannedRobot& robot, std::uint64_t seed, in
     // The planned joints above each link, as bits: two links move relative to each other if these
     // differ, and what rests has none.
     std::vector<std::uint64_t> movedBy(robot.tree.size(), 0);
-    std::vector<std::size_t> partOfLink(robot.tree.size());
     for (std::size_t i = 0; i < robot.tree.size(); ++i)
     {
         if (const std::int32_t parent = robot.tree.links[i].parent; parent != kNone)
@@ -125,61 +146,51 @@ ClutteredRobot::ClutteredRobot(const PlannedRobot& robot, std::uint64_t seed, in
         }
         const auto joint = std::ranges::find(robot.joints, static_cast<std::int32_t>(i));
         movedBy[i] |= joint == robot.joints.end() ? 0 : 1ULL << (joint - robot.joints.begin());
-        if (robot.links[i] != nullptr)
+        const SsvTree* link = robot.links[i];
+        m_parts.push_back(link != nullptr ? std::optional<FclPart>(*link) : std::nullopt);
+        for (std::size_t k = 0; k < m_obstacles.size() && m_parts[i] && movedBy[i] != 0; ++k)
         {
-            partOfLink[i] = m_parts.size();
-            m_linkOfPart.push_back(i);
-            m_parts.push_back(partOf(*robot.links[i]));
+            m_pairs.emplace_back(i, robot.tree.size() + k);
         }
     }
-    for (std::size_t k = 0; k < m_obstacles.size(); ++k)
+    for (const SsvTree& obstacle : m_obstacles)
     {
-        for (std::size_t part = 0; part < m_linkOfPart.size(); ++part)
-        {
-            if (movedBy[m_linkOfPart[part]] != 0)
-            {
-                m_pairs.emplace_back(part, m_parts.size());
-            }
-        }
-        m_parts.push_back(partOf(m_obstacles[k]));
+        m_parts.emplace_back(obstacle);
     }
-    for (const auto& [a, b] : robot.selfPairs)
-    {
-        if (movedBy[static_cast<std::size_t>(a)] != movedBy[static_cast<std::size_t>(b)])
-        {
-            m_pairs.emplace_back(partOfLink[static_cast<std::size_t>(a)],
-                                 partOfLink[static_cast<std::size_t>(b)]);
-        }
-    }
+    std::ranges::copy_if(robot.selfPairs,
+                         std::back_inserter(m_pairs),
+                         [&](const auto& pair)
+                         {
+                             return movedBy[static_cast<std::size_t>(pair.first)] !=
+                                    movedBy[static_cast<std::size_t>(pair.second)];
+                         });
 }
 
 bool ClutteredRobot::isFreeByFcl(std::span<const double> q) const
 {
-    std::vector<double> positions(m_planned.tree.size(), 0.0);
-    for (std::size_t k = 0; k < q.size(); ++k)
-    {
-        positions[static_cast<std::size_t>(m_planned.joints[k])] = q[k];
-    }
-    applyMimics(m_planned.tree, positions);
-    const std::vector<Eigen::Isometry3d> X_WL =
+    std::vector<double> positions = positionsOf(m_robot->scene(), q);
+    std::vector<Eigen::Isometry3d> X_WP =
         linkPoses(m_planned.tree, Eigen::Isometry3d::Identity(), positions);
-    std::vector<Eigen::Isometry3d> X_WP;
-    std::vector<Eigen::Vector3d> centers;
-    for (std::size_t part = 0; part < m_parts.size(); ++part)
+    for (const RigidBody& body : m_environment.bodies())
     {
-        const std::size_t links = m_linkOfPart.size();
-        X_WP.push_back(part < links ? X_WL[m_linkOfPart[part]]
-                                    : m_environment.bodies()[part - links].motion.X_W0);
-        centers.push_back(X_WP.back() * m_parts[part].center);
+        X_WP.push_back(body.motion.X_W0);
+    }
+    std::vector<Eigen::Vector3d> centers(m_parts.size(), Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < m_parts.size(); ++i)
+    {
+        if (m_parts[i])
+        {
+            centers[i] = X_WP[i] * m_parts[i]->center;
+        }
     }
     return std::ranges::none_of(
         m_pairs,
         [&](const auto& pair)
         {
             const auto [a, b] = pair;
-            const double reach = m_parts[a].radius + m_parts[b].radius;
+            const double reach = m_parts[a]->radius + m_parts[b]->radius;
             return (centers[a] - centers[b]).squaredNorm() <= reach * reach &&
-                   fclOverlap(m_parts[a].model, X_WP[a], m_parts[b].model, X_WP[b]);
+                   fclOverlap(m_parts[a]->model, X_WP[a], m_parts[b]->model, X_WP[b]);
         });
 }
 
@@ -223,8 +234,7 @@ ob::SpaceInformationPtr spaceOf(const ClutteredRobot& arm, double resolution)
 ob::ScopedState<> stateOf(const ob::SpaceInformationPtr& information, const Configuration& q)
 {
     ob::ScopedState<> state(information);
-    state = q;
-    return state;
+    return state = q;
 }
 
 Configuration between(const Configuration& from, const Configuration& to, double t)
@@ -237,53 +247,23 @@ Configuration between(const Configuration& from, const Configuration& to, double
     return q;
 }
 
-/// What is known of one edge.
-enum class Truth
-{
-    Free,      ///< certified
-    Collides,  ///< FCL finds an overlap at one of many samples
-    NearMiss,  ///< within the tolerance, and no sample overlaps
-};
-
-Truth truthOf(const ClutteredRobot& arm, const Configuration& from, const Configuration& to)
+/// A contact by our query, behind which FCL finds an overlap at one of many samples.
+bool isCollision(const ClutteredRobot& arm, const Configuration& from, const Configuration& to)
 {
     const ArticulatedToiResult toi = arm.robot()->motionToi(from, to);
-    if (toi.status == ToiStatus::Separated)
+    bool isFree = true;
+    for (double ahead = 1e-7; isContact(toi.status) && isFree && toi.time + ahead < 1.0;)
     {
-        return Truth::Free;
+        isFree = arm.isFreeByFcl(between(from, to, toi.time + ahead));
+        ahead *= 1.01;
     }
-    // From the contact on, first in steps that double, then evenly.
-    for (double ahead = 1e-6; toi.time + ahead < 1.0; ahead *= 2.0)
-    {
-        if (!arm.isFreeByFcl(between(from, to, toi.time + ahead)))
-        {
-            return Truth::Collides;
-        }
-    }
-    constexpr int kSamples = 20000;
-    for (int k = 0; k <= kSamples; ++k)
-    {
-        if (!arm.isFreeByFcl(between(from, to, std::lerp(toi.time, 1.0, double(k) / kSamples))))
-        {
-            return Truth::Collides;
-        }
-    }
-    return Truth::NearMiss;
+    return !isFree;
 }
 
-/// What came of the motions and plans of one validator. Times in microseconds.
-struct Counts
-{
-    int collide = 0;
-    int nearMisses = 0;  ///< refused, but nothing overlaps
-    int missed = 0;      ///< refused, but certified free
-    std::vector<double> free;
-    std::vector<double> blocked;
-    int plansCollide = 0;
-    int uncertified = 0;            ///< plans of ours that are not free as a whole
-    std::vector<double> plans;      ///< those that were found
-    std::vector<double> certified;  ///< to certify each of ours once more, in one query
-};
+/// What came of the motions and plans of one validator: microseconds of each by kind. Motions are
+/// "free" or "blocked" by its answer, in truth some "collide" or are "missed" (blocked, certified
+/// free). Of "plans" some "plansCollide"; ours are "certified" or not once more, in one query.
+using Counts = std::map<std::string, std::vector<double>>;
 
 void askEdges(const ClutteredRobot& arm,
               const Options& options,
@@ -302,7 +282,8 @@ void askEdges(const ClutteredRobot& arm,
             // About as long as the extensions of RRT-Connect: a fifth of the extent.
             to = between(from, arm.freeConfiguration(random), 0.4);
         } while (!arm.robot()->isFree(to));
-        const Truth truth = truthOf(arm, from, to);
+        const bool isFree = arm.robot()->motionToi(from, to).status == ToiStatus::Separated;
+        const bool collides = isCollision(arm, from, to);
         for (std::size_t m = 0; m < spaces.size(); ++m)
         {
             const ob::ScopedState<> start = stateOf(spaces[m], from);
@@ -310,11 +291,11 @@ void askEdges(const ClutteredRobot& arm,
             bool isValid = false;
             const double micros =
                 microsecondsOf([&] { isValid = spaces[m]->checkMotion(start.get(), end.get()); });
-            Counts& count = counts[m];
-            (isValid ? count.free : count.blocked).push_back(micros);
-            count.collide += isValid && truth == Truth::Collides ? 1 : 0;
-            count.nearMisses += !isValid && truth == Truth::NearMiss ? 1 : 0;
-            count.missed += m > 0 && !isValid && truth == Truth::Free ? 1 : 0;
+            counts[m][isValid ? "free" : "blocked"].push_back(micros);
+            if (isValid ? collides : m > 0 && isFree)
+            {
+                counts[m][isValid ? "collide" : "missed"].push_back(micros);
+            }
         }
     }
 }
@@ -325,11 +306,7 @@ void certify(const PlanningScene& scene, std::span<const Configuration> path, Co
     std::vector<Waypoint> waypoints;
     for (const Configuration& q : path)
     {
-        waypoints.push_back({.time = double(waypoints.size()), .positions = scene.positions});
-        for (std::size_t k = 0; k < q.size(); ++k)
-        {
-            waypoints.back().positions[static_cast<std::size_t>(scene.joints[k])] = q[k];
-        }
+        waypoints.push_back({.time = double(waypoints.size()), .positions = positionsOf(scene, q)});
     }
     const Trajectory trajectory = trajectoryThrough(*scene.body.tree, scene.X_WR, waypoints);
     ToiWorkspace work;
@@ -339,8 +316,9 @@ void certify(const PlanningScene& scene, std::span<const Configuration> path, Co
         result = trajectoryToi(
             scene.body, *scene.environment, trajectory, {.toi = scene.toi}, std::span(&work, 1));
     };
-    counts.certified.push_back(microsecondsOf(ask));
-    counts.uncertified += result.status == ToiStatus::Separated ? 0 : 1;
+    const double micros = microsecondsOf(ask);
+    const bool isFree = result.status == ToiStatus::Separated;
+    counts[isFree ? "certified" : "uncertified"].push_back(micros);
 }
 
 void plan(const ClutteredRobot& arm,
@@ -366,31 +344,32 @@ void plan(const ClutteredRobot& arm,
             setup.setPlanner(std::make_shared<og::RRTConnect>(information));
             setup.setup();
             ob::PlannerStatus status;
-            // A limit as a number would start a thread, whose end takes ten milliseconds.
-            const double micros = microsecondsOf(
-                [&] { status = setup.solve(ob::timedPlannerTerminationCondition(options.limit)); });
+            // The same processor time for all, however busy the machine is.
+            const std::clock_t end = std::clock() + std::clock_t(options.limit * CLOCKS_PER_SEC);
+            const ob::PlannerTerminationCondition isLate([end] { return std::clock() > end; });
+            const double micros = microsecondsOf([&] { status = setup.solve(isLate); });
             if (status != ob::PlannerStatus::EXACT_SOLUTION)
             {
                 continue;
             }
-            counts[m].plans.push_back(micros);
-            const std::vector<ob::State*>& states = setup.getSolutionPath().getStates();
+            counts[m]["plans"].push_back(micros);
             std::vector<Configuration> path;
-            for (const ob::State* state : states)
+            for (const ob::State* state : setup.getSolutionPath().getStates())
             {
-                const double* q = state->as<ob::RealVectorStateSpace::StateType>()->values;
-                path.emplace_back(q, q + from.size());
+                information->getStateSpace()->copyToReals(path.emplace_back(), state);
             }
-            bool collides = false;
-            for (std::size_t k = 0; k + 1 < path.size() && !collides; ++k)
+            for (std::size_t k = 0; k + 1 < path.size(); ++k)
             {
-                collides = truthOf(arm, path[k], path[k + 1]) == Truth::Collides;
+                if (isCollision(arm, path[k], path[k + 1]))
+                {
+                    counts[m]["plansCollide"].push_back(micros);
+                    break;
+                }
             }
             if (m == 0)
             {
                 certify(arm.robot()->scene(), path, counts[m]);
             }
-            counts[m].plansCollide += collides ? 1 : 0;
         }
     }
 }
@@ -398,12 +377,27 @@ void plan(const ClutteredRobot& arm,
 bool runRobot(const PlannedRobot& robot, const Options& options)
 {
     std::array<Counts, 3> counts{};
-    for (int scene = 0; scene < options.scenes; ++scene)
+    int scene = 0;
+    const nlohmann::json settings{
+        options.arm, options.hand, options.edges, options.problems, options.limit};
+    nlohmann::json state =
+        loadCheckpoint(options.checkpoint, settings).value_or(nlohmann::json::object());
+    if (state.contains(robot.name))
     {
+        std::tie(scene, counts) = state[robot.name].get<std::tuple<int, std::array<Counts, 3>>>();
+    }
+    for (; scene < options.scenes; ++scene)
+    {
+        fmt::print(stderr, "{}: scene {} of {}\n", robot.name, scene + 1, options.scenes);
         const auto seed = static_cast<std::uint64_t>(scene);
         const ClutteredRobot arm(robot, seed);
         askEdges(arm, options, seed + 1000, counts);
         plan(arm, options, seed + 2000, counts);
+        state[robot.name] = std::tuple(scene + 1, counts);
+        if (!options.checkpoint.empty())
+        {
+            saveCheckpoint(options.checkpoint, settings, state);
+        }
     }
     std::size_t triangles = 0;
     for (const SsvTree* link : robot.links)
@@ -412,30 +406,33 @@ bool runRobot(const PlannedRobot& robot, const Options& options)
     }
     fmt::print("\n{}: {} joints, {} triangles\n", robot.name, robot.joints.size(), triangles);
     const Table table(
-        "validator:<14|valid:>6|collide:>8|near miss=nearMisses:>10|free [us]=free:>10.1f|"
+        "validator:<14|valid:>6|collide:>8|free [us]=free:>10.1f|"
         "blocked [us]=blocked:>13.1f|plans:>6|collide=plansCollide:>8|median [ms]=median:>12.2f|"
         "mean [ms]=mean:>10.2f|certified [ms]=again:>15.2f|at most=most:>8.2f");
-    bool isRight = counts[0].collide + counts[0].plansCollide + counts[0].uncertified == 0;
+    bool isRight = true;
     for (std::size_t m = 0; m < 3; ++m)
     {
-        const Counts& c = counts[m];
+        Counts& c = counts[m];
         nlohmann::json row{{"validator", std::array{"certified", "FCL at 1 %", "FCL at 0.1 %"}[m]},
-                           {"valid", c.free.size()},
-                           {"collide", c.collide},
-                           {"nearMisses", c.nearMisses},
-                           {"free", meanOf(c.free)},
-                           {"blocked", meanOf(c.blocked)},
-                           {"plans", c.plans.size()},
-                           {"plansCollide", c.plansCollide},
-                           {"median", 1e-3 * medianOf(c.plans)},
-                           {"mean", 1e-3 * meanOf(c.plans)}};
-        if (!c.certified.empty())
+                           {"valid", c["free"].size()},
+                           {"free", meanOf(c["free"])},
+                           {"blocked", meanOf(c["blocked"])},
+                           {"plans", c["plans"].size()},
+                           {"median", 1e-3 * medianOf(c["plans"])},
+                           {"mean", 1e-3 * meanOf(c["plans"])}};
+        for (const char* kind : {"collide", "plansCollide"})
         {
-            row["again"] = 1e-3 * medianOf(c.certified);
-            row["most"] = 1e-3 * std::ranges::max(c.certified);
+            row[kind] = c[kind].size();
+        }
+        if (!c["certified"].empty())
+        {
+            row["again"] = 1e-3 * medianOf(c["certified"]);
+            row["most"] = 1e-3 * std::ranges::max(c["certified"]);
         }
         table.print(row);
-        isRight = isRight && c.missed == 0;
+        const std::size_t wrong =
+            c["collide"].size() + c["plansCollide"].size() + c["uncertified"].size();
+        isRight = isRight && c["missed"].empty() && (m > 0 || wrong == 0);
     }
     static_cast<void>(std::fflush(stdout));
     return isRight;
@@ -478,7 +475,8 @@ bool run(const Options& options)
                             .tree = two.whole.robot.tree,
                             .links = two.whole.linkTrees,
                             .selfPairs = two.whole.selfPairs,
-                            .joints = two.joints()};
+                            .joints = two.joints(),
+                            .feet = {{0.0, 0.4, 0.0}, {0.0, -0.4, 0.0}}};
     bool isRight = runRobot(oneArm(robot.robot, false), options);
     isRight = runRobot(oneArm(robot.robot, true), options) && isRight;
     return runRobot(both, options) && isRight;
@@ -498,7 +496,10 @@ int main(int argc, char** argv)
                     {"--scenes", &options.scenes, "How many scenes for each robot."},
                     {"--edges", &options.edges, "How many motions to test in each."},
                     {"--problems", &options.problems, "How many plans to make in each.", 0},
-                    {"--limit", &options.limit, "How long a planner may try [s]."}},
+                    {"--limit", &options.limit, "Processor time that a planner may take [s]."},
+                    {"--checkpoint",
+                     &options.checkpoint,
+                     "Keeps what is done, and goes on from there."}},
         .run = [&] { return run(options); }};
     return runProgram(argc, argv, program);
 }

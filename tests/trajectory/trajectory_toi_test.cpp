@@ -411,6 +411,21 @@ TEST(TrajectorySoak, JudgesWrongAnswersAsWrong)
     EXPECT_EQ(verdictOf(2.0 * tolerance, 0.0), Verdict::Late);
     EXPECT_EQ(verdictOf(-0.1 * tolerance, 0.0), Verdict::WrongGap);
     EXPECT_EQ(verdictOf(0.0, 1e-6), Verdict::WrongGap);
+    // Whatever the seed: half a tolerance above what the answer itself found.
+    int tooLarge = 0;
+    for (std::uint64_t seed = 0; seed < kTrajectoryRound; seed += 3)
+    {
+        const TrajectoryQuery other = trajectoryQuery(seed);
+        TrajectoryOutcome wrong = runTrajectoryQuery(other);
+        if (wrong.least.distance > 0.0 && wrong.least.segment != kNone)
+        {
+            ++tooLarge;
+            wrong.least.distance = wrong.least.found + 0.5 * other.least.tolerance;
+            EXPECT_EQ(judgeTrajectory(other, wrong.result, wrong.least).verdict, Verdict::Late)
+                << seed;
+        }
+    }
+    EXPECT_GT(tooLarge, 20);
     const TrajectoryQuery hit = trajectoryQuery(30);
     const TrajectoryOutcome outcome = runTrajectoryQuery(hit);
     ASSERT_EQ(outcome.result.status, ToiStatus::Hit);

@@ -135,6 +135,13 @@ Judgement judgeLeast(const TrajectoryQuery& query, const TrajectoryLeastDistance
         const LinkContact named{
             .link = least.link, .obstacle = least.obstacle, .otherLink = least.otherLink};
         const double distance = leastDistanceAt(scene, {&least.time, 1}, &named);
+        if (least.distance > distance + rounding)
+        {
+            return {.verdict = Verdict::Late,
+                    .time = least.time,
+                    .distance = distance,
+                    .pair = "least"};
+        }
         if (std::abs(distance - least.found) > rounding && distance > rounding)
         {
             return {.verdict = Verdict::WrongGap,
