@@ -155,7 +155,7 @@ double blossom(const JointSpline& spline,
             const double low = spline.knots[interval - degree + i];
             const double high = spline.knots[interval + 1 + i - round];
             const double part = (arguments[round - 1] - low) / (high - low);
-            d[i] = (1.0 - part) * d[i - 1] + part * d[i];
+            d[i] = std::lerp(d[i - 1], d[i], part);  // of equals itself: what rests, rests
         }
     }
     return d[degree];

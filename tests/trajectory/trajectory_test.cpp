@@ -162,6 +162,37 @@ TEST(SplineTrajectory, IsTheSumOfItsBasisFunctions)
     EXPECT_GT(repeated, 20);
 }
 
+/// Pairs that do not move relative to each other are not tested, so that joined links may touch:
+/// rounding must not set them in motion.
+TEST(SplineTrajectory, AJointWhosePointsAreEqualRests)
+{
+    Random random(13);
+    const KinematicTree tree = planarChain({1.0, 1.0});
+    for (int degree = 1; degree <= 5; ++degree)
+    {
+        for (int round = 0; round < 50; ++round)
+        {
+            JointSpline spline{.degree = degree, .knots = {0.0}, .controlPoints = {}};
+            const int points = degree + random.integer(1, 4);
+            for (int k = 0; k < points + degree; ++k)
+            {
+                spline.knots.push_back(spline.knots.back() + random.uniform(0.1, 1.0));
+            }
+            const double resting = random.uniform(-2.0, 2.0);
+            for (int k = 0; k < points; ++k)
+            {
+                spline.controlPoints.push_back({0.0, random.uniform(-2.0, 2.0), resting});
+            }
+            for (const JointMotion& segment : splineTrajectory(tree, kHere, spline).segments)
+            {
+                EXPECT_FALSE(segment.path(1).isConstant());
+                EXPECT_TRUE(segment.path(2).isConstant()) << degree;
+                EXPECT_EQ(segment.positions[2], resting);
+            }
+        }
+    }
+}
+
 TEST(Trajectory, RefusesWhatIsNone)
 {
     const KinematicTree tree = planarChain({1.0});
