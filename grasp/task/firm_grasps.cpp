@@ -1,6 +1,7 @@
 #include "grasp/task/firm_grasps.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "grasp/planner/plan_candidate.h"
 #include "grasp/planner/weight_margin.h"
 #include "grasp/quality/object_mass.h"
 #include "grasp/squeeze/squeeze.h"
@@ -18,6 +19,8 @@ namespace
 {
 /// Of the efforts, beside the torques of the squeeze.
 constexpr double kReserve = 0.1;
+/// What holds so many times the mass of the object is not looked for at other depths.
+constexpr double kFirmEnough = 6.0;
 /// How far the hand is drawn back from where it first touched something [m].
 constexpr std::array kDrawnBack{0.0, 3e-3, 6e-3, 0.012, 0.02, 0.03, 0.04, 0.055};
 }  // namespace
@@ -83,12 +86,28 @@ std::optional<Grasp> firmest(const HandModel& hand,
                              const PickPlaceOptions& options,
                              const ArrivesAt& arrives)
 {
-    const CloseHand close = kinematicClosing(obstacles);
     const Preshape& preshape = *findPreshape(hand, grasp.preshape);
     const std::vector<double>& open = preshape.positions;
     const RigidBody taken{.tree = &object.tree, .motion = restAt(Eigen::Isometry3d::Identity())};
-    PlannerOptions asked = options.grasps;
-    asked.centred = true;
+    const double enough = kFirmEnough * massOf(object, options.grasps.mass).mass;
+    std::vector<RigidBody> bodies{taken};
+    bodies.insert(bodies.end(), obstacles.begin(), obstacles.end());
+    const Environment environment(bodies);
+    const CloseHand close = kinematicClosing(obstacles);
+    PenetrationCheck check(hand, object);
+    ToiWorkspace work;
+    CandidateContext context{.hand = hand,
+                             .object = object,
+                             .environment = environment,
+                             .options = options.grasps,
+                             .close = close,
+                             .check = check,
+                             .work = work};
+    Grasp approached;
+    approached.candidate = grasp.candidate;
+    approached.preshape = grasp.preshape;
+    approached.source = grasp.source;
+    approached.approach_W = grasp.approach_W;
     std::optional<Grasp> best;
     bool isAsked = false;
     for (const double back : kDrawnBack)
@@ -114,21 +133,23 @@ std::optional<Grasp> firmest(const HandModel& hand,
                 return std::nullopt;
             }
         }
-        Grasp drawn = closeAtPose(
-            hand, object, X_WH, Eigen::Vector3d::Zero(), preshape, asked, close, obstacles);
+        approached.X_WStart = X_WH;
+        Grasp drawn = closeCentred(approached, X_WH, open, context);
+        rejectPenetration(drawn, context);
         if (drawn.reject != RejectReason::None || !isOpenClear(drawn.X_WH) ||
             !isClear(hand, drawn.X_WH, drawn.positions, obstacles, options.margin))
         {
             continue;
         }
-        drawn.candidate = grasp.candidate;
-        drawn.source = grasp.source;
-        drawn.approach_W = grasp.approach_W;
-        drawn.approachDistance = grasp.approachDistance;
+        drawn.X_WStart = drawn.X_WH;
         drawn.quality.largestMass = massHeldBySqueeze(hand, object, drawn, options);
         if (!best || *drawn.quality.largestMass > *best->quality.largestMass)
         {
             best = std::move(drawn);
+        }
+        if (*best->quality.largestMass >= enough)
+        {
+            break;
         }
     }
     return best;

@@ -24,7 +24,8 @@ using ArrivesAt = std::function<bool(const Grasp& grasp)>;
 /// The grasps that are left, those that hold most first. Every candidate whose approach came to an
 /// end, force closure or not, closes anew at several depths, drawn back against its direction of
 /// approach: where it is open `margin` away from the object, and neither open nor closed comes
-/// within the margin of an obstacle. The depth at which it holds most is kept. What it holds is
+/// within the margin of an obstacle. The depth at which it holds most is kept, or
+/// the first one at which it holds six times the mass. What it holds is
 /// quality.largestMass, and is at least options.holds times the mass (options.grasps.mass).
 /// @param candidates of the object, whose frame is W
 /// @param obstacles  in the same frame

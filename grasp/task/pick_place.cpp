@@ -32,7 +32,9 @@ constexpr int kPlaceRestarts = 20;
 constexpr double kLargestRaise = 3e-3;
 /// So many times more grasps are planned if none of the first can be carried out.
 constexpr std::int64_t kMoreGrasps = 3;
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
+/// Times the margin that ways of the arm keep where there is room: arms do not follow exactly.
+constexpr std::array kMargins{5.0, 2.5, 1.0};
 /// Of the straight ways to and from the object, where there is no room for all of them.
 constexpr std::array kShares{1.0, 0.5, 0.25};
 /// What holds little far from its centre of mass may hold what is light: the squeeze decides.
@@ -447,22 +449,29 @@ private:
     {
         std::vector<double> rest = whole(from, hand);
         rest.resize(body.tree.size(), 0.0);
-        const JointPathResult found = planJointPath(
-            {.body = body.body(),
-             .environment = &around.environment,
-             .joints = m_task.robot.joints,
-             .positions = rest,
-             .X_WR = m_task.X_WR,
-             .toi = {.tolerance = kDefaultTolerance, .minimumSeparation = m_options.margin}},
-            from,
-            to,
-            {.seed = m_options.seed, .stop = m_options.stop});
-        if (!found.failure.empty())
+        std::optional<Obstruction> failed;
+        for (const double share : kMargins)
         {
-            return Obstruction{name, found.failure};
+            const double margin = share * m_options.margin;
+            const JointPathResult found = planJointPath(
+                {.body = body.body(),
+                 .environment = &around.environment,
+                 .joints = m_task.robot.joints,
+                 .positions = rest,
+                 .X_WR = m_task.X_WR,
+                 .toi = {.tolerance = kDefaultTolerance, .minimumSeparation = margin}},
+                from,
+                to,
+                {.seed = m_options.seed, .stop = m_options.stop});
+            leg = legOf(name, wholes(found.waypoints, hand), 0.0, &body == &m_carrying);
+            failed = found.failure.empty() ? check(body, around, leg, margin)
+                                           : Obstruction{name, found.failure};
+            if (!failed || isStopped())
+            {
+                break;
+            }
         }
-        leg = legOf(name, wholes(found.waypoints, hand), 0.0, &body == &m_carrying);
-        return check(body, around, leg, m_options.margin);
+        return failed;
     }
 
     bool tryGrasp(const Grasp& grasp)

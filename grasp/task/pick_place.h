@@ -46,7 +46,7 @@ struct PickPlaceOptions
 {
     /// Of the first round; as many are pinches (ApproachSource::Pinch).
     PlannerOptions grasps{
-        .candidates = 80, .approach = {.source = ApproachSource::Mixed}, .volumes = 0};
+        .candidates = 40, .approach = {.source = ApproachSource::Mixed}, .volumes = 0};
     int graspsTried = 40;   ///< the firmest that are tried
     double approach = 0.1;  ///< way of the hand straight to the object, and back [m]
     double lift = 0.1;      ///< way of the object up, and down to its new place [m]
@@ -55,6 +55,7 @@ struct PickPlaceOptions
     double gap = 1e-4;
     /// Kept to all that is not to be touched [m]: by the open hand to the object when it arrives
     /// and leaves, and on all ways but those of the object to and from what it stands on.
+    /// Where there is room, ways of the arm keep five times as much, or half of that.
     double margin = 2e-3;
     /// SqueezeOptions::firmness: more than for a hand at rest, since the arm accelerates.
     double firmness = 12.0;
@@ -63,7 +64,7 @@ struct PickPlaceOptions
     /// Says why a grasp that is within reach is not to be tried, or nothing: rehearsal() in
     /// trial/plan_execution.h asks a simulation.
     std::function<std::string(const Grasp&)> objection{};
-    double acceleration = 5.0;  ///< of every joint at most [rad/s^2 or m/s^2]
+    double acceleration = 3.0;  ///< of every joint at most [rad/s^2 or m/s^2]
     double freeSpeed = 1.0;     ///< of joints without a limit [rad/s or m/s]
     std::uint64_t seed = 1;
     StopCondition stop{};  ///< when it is due, the search ends without a plan
@@ -118,7 +119,8 @@ struct PickPlacePlan
 
 /// Plans the task. Grasps are planned among the obstacles and tried best first; of each, several
 /// postures of the arm and several places in the target. Where a leg fails, its reason is recorded.
-/// If none of the first candidates can be carried out, three and nine times as many are planned.
+/// If none of the first candidates can be carried out, 3, 9 and 27 times as many are
+/// planned.
 /// Straight ways for which there is no room are halved, and halved again.
 ///
 /// Guarantee: every leg of a plan is certified by trajectoryToi() as it is timed: no link and no

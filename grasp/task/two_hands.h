@@ -75,7 +75,8 @@ struct TwoHandPlan
 struct TwoHandOptions
 {
     /// Of grasps, ways and limits; all but `objection`. The object is raised by `gap`.
-    PickPlaceOptions common{.lift = 0.2, .gap = 1e-3};
+    PickPlaceOptions common{
+        .grasps = {.candidates = 80, .volumes = 0}, .graspsTried = 20, .lift = 0.2, .gap = 1e-3};
     /// Says why a plan is not good enough, or nothing: a simulation, for example.
     std::function<std::string(const TwoHandPlan&)> objection{};
 };
