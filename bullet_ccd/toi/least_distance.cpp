@@ -18,6 +18,7 @@ namespace
 {
 constexpr int kSamples = 32;       // of a pair's distance over the motion
 constexpr int kGoldenSteps = 40;   // each leaves 0.62 of the interval: 2 / 32 become 3e-10
+constexpr int kQuickQueries = 16;  // that ask for all at once
 constexpr int kChangesOfPair = 8;  // of triangles, in one local search
 
 class LeastDistanceSearch
@@ -46,7 +47,8 @@ public:
         descend();
         while (!certified())
         {
-            if (m_best.queries >= m_options.maxQueries || !improve())
+            const bool isHalfway = m_contact.status == ToiStatus::Separated;
+            if (m_best.queries >= m_options.maxQueries || (!isHalfway && !improve()))
             {
                 m_best.status = m_isStopped || m_contact.status == ToiStatus::Stopped
                                     ? ToiStatus::Stopped
@@ -187,9 +189,12 @@ private:
     bool certified()
     {
         const bool isOpen = m_best.pair == kNone;  // nothing is nearer than `enough` so far
-        const double separation =
-            isOpen ? m_options.enough
-                   : std::min(m_options.enough, m_best.found - m_options.tolerance);
+        const double goal = isOpen ? m_options.enough
+                                   : std::min(m_options.enough, m_best.found - m_options.tolerance);
+        // Where every answer is followed by one that is nearer by little, halves find the least.
+        const double half = 0.5 * (m_best.distance + goal);
+        const bool isSlow = !isOpen && m_best.queries >= kQuickQueries;
+        const double separation = isSlow && half < goal - m_options.tolerance ? half : goal;
         if (!(separation > 0.0))
         {
             m_best.distance = 0.0;
@@ -217,7 +222,7 @@ private:
             return false;
         }
         m_best.distance = separation;
-        return true;
+        return separation == goal;
     }
 
     /// Goes on from the contact of the last query; false if that is of no use.

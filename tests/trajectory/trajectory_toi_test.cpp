@@ -376,8 +376,9 @@ TEST(TrajectoryToi, WhatRestsIsNotTestedAndWhatIsNoQuestionIsRefused)
 
 TEST(TrajectorySoak, NothingIsLateOrMissedAndLeastDistancesAreWithinTheirTolerance)
 {
-    // At 79 and 138 another pair is nearer than the named one, by less than the tolerance.
-    std::vector<std::uint64_t> seeds{79, 138};
+    // At 79 and 138 another pair is nearer than the named one, by less than the tolerance. At 7834
+    // a hundred queries each found one that is nearer by hardly more than the tolerance.
+    std::vector<std::uint64_t> seeds{79, 138, 7834};
     const std::uint64_t count = longTests() ? 2000 : 8;
     for (std::uint64_t i = 0; i < count; ++i)
     {
