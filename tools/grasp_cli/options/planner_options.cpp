@@ -118,7 +118,8 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
             "Where the hand comes from. sphere: directions all around. surface: against the "
             "normals "
             "of points of the surface. boxes: at right angles to the faces of the box along the "
-            "principal axes of the object. pinch: across what is thin, such as rims and handles. mixed: "
+            "principal axes of the object. pinch: across what is thin, such as rims and handles. "
+            "mixed: "
             "the first three, and candidates are spent where they succeed.")
         ->type_name("SOURCE")
         ->transform(wordFor<ApproachSource>({{"sphere", ApproachSource::Sphere},
