@@ -62,6 +62,13 @@ TEST(TurningFrame, StepsAreNeverTooLong)
             other.X_W0.translation() = geometryPoseAt(bodies[0], 0.0).translation() +
                                        random.uniform(0.0, 1.0) * random.direction();
             bodies[1].motion = other;
+            if (random.chance(0.5))
+            {
+                bodies[0].motion = randomRigidMotion(random, random.uniform(0.0, 0.5));
+                other.X_W0.translation() = geometryPoseAt(bodies[0], 0.0).translation() +
+                                           random.uniform(0.0, 1.0) * random.direction();
+                bodies[1].motion = other;
+            }
         }
         if (random.chance(0.5))
         {
