@@ -127,6 +127,7 @@ FOREIGN = [
     (re.compile(r"^tinyxml2"), {"bullet_ccd/io", "grasp/hand", "grasp/formats"}),
     (re.compile(r"^libqhull"), {"bullet_ccd/reduce"}),
     (re.compile(r"^(Clp|Coin)"), {"grasp/force"}),
+    (re.compile(r"^kdl/"), {"grasp/task"}),
     (
         re.compile(r"^ompl/"),
         {"bullet_ccd/ompl", "bullet_ccd/ompl/examples", "grasp/task", "benchmarks/planning"},

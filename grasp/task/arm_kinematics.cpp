@@ -3,35 +3,74 @@
 #include "bullet_ccd/math/check.h"
 #include "grasp/approach/draws.h"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <kdl/chain.hpp>
+#include <kdl/chainfksolverpos_recursive.hpp>
+#include <kdl/chainiksolverpos_lma.hpp>
+#include <kdl/chainiksolverpos_nr_jl.hpp>
+#include <kdl/chainiksolvervel_pinv.hpp>
 #include <numbers>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr double kPrecision = 1e-9;  // [m] and [rad]
-constexpr int kIterations = 80;
-constexpr double kLargestStep = 0.7;  // of a joint in an iteration [rad or m]
-/// Part of the way to the middle of the ranges, where the error is a metre or a radian.
-constexpr double kPull = 0.1;
-/// Keeps the damped system regular where the error is tiny, far below what changes a step.
-constexpr double kLeastDamping = 1e-14;
+constexpr double kPrecision = 1e-9;  // [m], and [rad] as far as KDL sees turns
+constexpr int kIterations = 100;
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-
-/// What is missing from one pose to the other: the way, and the turn about W's axes.
-Vector6 errorOf(const Eigen::Isometry3d& X_WL, const Eigen::Isometry3d& wanted)
+KDL::Vector toKdl(const Eigen::Vector3d& v)
 {
-    const Eigen::AngleAxisd turn(
-        Eigen::Quaterniond(wanted.linear() * X_WL.linear().transpose()).normalized());
-    Vector6 error;
-    error << wanted.translation() - X_WL.translation(), turn.angle() * turn.axis();
-    return error;
+    return {v.x(), v.y(), v.z()};
+}
+
+KDL::Frame toKdl(const Eigen::Isometry3d& X)
+{
+    const auto& R = X.linear();
+    return {KDL::Rotation(toKdl(R.col(0)), toKdl(R.col(1)), toKdl(R.col(2))),
+            toKdl(X.translation())};
+}
+
+KDL::JntArray toKdl(const std::vector<double>& q)
+{
+    KDL::JntArray array(static_cast<unsigned>(q.size()));
+    std::ranges::copy(q, array.data.begin());
+    return array;
+}
+
+/// The largest difference of a joint's positions.
+double farthest(const std::vector<double>& q, const std::vector<double>& other)
+{
+    double most = 0.0;
+    for (std::size_t k = 0; k < q.size(); ++k)
+    {
+        most = std::max(most, std::abs(q[k] - other[k]));
+    }
+    return most;
+}
+
+/// Within the limits, by whole turns if need be; nothing if that cannot be.
+std::optional<std::vector<double>> withinLimits(const KDL::JntArray& array,
+                                                const std::vector<Joint>& limits)
+{
+    std::vector<double> q(array.data.begin(), array.data.end());
+    for (std::size_t k = 0; k < q.size(); ++k)
+    {
+        const auto& [lower, upper] = std::pair(limits[k].lower, limits[k].upper);
+        if (limits[k].type != JointType::Prismatic)
+        {
+            constexpr double kTurn = 2.0 * std::numbers::pi;
+            q[k] -= kTurn * std::ceil(std::max(0.0, q[k] - upper) / kTurn);
+            q[k] += kTurn * std::ceil(std::max(0.0, lower - q[k]) / kTurn);
+        }
+        if (!(q[k] >= lower && q[k] <= upper))
+        {
+            return std::nullopt;
+        }
+    }
+    return q;
 }
 
 /// Low-discrepancy points of the unit cube: multiples of the powers of the root of x^(n+1) = x + 1,
@@ -71,11 +110,11 @@ private:
 };
 }  // namespace
 
-struct ArmKinematics::Frames
+struct ArmKinematics::Chain
 {
-    Eigen::Isometry3d X_WL;
-    std::vector<Eigen::Vector3d> axes;
-    std::vector<Eigen::Vector3d> origins;
+    KDL::Chain kdl;
+    KDL::JntArray lower;
+    KDL::JntArray upper;
 };
 
 ArmKinematics::ArmKinematics(const KinematicTree& tree,
@@ -91,131 +130,58 @@ ArmKinematics::ArmKinematics(const KinematicTree& tree,
         path.push_back(i);
     }
     std::ranges::reverse(path);
+    const auto chain = std::make_shared<Chain>();
+    Eigen::Isometry3d X_WL = X_WR;
     for (const std::int32_t i : path)
     {
-        m_chain.push_back(tree.links[static_cast<std::size_t>(i)]);
-        const Link& each = m_chain.back();
+        const Link& each = tree.links[static_cast<std::size_t>(i)];
         m_reach += m_joints.empty() ? 0.0 : each.X_PL0.translation().norm();
+        X_WL = X_WL * each.X_PL0;
+        chain->kdl.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::Fixed), toKdl(each.X_PL0)));
         if (each.joint.isMovable())
         {
             require(each.joint.mimicOf == kNone && each.joint.type != JointType::Spherical,
                     "inverse kinematics: joint " + each.joint.name +
                         " follows another or is spherical, which is not supported");
+            const bool slides = each.joint.type == JointType::Prismatic;
+            chain->kdl.addSegment(
+                KDL::Segment(KDL::Joint(KDL::Vector::Zero(),
+                                        toKdl(each.joint.axis),
+                                        slides ? KDL::Joint::TransAxis : KDL::Joint::RotAxis)));
+            m_shoulder = m_joints.empty() ? X_WL.translation() : m_shoulder;
             m_joints.push_back(i);
             m_limits.push_back(each.joint);
-            m_reach += each.joint.type == JointType::Prismatic
-                           ? std::max(std::abs(each.joint.lower), std::abs(each.joint.upper))
-                           : 0.0;
+            m_reach +=
+                slides ? std::max(std::abs(each.joint.lower), std::abs(each.joint.upper)) : 0.0;
         }
     }
     require(!m_joints.empty(), "inverse kinematics: no joint moves the link");
-}
-
-ArmKinematics::Frames ArmKinematics::framesAt(const std::vector<double>& q) const
-{
-    require(q.size() == m_joints.size(),
-            "inverse kinematics: give one position for each joint of the chain");
-    Frames frames{.X_WL = m_X_WR, .axes = {}, .origins = {}};
-    for (const Link& link : m_chain)
+    const auto limits = [&](double Joint::*limit)
     {
-        const std::size_t k = frames.axes.size();
-        const bool moves = link.joint.isMovable();
-        frames.X_WL = frames.X_WL * linkInParent(link, moves ? q[k] : 0.0);
-        if (moves)
-        {
-            frames.axes.emplace_back(frames.X_WL.linear() * link.joint.axis);
-            frames.origins.emplace_back(frames.X_WL.translation());
-        }
-    }
-    return frames;
+        std::vector<double> all;
+        std::ranges::transform(m_limits, std::back_inserter(all), limit);
+        return toKdl(all);
+    };
+    chain->lower = limits(&Joint::lower);
+    chain->upper = limits(&Joint::upper);
+    m_chain = chain;
 }
 
 Eigen::Isometry3d ArmKinematics::poseAt(const std::vector<double>& q) const
 {
-    return framesAt(q).X_WL;
+    require(q.size() == m_joints.size(),
+            "inverse kinematics: give one position for each joint of the chain");
+    KDL::Frame tip;
+    KDL::ChainFkSolverPos_recursive(m_chain->kdl).JntToCart(toKdl(q), tip);
+    Eigen::Isometry3d X_RL = Eigen::Isometry3d::Identity();
+    X_RL.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tip.M.data);
+    X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(tip.p.data);
+    return m_X_WR * X_RL;
 }
 
 bool ArmKinematics::isTooFar(const Eigen::Isometry3d& X_WL) const
 {
-    // The origin of the first joint rests if that joint turns; if it slides, its way is counted.
-    const std::vector<double> zero(m_joints.size(), 0.0);
-    const double away = (X_WL.translation() - framesAt(zero).origins.front()).norm();
-    return away > m_reach + kPrecision;
-}
-
-bool ArmKinematics::descend(const Eigen::Isometry3d& X_WL,
-                            std::vector<double>& q,
-                            double pull) const
-{
-    const auto count = static_cast<Eigen::Index>(q.size());
-    Columns6 J(6, count);
-    Eigen::VectorXd middle(count);
-    for (int iteration = 0; iteration < kIterations; ++iteration)
-    {
-        const Frames frames = framesAt(q);
-        const Vector6 error = errorOf(frames.X_WL, X_WL);
-        if (error.head<3>().norm() <= kPrecision && error.tail<3>().norm() <= kPrecision)
-        {
-            return true;
-        }
-        for (Eigen::Index k = 0; k < count; ++k)
-        {
-            const auto i = static_cast<std::size_t>(k);
-            const Joint& joint = m_limits[i];
-            const Eigen::Vector3d& axis = frames.axes[i];
-            if (joint.type == JointType::Prismatic)
-            {
-                J.col(k) << axis, Eigen::Vector3d::Zero();
-            }
-            else
-            {
-                J.col(k) << axis.cross(frames.X_WL.translation() - frames.origins[i]), axis;
-            }
-            const double between = 0.5 * (joint.lower + joint.upper);
-            middle[k] = std::isfinite(between) ? between - q[i] : 0.0;
-        }
-        // A joint at its limit that the step would take out of it is left out, and the step is made
-        // anew, until all stay within.
-        Eigen::VectorXd step;
-        for (Eigen::Index round = 0; round <= count; ++round)
-        {
-            Eigen::Matrix<double, 6, 6> A = J * J.transpose();
-            A.diagonal().array() += 0.5 * error.squaredNorm() + kLeastDamping;
-            const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(A);
-            const Eigen::VectorXd home = pull * std::min(1.0, error.norm()) * middle;
-            const Vector6 missing = error - J * home;
-            step = J.transpose() * solver.solve(missing) + home;
-            bool stays = true;
-            for (Eigen::Index k = 0; k < count; ++k)
-            {
-                const auto i = static_cast<std::size_t>(k);
-                const Joint& joint = m_limits[i];
-                if ((q[i] <= joint.lower && step[k] < 0.0) ||
-                    (q[i] >= joint.upper && step[k] > 0.0))
-                {
-                    J.col(k).setZero();
-                    middle[k] = 0.0;
-                    stays = false;
-                }
-            }
-            if (stays)
-            {
-                break;
-            }
-        }
-        const double largest = step.cwiseAbs().maxCoeff();
-        if (!(largest > 1e-13))
-        {
-            return false;
-        }
-        step *= std::min(1.0, kLargestStep / largest);
-        for (std::size_t k = 0; k < q.size(); ++k)
-        {
-            q[k] = std::clamp(
-                q[k] + step[static_cast<Eigen::Index>(k)], m_limits[k].lower, m_limits[k].upper);
-        }
-    }
-    return false;
+    return (X_WL.translation() - m_shoulder).norm() > m_reach + kPrecision;
 }
 
 std::vector<std::vector<double>> ArmKinematics::solve(const Eigen::Isometry3d& X_WL,
@@ -229,33 +195,36 @@ std::vector<std::vector<double>> ArmKinematics::solve(const Eigen::Isometry3d& X
     {
         return solutions;
     }
+    const KDL::Frame wanted = toKdl(m_X_WR.inverse() * X_WL);
+    KDL::ChainIkSolverPos_LMA solver(
+        m_chain->kdl, Eigen::Matrix<double, 6, 1>::Ones(), kPrecision, kIterations);
     SpreadPoints points(near.size(), options.seed);
+    KDL::JntArray start = toKdl(near);
+    KDL::JntArray end(start.rows());
     for (int i = 0; i <= options.restarts && std::ssize(solutions) < options.wanted; ++i)
     {
-        std::vector<double> q = near;
         if (i > 0)
         {
             const std::vector<double>& point = points.next();
-            for (std::size_t k = 0; k < q.size(); ++k)
+            for (std::size_t k = 0; k < point.size(); ++k)
             {
                 const Joint& joint = m_limits[k];
-                q[k] = std::lerp(std::max(joint.lower, -std::numbers::pi),
-                                 std::min(joint.upper, std::numbers::pi),
-                                 point[k]);
+                start(static_cast<unsigned>(k)) =
+                    std::lerp(std::max(joint.lower, -std::numbers::pi),
+                              std::min(joint.upper, std::numbers::pi),
+                              point[k]);
             }
         }
-        const auto isOld = [&](const std::vector<double>& known)
+        if (solver.CartToJnt(start, wanted, end) < KDL::SolverI::E_NOERROR)
         {
-            double most = 0.0;
-            for (std::size_t k = 0; k < q.size(); ++k)
-            {
-                most = std::max(most, std::abs(q[k] - known[k]));
-            }
-            return most < options.apart;
-        };
-        if (descend(X_WL, q, kPull) && std::ranges::none_of(solutions, isOld))
+            continue;
+        }
+        const auto q = withinLimits(end, m_limits);
+        if (q && std::ranges::none_of(solutions,
+                                      [&](const std::vector<double>& known)
+                                      { return farthest(*q, known) < options.apart; }))
         {
-            solutions.push_back(q);
+            solutions.push_back(*q);
         }
     }
     return solutions;
@@ -265,18 +234,20 @@ std::optional<std::vector<double>> ArmKinematics::follow(const Eigen::Isometry3d
                                                          const std::vector<double>& near,
                                                          double step) const
 {
-    std::vector<double> q = near;
-    if (!descend(X_WL, q, 0.0))
+    require(near.size() == m_joints.size(),
+            "inverse kinematics: give one position for each joint of the chain");
+    const KDL::Chain& chain = m_chain->kdl;
+    KDL::ChainFkSolverPos_recursive forward(chain);
+    KDL::ChainIkSolverVel_pinv velocities(chain);
+    KDL::ChainIkSolverPos_NR_JL solver(
+        chain, m_chain->lower, m_chain->upper, forward, velocities, kIterations, kPrecision);
+    KDL::JntArray end(static_cast<unsigned>(near.size()));
+    if (solver.CartToJnt(toKdl(near), toKdl(m_X_WR.inverse() * X_WL), end) <
+        KDL::SolverI::E_NOERROR)
     {
         return std::nullopt;
     }
-    for (std::size_t k = 0; k < q.size(); ++k)
-    {
-        if (std::abs(q[k] - near[k]) > step)
-        {
-            return std::nullopt;
-        }
-    }
-    return q;
+    const std::vector<double> q(end.data.begin(), end.data.end());
+    return farthest(q, near) <= step ? std::optional(q) : std::nullopt;
 }
 }  // namespace bullet_ccd::grasp

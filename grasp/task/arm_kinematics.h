@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -23,10 +24,9 @@ struct IkOptions
 /// A chain of joints from the root of a tree to a link. Positions have one entry for each joint of
 /// the chain that moves, from the root on.
 ///
-/// Newton's method with damped least squares: the damping is half the squared error (Sugihara 2011,
-/// "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method"), joints at a
-/// limit that would leave it rest for the step, and what does not move the link is used to come
-/// nearer to the middle of the ranges. Starts are a low-discrepancy sequence.
+/// The solvers are those of the Orocos Kinematics and Dynamics Library (KDL): Levenberg-Marquardt
+/// from many starts, a low-discrepancy sequence in the ranges of the joints; and Newton's method
+/// within the limits where a motion is continued.
 class BULLET_CCD_API ArmKinematics
 {
 public:
@@ -45,31 +45,27 @@ public:
     /// start at `near`. None if the pose cannot be reached, or was not found: more restarts find
     /// more. The answer depends on nothing but the arguments.
     ///
-    /// Guarantee: the pose of every solution is within a nanometre and a nanoradian of `X_WL`.
+    /// Guarantee: the pose of every solution is within a nanometre and a microradian of `X_WL`.
+    /// (KDL takes turns of less for none.)
     [[nodiscard]] std::vector<std::vector<double>> solve(const Eigen::Isometry3d& X_WL,
                                                          const std::vector<double>& near,
                                                          const IkOptions& options = {}) const;
 
     /// The solution that continues a motion: found from `near`, and no joint farther from it than
-    /// `step`.
+    /// `step`. Its pose is as near as those of solve() are.
     [[nodiscard]] std::optional<std::vector<double>> follow(const Eigen::Isometry3d& X_WL,
                                                             const std::vector<double>& near,
                                                             double step) const;
 
 private:
-    struct Frames;
-    /// The link, and the axis and the origin of every joint, in W.
-    [[nodiscard]] Frames framesAt(const std::vector<double>& q) const;
     [[nodiscard]] bool isTooFar(const Eigen::Isometry3d& X_WL) const;
-    /// From where `q` is; false if that leads to no solution.
-    [[nodiscard]] bool descend(const Eigen::Isometry3d& X_WL,
-                               std::vector<double>& q,
-                               double pull) const;
 
+    struct Chain;  // KDL's, which is no part of the interface
     Eigen::Isometry3d m_X_WR;
-    std::vector<Link> m_chain;           // from below the root to the link
-    std::vector<std::int32_t> m_joints;  // links of the tree
-    std::vector<Joint> m_limits;         // their joints
-    double m_reach = 0.0;                // the link is no farther from the first joint [m]
+    std::shared_ptr<const Chain> m_chain;
+    std::vector<std::int32_t> m_joints;                    // links of the tree
+    std::vector<Joint> m_limits;                           // their joints
+    Eigen::Vector3d m_shoulder = Eigen::Vector3d::Zero();  // origin of the first of them [W, m]
+    double m_reach = 0.0;                                  // the link is no farther from it [m]
 };
 }  // namespace bullet_ccd::grasp

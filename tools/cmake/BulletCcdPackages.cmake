@@ -20,7 +20,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libbullet-ccd-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
     "${_libraries}, libeigen3-dev, libtbb-dev, liburdfdom-dev, libbullet-dev, libqhull-dev, \
-libtinyxml2-dev, nlohmann-json3-dev, libpng-dev, libtinygltf-dev, coinor-libclp-dev, libyaml-cpp-dev")
+libtinyxml2-dev, nlohmann-json3-dev, libpng-dev, libtinygltf-dev, coinor-libclp-dev, liborocos-kdl-dev, libyaml-cpp-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers of bullet_ccd, and its files for CMake and pkg-config.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME bullet-ccd-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "${_libraries}")

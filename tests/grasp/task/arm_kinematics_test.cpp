@@ -14,6 +14,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -85,7 +86,7 @@ TEST(ArmKinematics, FindsBothPosturesOfAPlanarArm)
         }
         for (const auto& q : found)
         {
-            EXPECT_TRUE((arm.poseAt(q).inverse() * tip).matrix().isIdentity(1e-8));
+            EXPECT_TRUE((arm.poseAt(q).inverse() * tip).matrix().isIdentity(1e-6));
             EXPECT_NEAR(std::abs(q[1]), elbow, 1e-6);
         }
     }
@@ -177,8 +178,8 @@ void expectFindsPoses(const KinematicTree& tree, std::int32_t link)
         for (const std::vector<double>& each : found)
         {
             const Eigen::Isometry3d error = poseOf(each).inverse() * wanted;
-            EXPECT_LT(error.translation().norm(), 1e-6);
-            EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 1e-6);
+            EXPECT_LT(error.translation().norm(), 1.1e-9);
+            EXPECT_LT(2.0 * Eigen::Quaterniond(error.linear()).vec().norm(), 1e-6);
             for (std::size_t k = 0; k < each.size(); ++k)
             {
                 const Joint& joint = tree.links[static_cast<std::size_t>(arm.joints()[k])].joint;
@@ -188,7 +189,8 @@ void expectFindsPoses(const KinematicTree& tree, std::int32_t link)
         }
     }
     EXPECT_GE(solved, 990);
-    testing::Test::RecordProperty("solved", solved);
+    testing::Test::RecordProperty("solved_" + tree.links[static_cast<std::size_t>(link)].name,
+                                  solved);
 }
 
 TEST(ArmKinematics, FindsThePosesOfAnArmOfSevenJoints)
@@ -199,9 +201,62 @@ TEST(ArmKinematics, FindsThePosesOfAnArmOfSevenJoints)
 
 TEST(ArmKinematics, FindsThePosesOfArmsThatAreSold)
 {
-    BULLET_CCD_TEST_DATA_OR_SKIP(file, "arms/panda/panda_arm_hand.urdf");
-    const RobotModel panda = loadRobot(file);
-    expectFindsPoses(panda.tree, panda.tree.findLink("panda_hand"));
+    BULLET_CCD_TEST_DATA_OR_SKIP(panda, "arms/panda/panda_arm_hand.urdf");
+    BULLET_CCD_TEST_DATA_OR_SKIP(iiwa, "arms/iiwa7/iiwa7.urdf");
+    BULLET_CCD_TEST_DATA_OR_SKIP(xarm, "arms/xarm7/xarm7.urdf");
+    for (const auto& [file, link] :
+         {std::pair(panda, "panda_hand"), std::pair(iiwa, "ee_link"), std::pair(xarm, "link_eef")})
+    {
+        SCOPED_TRACE(link);
+        const RobotModel robot = loadRobot(file);
+        expectFindsPoses(robot.tree, robot.tree.findLink(link));
+    }
+}
+
+TEST(ArmKinematics, FollowsAStraightLineAndKeepsWithinLimits)
+{
+    KinematicTree tree = planarArm();
+    const std::vector<double> start{0.4, -0.9, 0.3};
+    const ArmKinematics free(tree, 4, Eigen::Isometry3d::Identity());
+    Eigen::Isometry3d tip = free.poseAt(start);
+    std::vector<double> q = start;
+    for (int i = 0; i < 10; ++i)
+    {
+        tip.translation().x() -= 0.01;
+        const auto next = free.follow(tip, q, 0.2);
+        ASSERT_TRUE(next.has_value());
+        EXPECT_TRUE((free.poseAt(*next).inverse() * tip).matrix().isIdentity(1e-6));
+        q = *next;
+    }
+    EXPECT_LT(q[1], -0.9);  // nearer means more bent
+    EXPECT_FALSE(free.follow(free.poseAt(start), {0.4, 0.9, 0.3}, 0.2).has_value())
+        << "the other posture is far away";
+    tree.links[2].joint.lower = -0.9;
+    const ArmKinematics limited(tree, 4, Eigen::Isometry3d::Identity());
+    EXPECT_FALSE(limited.follow(tip, start, 1.0).has_value());
+}
+
+TEST(ArmKinematics, JointsWithoutLimitsAndOfManyTurns)
+{
+    KinematicTree tree = planarArm();
+    for (std::size_t i = 1; i <= 3; ++i)
+    {
+        tree.links[i].joint.lower = i == 1 ? -std::numeric_limits<double>::infinity() : 2.0 * kPi;
+        tree.links[i].joint.upper = i == 1 ? std::numeric_limits<double>::infinity() : 4.0 * kPi;
+    }
+    const ArmKinematics arm(tree, 4, Eigen::Isometry3d::Identity());
+    const std::vector<double> q{0.3, 2.0 * kPi + 0.8, 2.0 * kPi + 0.5};
+    const auto found = arm.solve(arm.poseAt(q), {0.0, 7.0, 7.0}, {.wanted = 4});
+    ASSERT_FALSE(found.empty());
+    for (const auto& each : found)
+    {
+        for (std::size_t k = 1; k < 3; ++k)
+        {
+            EXPECT_GE(each[k], 2.0 * kPi);
+            EXPECT_LE(each[k], 4.0 * kPi);
+        }
+        EXPECT_TRUE((arm.poseAt(each).inverse() * arm.poseAt(q)).matrix().isIdentity(1e-6));
+    }
 }
 
 TEST(ArmKinematics, RefusesWhatIsNoChain)
