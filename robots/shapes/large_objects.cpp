@@ -11,8 +11,10 @@ namespace bullet_ccd::shapes
 {
 namespace
 {
-constexpr double kWall = 3e-3;  // [m]
-constexpr int kRound = 48;      // sides of what is round
+constexpr double kWall = 3e-3;   // of what is closed [m]
+constexpr double kThick = 1e-2;  // of what is open [m]
+constexpr double kVent = 2e-3;   // radius of the hole in a lid, which makes a shell one surface [m]
+constexpr int kRound = 48;       // sides of what is round
 
 /// The region that the outline bounds, turned about z; for few sides, radii are those of the flat
 /// faces' middles. The outline runs with the outside at its right (up where it is outermost), is
@@ -60,24 +62,42 @@ Profile vessel(const Profile& outside)
     for (auto point = outside.rbegin(); point != outside.rend(); ++point)
     {
         const bool isBottom = point->y() == 0.0;
-        outline.emplace_back(std::max(point->x() - kWall, 0.0), isBottom ? kWall : point->y());
+        outline.emplace_back(std::max(point->x() - kThick, 0.0), isBottom ? kThick : point->y());
     }
     return outline;
 }
 
-/// The outline of a shell with a hole at its top.
+/// The outline of a shell with a lid, in whose middle there is a vent; `outside` goes up.
+Profile shell(const Profile& outside)
+{
+    const double bottom = outside.front().y();
+    const double top = outside.back().y();
+    Profile outline{{0.0, bottom}};
+    outline.insert(outline.end(), outside.begin(), outside.end());
+    outline.insert(outline.end(), {{kVent, top}, {kVent, top - kWall}});
+    for (auto point = outside.rbegin(); point != outside.rend(); ++point)
+    {
+        outline.emplace_back(point->x() - kWall,
+                             std::clamp(point->y(), bottom + kWall, top - kWall));
+    }
+    outline.emplace_back(0.0, bottom + kWall);
+    return outline;
+}
+
+/// The outline of a shell, round from below to its top.
 Profile egg(double radius, double halfHeight)
 {
     constexpr int kSteps = 24;
-    constexpr double kHole = 0.12;  // half its angle
     Profile outline;
     for (const double wall : {0.0, kWall})
     {
         Profile arc;
         for (int i = 0; i <= kSteps; ++i)
         {
-            const double angle = (std::numbers::pi - kHole) * i / kSteps;  // from below
-            arc.emplace_back(i == 0 ? 0.0 : (radius - wall) * std::sin(angle),
+            const double angle = std::numbers::pi * i / kSteps;  // from below
+            arc.emplace_back(i == 0        ? 0.0
+                             : i == kSteps ? kVent
+                                           : (radius - wall) * std::sin(angle),
                              halfHeight - (halfHeight - wall) * std::cos(angle));
         }
         if (wall > 0.0)
@@ -88,22 +108,37 @@ Profile egg(double radius, double halfHeight)
     }
     return outline;
 }
+
+/// The outside of a dome on a flat foot.
+Profile dome(double radius, double foot, double height)
+{
+    constexpr int kSteps = 12;
+    Profile outside{{radius, 0.0}};
+    for (int i = 0; i < kSteps; ++i)
+    {
+        const double angle = 0.5 * std::numbers::pi * i / kSteps;
+        outside.emplace_back(radius * std::cos(angle), foot + (height - foot) * std::sin(angle));
+    }
+    return outside;
+}
 }  // namespace
 
 const std::vector<std::string>& largeObjectNames()
 {
     static const std::vector<std::string> names{"ball",
                                                 "barrel",
-                                                "basin",
-                                                "bin",
+                                                "bolster",
                                                 "bucket",
                                                 "carton",
+                                                "cone",
                                                 "crate",
+                                                "dome",
+                                                "drum",
                                                 "egg",
-                                                "hoop",
+                                                "hamper",
                                                 "pot",
-                                                "tray",
-                                                "vase"};
+                                                "pumpkin",
+                                                "tray"};
     return names;
 }
 
@@ -111,54 +146,59 @@ TriangleMesh makeLargeObject(const std::string& name)
 {
     if (name == "ball")
     {
-        return turned(egg(0.16, 0.16), kRound);
+        return turned(egg(0.17, 0.17), kRound);
     }
     if (name == "barrel")
     {
-        return turned(vessel({{0.0, 0.0}, {0.13, 0.0}, {0.16, 0.1}, {0.16, 0.25}, {0.13, 0.35}}),
-                      kRound);
+        return turned(shell({{0.13, 0.0}, {0.16, 0.1}, {0.16, 0.25}, {0.13, 0.35}}), kRound);
     }
-    if (name == "basin")
+    if (name == "bolster")
     {
-        return turned(vessel({{0.0, 0.0}, {0.12, 0.0}, {0.18, 0.06}, {0.2, 0.13}}), kRound);
-    }
-    if (name == "bin")
-    {
-        return turned(vessel({{0.0, 0.0}, {0.15, 0.0}, {0.15, 0.32}}), 6);
+        return turned(shell({{0.15, 0.0}, {0.15, 0.42}}), kRound);
     }
     if (name == "bucket")
     {
-        return turned(vessel({{0.0, 0.0}, {0.13, 0.0}, {0.16, 0.3}}), kRound);
+        return turned(shell({{0.13, 0.0}, {0.16, 0.3}}), kRound);
     }
     if (name == "carton")
     {
-        return turned(vessel({{0.0, 0.0}, {0.16, 0.0}, {0.16, 0.3}}), 4);
+        return turned(shell({{0.16, 0.0}, {0.16, 0.3}}), 4);
+    }
+    if (name == "cone")
+    {
+        return turned(shell({{0.18, 0.0}, {0.13, 0.32}}), kRound);
     }
     if (name == "crate")
     {
-        return turned(vessel({{0.0, 0.0}, {0.2, 0.0}, {0.2, 0.2}}), 4, 0.75);
+        return turned(shell({{0.2, 0.0}, {0.2, 0.3}}), 4, 0.75);
+    }
+    if (name == "dome")
+    {
+        return turned(shell(dome(0.17, 0.08, 0.28)), kRound);
+    }
+    if (name == "drum")
+    {
+        return turned(shell({{0.16, 0.0}, {0.16, 0.3}}), kRound);
     }
     if (name == "egg")
     {
         return turned(egg(0.16, 0.2), kRound, 0.8);
     }
-    if (name == "hoop")
+    if (name == "hamper")
     {
-        return turned({{0.17, 0.0}, {0.17, 0.12}, {0.17 - kWall, 0.12}, {0.17 - kWall, 0.0}},
-                      kRound);
+        return turned(shell({{0.15, 0.0}, {0.15, 0.32}}), 6);
     }
     if (name == "pot")
     {
         return turned(vessel({{0.0, 0.0}, {0.16, 0.0}, {0.16, 0.2}}), kRound);
     }
+    if (name == "pumpkin")
+    {
+        return turned(egg(0.17, 0.14), kRound);
+    }
     if (name == "tray")
     {
-        return turned(vessel({{0.0, 0.0}, {0.21, 0.0}, {0.22, 0.06}}), 4, 0.7);
-    }
-    if (name == "vase")
-    {
-        return turned(vessel({{0.0, 0.0}, {0.09, 0.0}, {0.16, 0.15}, {0.09, 0.3}, {0.11, 0.35}}),
-                      kRound);
+        return turned(vessel({{0.0, 0.0}, {0.24, 0.0}, {0.25, 0.06}}), 4, 0.7);
     }
     throw std::invalid_argument("large object \"" + name + "\": there is none of that name");
 }

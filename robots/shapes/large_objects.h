@@ -1,5 +1,7 @@
-/// Objects that one hand cannot hold, by formula: hollow, 0.3 m wide or more, in metres, z up,
-/// resting on z = 0 and centred in x and y. Every object is one closed two-manifold surface.
+/// Objects for two hands, by formula: 0.3 m wide or more, in metres, z up, resting on z = 0 and
+/// centred in x and y. Every object is one closed two-manifold surface. Twelve are shells with a
+/// vent of 4 mm at their top, convex and at least 0.25 m across, so that no hand of usual size
+/// finds anything to close about. A pot and a tray are open, with rims of a centimetre.
 #pragma once
 
 #include "bullet_ccd/mesh/triangle_mesh.h"

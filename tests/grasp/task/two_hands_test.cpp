@@ -6,6 +6,7 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/force/grasp_forces.h"
 #include "grasp/task/plan_file.h"
+#include "grasp/task/single_hand.h"
 #include "grasp/trial/two_hands_execution.h"
 #include "tests/support/test_data.h"
 
@@ -199,6 +200,31 @@ TEST(TwoHands, SayWhyThereIsNoPlan)
     std::ostringstream json;
     writeLiftJson(json, far, plan);
     EXPECT_THAT(json.str(), HasSubstr("\"solved\": false"));
+}
+
+TEST(SingleHand, HoldsACanButFindsNoForceClosureOfABarrelAndNoneOfATrayThatHoldsIt)
+{
+    const auto searched = [](const std::string& name)
+    {
+        PickPlaceOptions options;
+        options.grasps.candidates = 30;
+        return searchSingleHand(
+            bothArms().hand,
+            makeGraspObject(name, loadMeshFile(BULLET_CCD_SHARE "/objects/" + name + ".obj").mesh),
+            options);
+    };
+    const SingleHandSearch can = searched("can");
+    EXPECT_EQ(can.candidates, 60);
+    EXPECT_GT(can.holding, 5);
+    EXPECT_GE(can.forceClosures, can.holding);
+    EXPECT_GT(can.largestMass, 0.5);
+    const SingleHandSearch barrel = searched("large/barrel");
+    EXPECT_EQ(barrel.forceClosures, 0);
+    EXPECT_EQ(barrel.holding, 0);
+    const SingleHandSearch tray = searched("large/tray");
+    EXPECT_GT(tray.forceClosures, 0);
+    EXPECT_GT(tray.largestMass, 0.1);
+    EXPECT_EQ(tray.holding, 0);
 }
 
 /// Why the task is refused after a change.

@@ -1,5 +1,6 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/task/plan_file.h"
+#include "grasp/task/single_hand.h"
 #include "grasp/trial/two_hands_execution.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
@@ -37,6 +38,7 @@ struct BimanualArguments
     bool quiet = false;
     bool executes = false;
     int samples = 0;
+    std::int64_t oneHand = 0;
     std::optional<double> mass;
     double timeLimit = 0.0;
     grasp::TwoHandOptions options;
@@ -50,6 +52,7 @@ struct BimanualRow
     double sampled = 0.0;  ///< the smallest distance at samples [m]
     int doubted = 0;       ///< legs with a sample below their clearance
     std::optional<grasp::LiftResult> result;
+    std::optional<grasp::SingleHandSearch> alone;
 
     [[nodiscard]] bool isGood() const { return plan.solved && doubted == 0; }
 };
@@ -117,6 +120,12 @@ BimanualRow planOne(const BimanualArguments& a,
     row.object = loaded.object.name;
     grasp::TwoHandOptions options = a.options;
     options.common.stop = stop.condition();
+    if (a.oneHand > 0)
+    {
+        grasp::PickPlaceOptions alone = options.common;
+        alone.grasps.candidates = a.oneHand;
+        row.alone = grasp::searchSingleHand(*arms.arms[0].hand, object, alone);
+    }
     double simulated = 0.0;
     if (a.executes)
     {
@@ -153,6 +162,7 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
 {
     TextTable table{.header = {"object",
                                "kg",
+                               "one hand: tried, force closures, hold it",
                                "planned in [s]",
                                "pairs",
                                "tried",
@@ -176,6 +186,11 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
         const grasp::TwoHandPlan& plan = row.plan;
         std::vector<std::string> cells{row.object,
                                        fmt::format("{:.2f}", plan.mass.mass),
+                                       row.alone ? fmt::format("{}, {}, {}",
+                                                               row.alone->candidates,
+                                                               row.alone->forceClosures,
+                                                               row.alone->holding)
+                                                 : "",
                                        fmt::format("{:.2f}", row.seconds),
                                        std::to_string(plan.pairs),
                                        std::to_string(plan.attempts.size())};
@@ -192,7 +207,7 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
                  fmt::format("{:.0f}", plan.forces.squeeze),
                  fmt::format("{:.0f}", plan.forces.internal)});
         }
-        cells.resize(10);
+        cells.resize(11);
         if (a.samples > 0)
         {
             cells.push_back(plan.solved ? fmt::format("{:.4f}", 1e3 * row.sampled) : "");
@@ -254,6 +269,15 @@ int runBimanual(const BimanualArguments& a)
         }
     }
     fmt::print("{}", rowsText(a, rows));
+    if (a.oneHand > 0)
+    {
+        const auto isOfTwo = [](const BimanualRow& row)
+        { return row.isGood() && row.alone->forceClosures == 0; };
+        fmt::print("{} of {} objects: {} by two hands, and no force closure of one\n",
+                   std::ranges::count_if(rows, isOfTwo),
+                   rows.size(),
+                   a.executes ? "lifted" : "planned");
+    }
     std::size_t good = 0;
     std::size_t ended = 0;
     for (const BimanualRow& row : rows)
@@ -274,7 +298,9 @@ constexpr const char* kBimanualFooter =
     "are taken in pairs, one for each arm, where both together are one. Both hands come at once, "
     "close at once, squeeze and lift; every motion is certified with both arms moving.\n"
     "\n"
-    "The columns: epsilon of each hand alone and of both; the normal forces of each hand that "
+    "The columns: with --one-hand, how many candidates one hand alone has tried, how many of them "
+    "are force closures at any depth, and how many of these hold the weight with their full "
+    "efforts; epsilon of each hand alone and of both; the normal forces of each hand that "
     "carry the weight at least, and the largest share of its effort that a joint needs for them; "
     "the normal forces of the squeeze, and the force with which the hands press towards each other "
     "(internal).\n"
@@ -356,6 +382,15 @@ void addBimanual(CLI::App& task, int& exitCode)
             "Measure the distances anew at N samples of each motion between two waypoints.")
         ->type_name("N")
         ->check(within(0, 1'000'000))
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--one-hand",
+            a->oneHand,
+            "Also look for grasps of one hand alone: N candidates all around, and N across "
+            "what is thin. 0: do not.")
+        ->type_name("N")
+        ->check(within(std::int64_t{0}, std::int64_t{1'000'000}))
         ->capture_default_str();
     command->add_flag("--execute", a->executes, "Lift the object in a simulation, too.");
     addMassOption(
