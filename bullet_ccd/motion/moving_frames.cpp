@@ -294,15 +294,18 @@ SpeedBound MovingFrames::speedBound(std::int32_t base, std::int32_t frame) const
     return bound;
 }
 
-bool asRigidMotion(const MovingFrames& frames, std::int32_t frame, RigidMotion& motion)
+bool asRigidMotion(const MovingFrames& frames,
+                   std::int32_t base,
+                   std::int32_t frame,
+                   RigidMotion& motion)
 {
     RigidMotion result;
     Isometry3d X_W0 = Isometry3d::Identity();
     std::int32_t turn = kNone;
-    for (std::int32_t k = frame; k != 0; k = frames.frames()[static_cast<std::size_t>(k)].parent)
+    for (std::int32_t k = frame; k != base; k = frames.frames()[static_cast<std::size_t>(k)].parent)
     {
         const MovingFrame& here = frames.frames()[static_cast<std::size_t>(k)];
-        const bool isFirst = here.parent == 0;
+        const bool isFirst = here.parent == base;
         if (here.curves || (here.slides ? !isFirst : turn != kNone))
         {
             return false;

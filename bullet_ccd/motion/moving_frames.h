@@ -95,8 +95,11 @@ private:
 };
 
 /// The motion of a frame that moves by one slide and one turn about the same origin at most, seen
-/// from W: exactly that of a rigid body. Returns false, and leaves `motion` alone, for all others.
+/// from `base`: exactly that of a rigid body. Returns false, and leaves `motion` alone, for all
+/// others.
+/// @pre base is `frame` or above it
 [[nodiscard]] bool asRigidMotion(const MovingFrames& frames,
+                                 std::int32_t base,
                                  std::int32_t frame,
                                  RigidMotion& motion);
 }  // namespace bullet_ccd

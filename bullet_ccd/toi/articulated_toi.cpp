@@ -16,8 +16,7 @@ using Eigen::Isometry3d;
 /// Intervals are not halved more often than this.
 constexpr int kDeepest = 6;
 
-/// One query. Every link is two bodies of the search: 2 slot for pairs with obstacles, as a rigid
-/// body where its motion is that of one, and 2 slot + 1 for pairs with other links. Obstacles are
+/// One query. The bodies of the search are the links, by their slots, and the obstacles, which are
 /// added when they are needed.
 class ArticulatedQuery
 {
@@ -79,29 +78,13 @@ private:
         }
         for (const SweptLink& link : m_culling.links())
         {
-            addLink(link);
-        }
-    }
-
-    void addLink(const SweptLink& link)
-    {
-        MovingFrames& frames = m_culling.frames();
-        const MovingBody asLink{.tree = m_body.linkTrees[static_cast<std::size_t>(link.link)],
-                                .motion = LinkMotion{.tree = m_body.tree,
-                                                     .motion = m_body.motion,
-                                                     .link = link.link,
-                                                     .frames = &frames}};
-        RigidMotion rigid;
-        if (asRigidMotion(frames, link.frame, rigid))
-        {
             m_scratch.bodies.push_back(
-                {.tree = asLink.tree, .motion = rigid, .X_BG = frames.place(link.link).X_FL});
+                {.tree = m_body.linkTrees[static_cast<std::size_t>(link.link)],
+                 .motion = LinkMotion{.tree = m_body.tree,
+                                      .motion = m_body.motion,
+                                      .link = link.link,
+                                      .frames = &m_culling.frames()}});
         }
-        else
-        {
-            m_scratch.bodies.push_back(asLink);
-        }
-        m_scratch.bodies.push_back(asLink);
     }
 
     [[nodiscard]] bool maySubdivide(int depth) const
@@ -158,8 +141,8 @@ private:
             const Candidate& candidate = m_scratch.candidates[i];
             const bool isSelf = candidate.slotB != kNone;
             m_scratch.pairs.push_back(
-                {.bodyA = 2 * candidate.slotA + (isSelf ? 1 : 0),
-                 .bodyB = isSelf ? 2 * candidate.slotB + 1 : bodyOf(candidate.obstacle),
+                {.bodyA = candidate.slotA,
+                 .bodyB = isSelf ? candidate.slotB : bodyOf(candidate.obstacle),
                  .mask = candidate.mask});
         }
         m_state.begin = from;
@@ -258,12 +241,12 @@ private:
     {
         const std::vector<SweptLink>& links = m_culling.links();
         const auto slots = static_cast<std::int32_t>(links.size());
-        const SweptLink& link = links[static_cast<std::size_t>(pair.bodyA / 2)];
+        const SweptLink& link = links[static_cast<std::size_t>(pair.bodyA)];
         LinkContact contact{.link = link.link, .time = time};
         std::int32_t mover = link.frame;
-        if (pair.bodyB < 2 * slots)
+        if (pair.bodyB < slots)
         {
-            const SweptLink& other = links[static_cast<std::size_t>(pair.bodyB / 2)];
+            const SweptLink& other = links[static_cast<std::size_t>(pair.bodyB)];
             contact.otherLink = other.link;
             const MovingFrames& frames = m_culling.frames();
             const std::int32_t common = frames.commonFrame(link.frame, other.frame);
@@ -279,15 +262,9 @@ private:
         return contact;
     }
 
-    [[nodiscard]] Isometry3d poseAt(std::int32_t body, double t)
+    [[nodiscard]] Isometry3d poseAt(std::int32_t body, double t) const
     {
-        const MovingBody& moving = m_scratch.bodies[static_cast<std::size_t>(body)];
-        if (const auto* link = std::get_if<LinkMotion>(&moving.motion))
-        {
-            const LinkPlace& place = link->frames->place(link->link);
-            return link->frames->stateAt(0, place.frame, t).X_W * place.X_FL;
-        }
-        return geometryPoseAt(moving, t);
+        return geometryPoseAt(m_scratch.bodies[static_cast<std::size_t>(body)], t);
     }
 
     /// Closest pair of triangles that count, if it is within `threshold`.

@@ -170,6 +170,11 @@ Eigen::Isometry3d geometryPoseAt(const MovingBody& body, double t)
 {
     if (const auto* link = std::get_if<LinkMotion>(&body.motion))
     {
+        if (link->frames != nullptr)
+        {
+            const LinkPlace& place = link->frames->place(link->link);
+            return link->frames->stateAt(0, place.frame, t).X_W * place.X_FL * body.X_BG;
+        }
         return linkStateAt(*link->tree, *link->motion, kNone, link->link, t).X_W * body.X_BG;
     }
     if (const auto* user = std::get_if<const UserMotion*>(&body.motion))

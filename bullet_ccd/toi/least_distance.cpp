@@ -3,6 +3,8 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/distance/triangle_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/motion/moving_frames.h"
+#include "bullet_ccd/toi/articulated/articulated_culling.h"
 
 #include <algorithm>
 #include <array>
@@ -16,28 +18,48 @@ namespace bullet_ccd
 {
 namespace
 {
-constexpr int kSamples = 32;       // of a pair's distance over the motion
-constexpr int kGoldenSteps = 40;   // each leaves 0.62 of the interval: 2 / 32 become 3e-10
-constexpr int kQuickQueries = 16;  // that ask for all at once
-constexpr int kChangesOfPair = 8;  // of triangles, in one local search
+constexpr int kSamples = 8;          // of all distances over the motion
+constexpr int kGoldenSteps = 40;     // at most; each leaves 0.62 of the interval
+constexpr int kQuickQueries = 16;    // that ask for all at once
+constexpr int kChangesOfPair = 8;    // of triangles, in one local search
+constexpr double kAccuracy = 0.125;  // of a search for where the distance is least
 
+/// What a time-of-impact query says of the pairs.
+struct Answer
+{
+    ToiStatus status = ToiStatus::Separated;
+    double time = 1.0;
+    std::int32_t pair = kNone;
+    ToiCounters counters;
+};
+
+/// @tparam Ask  answers a query of ToiOptions about all pairs with an Answer
+template <typename Ask>
 class LeastDistanceSearch
 {
 public:
     LeastDistanceSearch(std::span<const MovingBody> bodies,
                         std::span<const BodyPair> pairs,
                         const LeastDistanceOptions& options,
-                        ToiWorkspace& work)
-        : m_bodies(bodies), m_pairs(pairs), m_options(options), m_work(work)
+                        const Ask& ask)
+        : m_bodies(bodies), m_pairs(pairs), m_options(options), m_ask(ask)
     {
         m_best.found = options.enough;
     }
 
     LeastDistanceResult run()
     {
-        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+        // The middle first: what is found there spares most of the others a look. Where surfaces
+        // cross that do not count, around joints, a look costs more than what it may spare.
+        for (const int sample : {4, 0, 8, 2, 6, 1, 3, 5, 7})
         {
-            lookAt(static_cast<std::int32_t>(i), 0.0);
+            for (std::size_t i = 0; i < m_pairs.size(); ++i)
+            {
+                if (sample == 4 || m_pairs[i].mask == nullptr)
+                {
+                    lookAt(static_cast<std::int32_t>(i), double(sample) / kSamples);
+                }
+            }
         }
         if (m_isStopped && m_best.pair == kNone)
         {
@@ -56,6 +78,12 @@ public:
                 break;
             }
         }
+        if (m_best.pair != kNone)
+        {
+            // What was found within an accuracy, as it is.
+            constexpr double kAbove = 1.0 + 1e-6;
+            lookAt(m_best.pair, m_best.time, 0.0, kAbove * m_best.found);
+        }
         return m_best;
     }
 
@@ -63,10 +91,10 @@ private:
     std::span<const MovingBody> m_bodies;
     std::span<const BodyPair> m_pairs;
     LeastDistanceOptions m_options;
-    ToiWorkspace& m_work;
+    const Ask& m_ask;
     LeastDistanceResult m_best;
-    FirstContactResult m_contact;  // of the last query
-    bool m_isStopped = false;      // in a search for the distance at one time
+    Answer m_contact;          // of the last query
+    bool m_isStopped = false;  // in a search for the distance at one time
 
     [[nodiscard]] std::array<const MovingBody*, 2> bodiesOf(std::int32_t pair) const
     {
@@ -75,20 +103,32 @@ private:
                 &m_bodies[static_cast<std::size_t>(named.bodyB)]};
     }
 
-    /// Notes the distance of a pair at a time if it is the smallest so far.
+    /// What an answer may be off by before it is worth a further look.
+    [[nodiscard]] double accuracy() const { return kAccuracy * m_options.tolerance; }
+
+    /// Notes the distance of a pair at a time, to a part of the tolerance, if it is the smallest so
+    /// far by more than that.
     bool lookAt(std::int32_t pair, double time)
     {
+        return lookAt(pair, time, accuracy(), m_best.found - accuracy());
+    }
+
+    bool lookAt(std::int32_t pair, double time, double accuracy, double below)
+    {
+        if (!(below > 0.0))
+        {
+            return false;
+        }
         const auto [a, b] = bodiesOf(pair);
         const Eigen::Isometry3d X_WA = geometryPoseAt(*a, time);
         const Eigen::Isometry3d X_WB = geometryPoseAt(*b, time);
         const PairMask* mask = m_pairs[static_cast<std::size_t>(pair)].mask;
+        const NodeMarks exempt = mask != nullptr ? mask->nodeMarks() : NodeMarks{};
+        const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
         const DistanceBounds bounds =
-            distanceBounds(*a->tree,
-                           *b->tree,
-                           X_WB.inverse() * X_WA,
-                           m_best.found,
-                           m_options.stop,
-                           mask != nullptr ? mask->nodeMarks() : NodeMarks{});
+            accuracy > 0.0
+                ? distanceWithin(*a->tree, *b->tree, X_BA, accuracy, m_options.stop, exempt, below)
+                : distanceBounds(*a->tree, *b->tree, X_BA, below, m_options.stop, exempt);
         m_isStopped = m_isStopped || !bounds.isComplete;
         const TrianglePair& near = bounds.nearest;
         if (near.triangleA == kNone)
@@ -126,32 +166,30 @@ private:
             .distance;
     }
 
-    /// The time at which the best pair of triangles is nearest, as far as samples show it.
-    [[nodiscard]] double nearestTime() const
+    /// The time within `reach` of the best one at which the best pair of triangles is nearest, as
+    /// far as a search for one dip shows it.
+    [[nodiscard]] double nearestTime(double reach) const
     {
-        int best = 0;
-        double least = distanceAt(0.0);
-        for (int i = 1; i <= kSamples; ++i)
-        {
-            const double distance = distanceAt(double(i) / kSamples);
-            if (distance < least)
-            {
-                best = i;
-                least = distance;
-            }
-        }
-        double low = double(std::max(best - 1, 0)) / kSamples;
-        double high = double(std::min(best + 1, kSamples)) / kSamples;
+        double low = std::max(m_best.time - reach, 0.0);
+        double high = std::min(m_best.time + reach, 1.0);
         constexpr double kPart = 1.0 / std::numbers::phi;
         double left = high - kPart * (high - low);
         double right = low + kPart * (high - low);
+        double atLow = distanceAt(low);
+        double atHigh = distanceAt(high);
         double atLeft = distanceAt(left);
         double atRight = distanceAt(right);
-        for (int step = 0; step < kGoldenSteps; ++step)
+        const auto isDone = [&]
+        {
+            const double least = std::min({atLow, atLeft, atRight, atHigh});
+            return std::max(atLow, atHigh) - least < accuracy();
+        };
+        for (int step = 0; step < kGoldenSteps && !isDone(); ++step)
         {
             if (atLeft <= atRight)
             {
                 high = right;
+                atHigh = atRight;
                 right = left;
                 atRight = atLeft;
                 left = high - kPart * (high - low);
@@ -160,28 +198,30 @@ private:
             else
             {
                 low = left;
+                atLow = atLeft;
                 left = right;
                 atLeft = atRight;
                 right = low + kPart * (high - low);
                 atRight = distanceAt(right);
             }
         }
-        // The ends of the motion and the time that is known are candidates, too.
-        const double middle = atLeft <= atRight ? left : right;
-        const std::array<double, 4> candidates{m_best.time, middle, low, high};
-        return *std::ranges::min_element(
-            candidates, {}, [this](double t) { return distanceAt(t); });
+        const std::array<std::pair<double, double>, 4> candidates{
+            std::pair{atLeft, left}, {atRight, right}, {atLow, low}, {atHigh, high}};
+        return std::ranges::min_element(candidates)->second;
     }
 
     /// Follows the best pair of triangles, and those that turn out to be nearer, to a dip.
     void descend()
     {
+        double reach = 1.0 / kSamples;
         for (int change = 0; change < kChangesOfPair && m_best.pair != kNone; ++change)
         {
-            if (!lookAt(m_best.pair, nearestTime()))
+            const double before = m_best.time;
+            if (!lookAt(m_best.pair, nearestTime(reach)))
             {
                 return;
             }
+            reach = std::min(reach, 2.0 * std::abs(m_best.time - before));
         }
     }
 
@@ -206,13 +246,10 @@ private:
             m_best.distance = separation;
             return true;
         }
-        m_contact = firstContact(m_bodies,
-                                 m_pairs,
-                                 {.tolerance = 0.25 * m_options.tolerance,
-                                  .minimumSeparation = separation,
-                                  .maxIterations = m_options.maxIterations,
-                                  .stop = m_options.stop},
-                                 m_work);
+        m_contact = m_ask(ToiOptions{.tolerance = 0.25 * m_options.tolerance,
+                                     .minimumSeparation = separation,
+                                     .maxIterations = m_options.maxIterations,
+                                     .stop = m_options.stop});
         ++m_best.queries;
         m_best.counters.nodePairs += m_contact.counters.nodePairs;
         m_best.counters.trianglePairs += m_contact.counters.trianglePairs;
@@ -233,12 +270,10 @@ private:
             return false;
         }
         const double before = m_best.found;
-        if (m_best.pair == kNone)
-        {
-            // The contact is within a quarter of the tolerance above `enough`.
-            m_best.found = std::numeric_limits<double>::infinity();
-        }
-        if (!lookAt(m_contact.pair, m_contact.time))
+        // It is below what was found by three quarters of the tolerance, and may be above `enough`.
+        const double below =
+            m_best.pair == kNone ? std::numeric_limits<double>::infinity() : m_best.found;
+        if (!lookAt(m_contact.pair, m_contact.time, accuracy(), below))
         {
             m_best.found = before;
             return false;
@@ -247,12 +282,8 @@ private:
         return std::isinf(before) || m_best.found < before + m_options.tolerance;
     }
 };
-}  // namespace
 
-LeastDistanceResult leastDistance(std::span<const MovingBody> bodies,
-                                  std::span<const BodyPair> pairs,
-                                  const LeastDistanceOptions& options,
-                                  ToiWorkspace& work)
+void checkOptions(const LeastDistanceOptions& options, bool hasPairs)
 {
     require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
             "leastDistance: the tolerance is " + std::to_string(options.tolerance) +
@@ -260,12 +291,121 @@ LeastDistanceResult leastDistance(std::span<const MovingBody> bodies,
     require(
         options.enough > 0.0,
         "leastDistance: `enough` is " + std::to_string(options.enough) + " m: it must be above 0");
-    require(!pairs.empty() || std::isfinite(options.enough),
+    require(hasPairs || std::isfinite(options.enough),
             "leastDistance: without pairs there is no distance: give `enough`, which is the answer "
             "then");
+}
+
+/// The pairs of an articulated body that articulatedToi() tests, by the names that it gives them.
+class ArticulatedPairs
+{
+public:
+    ArticulatedPairs(const ArticulatedBody& body, std::span<const RigidBody> obstacles)
+        : m_body(body), m_bodyOfLink(body.tree->size(), kNone)
+    {
+        m_frames.reset(*body.tree, *body.motion);
+        for (std::size_t i = 0; i < body.tree->size(); ++i)
+        {
+            if (body.linkTrees[i] != nullptr)
+            {
+                m_bodyOfLink[i] = static_cast<std::int32_t>(m_bodies.size());
+                m_bodies.push_back({.tree = body.linkTrees[i],
+                                    .motion = LinkMotion{.tree = body.tree,
+                                                         .motion = body.motion,
+                                                         .link = static_cast<std::int32_t>(i),
+                                                         .frames = &m_frames}});
+            }
+        }
+        addObstacles(obstacles);
+        for (const auto& [a, b] : body.selfPairs)
+        {
+            if (m_frames.place(a).frame != m_frames.place(b).frame)
+            {
+                addPair({.link = a, .otherLink = b}, m_bodyOfLink[static_cast<std::size_t>(b)]);
+            }
+        }
+    }
+
+    [[nodiscard]] std::span<const MovingBody> bodies() const { return m_bodies; }
+    [[nodiscard]] std::span<const BodyPair> pairs() const { return m_pairs; }
+    [[nodiscard]] const LinkMask& name(std::int32_t pair) const
+    {
+        return m_names[static_cast<std::size_t>(pair)];
+    }
+    [[nodiscard]] std::int32_t pairOf(const LinkContact& contact) const
+    {
+        const auto name = std::ranges::find_if(m_names,
+                                               [&](const LinkMask& each)
+                                               {
+                                                   return each.link == contact.link &&
+                                                          each.otherLink == contact.otherLink &&
+                                                          each.obstacle == contact.obstacle;
+                                               });
+        return static_cast<std::int32_t>(name - m_names.begin());
+    }
+
+private:
+    void addObstacles(std::span<const RigidBody> obstacles)
+    {
+        const auto first = static_cast<std::int32_t>(m_bodies.size());
+        for (std::size_t k = 0; k < obstacles.size(); ++k)
+        {
+            m_bodies.push_back(movingBody(obstacles[k]));
+            const RigidMotion& motion = obstacles[k].motion;
+            const bool isMoving = obstacles[k].userMotion != nullptr || !motion.v_W.isZero(0.0) ||
+                                  !motion.w_W.isZero(0.0);
+            const auto obstacle = static_cast<std::int32_t>(k);
+            for (std::int32_t link = 0; link < static_cast<std::int32_t>(m_bodyOfLink.size());
+                 ++link)
+            {
+                if (m_bodyOfLink[static_cast<std::size_t>(link)] != kNone &&
+                    (isMoving || m_frames.place(link).frame != 0))
+                {
+                    addPair({.link = link, .obstacle = obstacle}, first + obstacle);
+                }
+            }
+        }
+    }
+
+    void addPair(LinkMask name, std::int32_t other)
+    {
+        const auto mask = std::ranges::find_if(m_body.masks,
+                                               [&](const LinkMask& each)
+                                               {
+                                                   return each.link == name.link &&
+                                                          each.otherLink == name.otherLink &&
+                                                          each.obstacle == name.obstacle;
+                                               });
+        name.mask = mask == m_body.masks.end() ? nullptr : mask->mask;
+        m_pairs.push_back({.bodyA = m_bodyOfLink[static_cast<std::size_t>(name.link)],
+                           .bodyB = other,
+                           .mask = name.mask});
+        m_names.push_back(name);
+    }
+
+    const ArticulatedBody& m_body;
+    MovingFrames m_frames;
+    std::vector<std::int32_t> m_bodyOfLink;
+    std::vector<MovingBody> m_bodies;
+    std::vector<BodyPair> m_pairs;
+    std::vector<LinkMask> m_names;  // of the pairs
+};
+}  // namespace
+
+LeastDistanceResult leastDistance(std::span<const MovingBody> bodies,
+                                  std::span<const BodyPair> pairs,
+                                  const LeastDistanceOptions& options,
+                                  ToiWorkspace& work)
+{
+    checkOptions(options, !pairs.empty());
     // A query about nothing checks the input by the rules of all queries.
     (void)firstContact(bodies, pairs, {.tolerance = options.tolerance, .maxIterations = 1}, work);
-    return LeastDistanceSearch(bodies, pairs, options, work).run();
+    const auto ask = [&](const ToiOptions& toi)
+    {
+        const FirstContactResult result = firstContact(bodies, pairs, toi, work);
+        return Answer{result.status, result.time, result.pair, result.counters};
+    };
+    return LeastDistanceSearch(bodies, pairs, options, ask).run();
 }
 
 LeastDistanceResult leastDistance(const RigidBody& bodyA,
@@ -279,81 +419,40 @@ LeastDistanceResult leastDistance(const RigidBody& bodyA,
 }
 
 ArticulatedLeastDistance leastDistance(const ArticulatedBody& body,
-                                       std::span<const RigidBody> obstacles,
+                                       const Environment& environment,
                                        const LeastDistanceOptions& options,
                                        ToiWorkspace& work)
 {
-    require(body.tree != nullptr && body.motion != nullptr &&
-                body.linkTrees.size() == body.tree->size(),
-            "leastDistance: an articulated body needs a tree, a motion, and one hierarchy (or "
-            "null) per link");
-    std::vector<MovingBody> bodies;
-    std::vector<std::int32_t> bodyOfLink(body.tree->size(), kNone);
-    for (std::size_t i = 0; i < body.tree->size(); ++i)
+    checkBody(body);
+    const ArticulatedPairs named(body, environment.bodies());
+    checkOptions(options, !named.pairs().empty());
+    const auto ask = [&](ToiOptions toi)
     {
-        if (body.linkTrees[i] != nullptr)
-        {
-            bodyOfLink[i] = static_cast<std::int32_t>(bodies.size());
-            bodies.push_back({.tree = body.linkTrees[i],
-                              .motion = LinkMotion{.tree = body.tree,
-                                                   .motion = body.motion,
-                                                   .link = static_cast<std::int32_t>(i)}});
-        }
-    }
-    const auto firstObstacle = static_cast<std::int32_t>(bodies.size());
-    for (const RigidBody& obstacle : obstacles)
-    {
-        bodies.push_back(movingBody(obstacle));
-    }
-
-    std::vector<BodyPair> pairs;
-    std::vector<ArticulatedLeastDistance> names;  // of each pair
-    const auto addPair = [&](ArticulatedLeastDistance name, std::int32_t other)
-    {
-        const auto mask = std::ranges::find_if(body.masks,
-                                               [&](const LinkMask& each)
-                                               {
-                                                   return each.link == name.link &&
-                                                          each.otherLink == name.otherLink &&
-                                                          each.obstacle == name.obstacle;
-                                               });
-        pairs.push_back({.bodyA = bodyOfLink[static_cast<std::size_t>(name.link)],
-                         .bodyB = other,
-                         .mask = mask == body.masks.end() ? nullptr : mask->mask});
-        names.push_back(std::move(name));
+        toi.strategy = ToiStrategy::Interval;
+        const ArticulatedToiResult result = articulatedToi(body, environment, {.toi = toi}, work);
+        return Answer{result.status,
+                      result.time,
+                      result.contacts.empty() ? kNone : named.pairOf(result.contacts.front()),
+                      result.counters};
     };
-    for (std::size_t i = 0; i < bodyOfLink.size(); ++i)
-    {
-        const auto link = static_cast<std::int32_t>(i);
-        const bool isMoving = moves(*body.tree, *body.motion, kNone, link);
-        for (std::size_t k = 0; bodyOfLink[i] != kNone && k < obstacles.size(); ++k)
-        {
-            const RigidMotion& motion = obstacles[k].motion;
-            if (isMoving || obstacles[k].userMotion != nullptr || !motion.v_W.isZero(0.0) ||
-                !motion.w_W.isZero(0.0))
-            {
-                const auto obstacle = static_cast<std::int32_t>(k);
-                addPair({{}, link, obstacle, kNone}, firstObstacle + obstacle);
-            }
-        }
-    }
-    for (const auto& [a, b] : body.selfPairs)
-    {
-        const std::int32_t base = commonAncestor(*body.tree, a, b);
-        if (moves(*body.tree, *body.motion, base, a) || moves(*body.tree, *body.motion, base, b))
-        {
-            addPair({{}, a, kNone, b}, bodyOfLink[static_cast<std::size_t>(b)]);
-        }
-    }
-    ArticulatedLeastDistance result{leastDistance(bodies, pairs, options, work)};
+    ArticulatedLeastDistance result{
+        LeastDistanceSearch(named.bodies(), named.pairs(), options, ask).run()};
     if (result.pair != kNone)
     {
-        const ArticulatedLeastDistance& name = names[static_cast<std::size_t>(result.pair)];
+        const LinkMask& name = named.name(result.pair);
         result.link = name.link;
         result.obstacle = name.obstacle;
         result.otherLink = name.otherLink;
         result.pair = kNone;
     }
     return result;
+}
+
+ArticulatedLeastDistance leastDistance(const ArticulatedBody& body,
+                                       std::span<const RigidBody> obstacles,
+                                       const LeastDistanceOptions& options,
+                                       ToiWorkspace& work)
+{
+    return leastDistance(body, Environment(obstacles), options, work);
 }
 }  // namespace bullet_ccd

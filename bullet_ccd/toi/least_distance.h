@@ -86,6 +86,13 @@ struct ArticulatedLeastDistance : LeastDistanceResult
 /// with articulatedToi(), pairs without relative motion are left out.
 [[nodiscard]] BULLET_CCD_API ArticulatedLeastDistance
 leastDistance(const ArticulatedBody& body,
+              const Environment& environment,
+              const LeastDistanceOptions& options,
+              ToiWorkspace& work);
+
+/// The same for obstacles of a single query; the boxes over them are made here.
+[[nodiscard]] BULLET_CCD_API ArticulatedLeastDistance
+leastDistance(const ArticulatedBody& body,
               std::span<const RigidBody> obstacles,
               const LeastDistanceOptions& options,
               ToiWorkspace& work);

@@ -114,6 +114,7 @@ TrajectoryLeastDistance leastDistance(const ArticulatedBody& body,
 {
     checkTrajectory(trajectory);
     requireWork(work);
+    const Environment environment(obstacles);
     const std::size_t count = trajectory.segments.size();
     std::vector<ArticulatedLeastDistance> answers(count);
     TrajectoryLeastDistance best;
@@ -134,7 +135,7 @@ TrajectoryLeastDistance leastDistance(const ArticulatedBody& body,
                        {
                            ArticulatedBody moving = body;
                            moving.motion = &trajectory.segments[k];
-                           answers[k] = leastDistance(moving, obstacles, wanted, scratch);
+                           answers[k] = leastDistance(moving, environment, wanted, scratch);
                        });
         for (std::size_t k = begin; k < end; ++k)
         {

@@ -203,7 +203,7 @@ TEST(MovingFrames, OneTurnOrSlideIsARigidMotion)
         const auto link = static_cast<std::int32_t>(scene.tree.size()) - 1;
         const LinkPlace& place = scene.frames.place(link);
         RigidMotion motion;
-        if (!asRigidMotion(scene.frames, place.frame, motion))
+        if (!asRigidMotion(scene.frames, 0, place.frame, motion))
         {
             EXPECT_GT(scene.frames.frames().size(), 2U);
             continue;

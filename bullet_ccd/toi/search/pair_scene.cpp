@@ -26,6 +26,9 @@ constexpr double kSingleRounding = 4e-6;
 /// pairs of volumes are as near as that.
 constexpr double kAimOfAny = 1.0 / 32.0;
 
+/// A step beyond the end of any motion.
+constexpr float kEndless = 1e30F;
+
 float up(double x)
 {
     return static_cast<float>(x) * (1.0F + 2e-7F);
@@ -73,6 +76,48 @@ TreeState treeStateAt(const PairSide& side, std::int32_t base, double t)
                        side.X);
 }
 
+/// An axis at rest in the frame of the query Q about which a body turns. It is the z axis of T.
+struct AxisOfTurn
+{
+    Isometry3d X_QT;
+    Isometry3d X_TG;  ///< of the body's tree, at some time
+};
+
+/// None for bodies that do anything else.
+std::optional<AxisOfTurn> axisOfTurn(const PairSide& side, std::int32_t base)
+{
+    if (side.frames != nullptr)
+    {
+        const MovingFrame& frame = side.frames->frames()[static_cast<std::size_t>(side.frame)];
+        if (side.frame == base || frame.parent != base || frame.slides)
+        {
+            return std::nullopt;
+        }
+        return AxisOfTurn{.X_QT = frame.X_PF, .X_TG = side.X};
+    }
+    const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
+    if (rigid == nullptr || !rigid->v_W.isZero(0.0) || rigid->w_W.isZero(0.0))
+    {
+        return std::nullopt;
+    }
+    Isometry3d X_QT = Isometry3d::Identity();
+    X_QT.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), rigid->w_W).matrix();
+    X_QT.translation() = rigid->X_W0 * rigid->reference_B;
+    return AxisOfTurn{.X_QT = X_QT, .X_TG = X_QT.inverse() * rigid->X_W0 * side.X};
+}
+
+/// Pose of the tree of a body that rests in the frame of the query.
+std::optional<Isometry3d> poseAtRest(const PairSide& side, std::int32_t base)
+{
+    if (side.frames != nullptr)
+    {
+        return side.frame == base ? std::optional(side.X) : std::nullopt;
+    }
+    const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
+    const bool rests = rigid != nullptr && rigid->v_W.isZero(0.0) && rigid->w_W.isZero(0.0);
+    return rests ? std::optional<Isometry3d>(rigid->X_W0 * side.X) : std::nullopt;
+}
+
 void setConstants(PairSide& side, std::int32_t base)
 {
     if (side.frames != nullptr)
@@ -88,13 +133,9 @@ void setConstants(PairSide& side, std::int32_t base)
         side.acceleration = std::get<RigidMotion>(side.body->motion).accelerationBound();
     }
     side.offset = side.X.linear().transpose() * side.X.translation();
-    const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
-    const bool rests = side.frames != nullptr
-                           ? side.frame == base
-                           : rigid != nullptr && rigid->v_W.isZero(0.0) && rigid->w_W.isZero(0.0);
-    if (rests)
+    if (const auto rest = poseAtRest(side, base))
     {
-        side.X_atRest = treeStateAt(side, base, 0.0).X;
+        side.X_atRest = *rest;
         side.rests = true;
     }
 }
@@ -161,6 +202,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
     m_hasFaces = false;
     m_faces = {};
     m_treesUsed = 0;
+    m_turningUsed = 0;
     m_pairs.resize(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
@@ -169,17 +211,24 @@ void PairScene::reset(std::span<const MovingBody> bodies,
         m_pairs[i] = {.treeA = a.tree,
                       .treeB = b.tree,
                       .mask = pairs[i].mask,
+                      .untilTurn = static_cast<std::int64_t>(a.tree->mesh().triangles.size() +
+                                                             b.tree->mesh().triangles.size()),
                       .limits = {.floor = options.minimumSeparation,
                                  .threshold = options.minimumSeparation + options.tolerance,
                                  .aim = options.anyWithin ? kAimOfAny : options.aim,
                                  .anyWithin = options.anyWithin}};
         m_hasFaces = m_hasFaces || !a.tree->faceSlabs().empty() || !b.tree->faceSlabs().empty();
         ScenePair& pair = m_pairs[i];
-        pair.isRigid = std::holds_alternative<RigidMotion>(a.motion) &&
-                       std::holds_alternative<RigidMotion>(b.motion);
-        if (pair.isRigid)
+        pair.sideA = sideOf(a);
+        pair.sideB = sideOf(b);
+        // Links of one tree are compared in the frame of their common ancestor, all else in W.
+        const bool oneTree = pair.sideA.frames != nullptr && pair.sideA.frames == pair.sideB.frames;
+        pair.base =
+            oneTree ? pair.sideA.frames->commonFrame(pair.sideA.frame, pair.sideB.frame) : 0;
+        if (const auto rigid = asRigidBodies(pair))
         {
-            pair.rigid = makeRigidPair(a, b);
+            pair.isRigid = true;
+            pair.rigid = makeRigidPair((*rigid)[0], (*rigid)[1]);
             pair.speedScale = pair.rigid.speed;
             // Beyond this an arm turned in single precision would blur the whole mesh.
             constexpr double kLongestArm = 16.0;
@@ -191,8 +240,37 @@ void PairScene::reset(std::span<const MovingBody> bodies,
             pair.poses = toRigidPoses(pair.rigid);
             continue;
         }
-        setSides(pair, a, b);
+        setConstants(pair.sideA, pair.base);
+        setConstants(pair.sideB, pair.base);
     }
+}
+
+/// The two bodies as they move seen from the frame of the query, if both do as rigid bodies: links
+/// with one joint between them, too.
+std::optional<std::array<MovingBody, 2>> PairScene::asRigidBodies(const ScenePair& pair) const
+{
+    std::array<MovingBody, 2> bodies;
+    for (const PairSide* side : {&pair.sideA, &pair.sideB})
+    {
+        MovingBody& body = bodies[side == &pair.sideA ? 0 : 1];
+        body = *side->body;
+        if (side->frames != nullptr)
+        {
+            RigidMotion motion;
+            if (!asRigidMotion(*side->frames, pair.base, side->frame, motion))
+            {
+                return std::nullopt;
+            }
+            const auto& link = std::get<LinkMotion>(side->body->motion);
+            body.X_BG = side->frames->place(link.link).X_FL * body.X_BG;
+            body.motion = motion;
+        }
+        else if (!std::holds_alternative<RigidMotion>(body.motion))
+        {
+            return std::nullopt;
+        }
+    }
+    return bodies;
 }
 
 MovingFrames& PairScene::framesOf(const LinkMotion& link)
@@ -230,17 +308,6 @@ PairSide PairScene::sideOf(const MovingBody& body)
         side.X = place.X_FL * side.X;
     }
     return side;
-}
-
-/// Links of one tree are compared in the frame of their common ancestor, all else in W.
-void PairScene::setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b)
-{
-    pair.sideA = sideOf(a);
-    pair.sideB = sideOf(b);
-    const bool oneTree = pair.sideA.frames != nullptr && pair.sideA.frames == pair.sideB.frames;
-    pair.base = oneTree ? pair.sideA.frames->commonFrame(pair.sideA.frame, pair.sideB.frame) : 0;
-    setConstants(pair.sideA, pair.base);
-    setConstants(pair.sideB, pair.base);
 }
 
 const PairState& PairScene::stateAt(std::int32_t pair, double t, ToiCounters& counters)
@@ -282,11 +349,8 @@ const PairState* PairScene::turnedStateAt(std::int32_t index,
     const bool isOther = turned.state.pair != index;
     if (isOther && pair.isRigid)
     {
-        const BodyPair& bodies = m_bodyPairs[static_cast<std::size_t>(index)];
-        turned.rigid =
-            makeRigidPair(m_bodies[static_cast<std::size_t>(ofB ? bodies.bodyA : bodies.bodyB)],
-                          m_bodies[static_cast<std::size_t>(ofB ? bodies.bodyB : bodies.bodyA)],
-                          RigidFrame::OfB);
+        const auto bodies = *asRigidBodies(pair);
+        turned.rigid = makeRigidPair(bodies[ofB ? 0 : 1], bodies[ofB ? 1 : 0], RigidFrame::OfB);
     }
     if (isOther || turned.state.time != t)
     {
@@ -439,6 +503,54 @@ void PairScene::fillLane(int lane, const NodePair& p, ToiCounters& counters)
     batch.speedSlack[i] = up(kSingleRounding * (pair.speedScale + length(velocity)));
 }
 
+void PairScene::noteTriangles(std::int32_t index)
+{
+    m_pairs[static_cast<std::size_t>(index)].sawTriangles = true;
+    constexpr std::int64_t kNodePairs = 4;  // cost as much
+    spend(index, kNodePairs);
+}
+
+/// Notes so many looks at pairs of nodes. When profiles of all triangles cost less than what has
+/// been spent, they are made.
+void PairScene::spend(std::int32_t index, std::int64_t looks)
+{
+    ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
+    const bool wasBefore = pair.untilTurn > 0;
+    pair.untilTurn -= looks;
+    if (wasBefore && pair.untilTurn <= 0)
+    {
+        lookAtTurn(index);
+    }
+}
+
+/// Makes the profiles of a pair of which one rests in the frame of the query, and the other turns
+/// about an axis at rest there.
+void PairScene::lookAtTurn(std::int32_t index)
+{
+    ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
+    const bool turnsA = axisOfTurn(pair.sideA, pair.base).has_value();
+    const auto axis = axisOfTurn(turnsA ? pair.sideA : pair.sideB, pair.base);
+    const auto rest = poseAtRest(turnsA ? pair.sideB : pair.sideA, pair.base);
+    const auto isBuilt = [](const SsvTree& tree)
+    { return tree.builtTriangles() == tree.mesh().triangles.size(); };
+    if (!axis || !rest || !isBuilt(*pair.treeA) || !isBuilt(*pair.treeB))
+    {
+        return;
+    }
+    if (m_turningUsed == m_turning.size())
+    {
+        m_turning.emplace_back();
+    }
+    pair.turning = static_cast<std::int32_t>(m_turningUsed);
+    TurningPair& turning = m_turning[m_turningUsed++];
+    const Isometry3d X_TRest = axis->X_QT.inverse() * *rest;
+    fillProfiles(*pair.treeA, turnsA ? axis->X_TG : X_TRest, turning.profiles[0]);
+    fillProfiles(*pair.treeB, turnsA ? X_TRest : axis->X_TG, turning.profiles[1]);
+    turning.rounding =
+        kRounding * (pair.treeA->radius() + pair.treeB->radius() + axis->X_TG.translation().norm() +
+                     X_TRest.translation().norm() + axis->X_QT.translation().norm());
+}
+
 /// The step of a pair of nodes that single precision did not get far.
 float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters)
 {
@@ -464,9 +576,9 @@ float PairScene::flatStepOf(const NodePair& p, float step, ToiCounters& counters
         }
         m_mayStartTouching = true;
     }
-    constexpr double kLong = 1e30;
     constexpr double kRoundDown = 1.0 - 1e-7;
-    const auto longer = static_cast<float>(kRoundDown * std::min(flat.time, kLong));
+    const auto longer =
+        static_cast<float>(kRoundDown * std::min(flat.time, static_cast<double>(kEndless)));
     m_faces.note(longer > 2.0F * step);
     return std::max(step, longer);
 }
@@ -522,8 +634,7 @@ void PairScene::lookAtFaces(std::span<const NodePair> nodePairs, ToiCounters& co
         const double time = nodePairs[i].time;
         if (time >= pair.apartFrom && time < pair.apartUntil)
         {
-            constexpr double kLong = 1e30;
-            const double whole = std::min(kLong, pair.apartUntil - time);
+            const double whole = std::min(static_cast<double>(kEndless), pair.apartUntil - time);
             out[i] = std::max(out[i], std::nextafter(static_cast<float>(whole), 0.0F));
         }
     }
@@ -576,6 +687,12 @@ void PairScene::steps(std::span<const NodePair> nodePairs, ToiCounters& counters
     }
     for (std::size_t i = 0; i < nodePairs.size(); ++i)
     {
+        spend(nodePairs[i].pair, 1);
+        if (m_turningUsed > 0 && neverMeets(nodePairs[i]))
+        {
+            out[i] = kEndless;
+            continue;
+        }
         if (times[i] == 0.0 && out[i] > 0.0F)
         {
             const PairLimits& limits = m_pairs[static_cast<std::size_t>(nodePairs[i].pair)].limits;

@@ -7,9 +7,11 @@
 #include "bullet_ccd/toi/rigid_toi.h"
 #include "bullet_ccd/toi/search/pair_step.h"
 #include "bullet_ccd/toi/search/rigid_pair.h"
+#include "bullet_ccd/toi/search/turn_profiles.h"
 #include "bullet_ccd/toi/search/worth_trying.h"
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,7 +27,7 @@ struct NodePair
     float lastStep = 0.0F;  ///< that brought it to `time`
 };
 
-/// How one body of a pair that is not rigid moves.
+/// How one body of a pair moves.
 struct PairSide
 {
     const MovingBody* body = nullptr;
@@ -52,9 +54,11 @@ struct ScenePair
     const SsvTree* treeA = nullptr;
     const SsvTree* treeB = nullptr;
     const PairMask* mask = nullptr;
-    bool sawTriangles = false;    ///< a pair of triangles was looked at
-    bool touchesAtStart = false;  ///< a pair of triangles is within the tolerance at t = 0
-    bool startIsKnown = false;    ///< noteIfNear() found out whether they are
+    bool sawTriangles = false;     ///< a pair of triangles was looked at
+    std::int64_t untilTurn = 0;    ///< so many more pairs of nodes, then lookAtTurn()
+    std::int32_t turning = kNone;  ///< index of the profiles, if there are any
+    bool touchesAtStart = false;   ///< a pair of triangles is within the tolerance at t = 0
+    bool startIsKnown = false;     ///< noteIfNear() found out whether they are
     PairLimits limits;
     double from = 0.0;  ///< the bodies can meet only between these two times (interval search)
     double until = 1.0;
@@ -64,13 +68,13 @@ struct ScenePair
     std::int64_t nextLook = 2000;  ///< at the whole bodies, after so many pairs of nodes
     double speedScale = 0.0;       ///< relative speed of any two points, to compare with sizes [m]
 
-    bool isRigid = false;    ///< both move as RigidMotion, and `rigid` holds
+    bool isRigid = false;    ///< both move as RigidMotion does, and `rigid` holds
     bool inBatches = false;  ///< `poses` holds, too: eight poses at once
     RigidPair rigid{};
     RigidPoses poses{};
 
-    // For links and motions supplied by the user.
     std::int32_t base = 0;  ///< frame of a tree that is the frame of the query; 0: W
+    /// Of rigid pairs only how they are fixed.
     PairSide sideA{};
     PairSide sideB{};
 };
@@ -105,6 +109,18 @@ public:
     void open(const NodePair& p, bool ofA) const
     {
         ofA ? treeA(p).open(nodeA(p)) : treeB(p).open(nodeB(p));
+    }
+
+    /// To be called for a look at a pair of triangles.
+    void noteTriangles(std::int32_t pair);
+
+    /// True if what is below two nodes stays farther apart than the bodies may come, at any time,
+    /// because they turn about one axis relative to each other.
+    [[nodiscard]] bool neverMeets(const NodePair& p) const
+    {
+        const ScenePair& pair = m_pairs[static_cast<std::size_t>(p.pair)];
+        return pair.turning != kNone && m_turning[static_cast<std::size_t>(pair.turning)].distance(
+                                            p.nodeA, p.nodeB) > pair.limits.threshold;
     }
 
     /// True if the pair's mask exempts all that is below its nodes.
@@ -157,10 +173,13 @@ private:
     }
     [[nodiscard]] PairSide sideOf(const MovingBody& body);
     [[nodiscard]] MovingFrames& framesOf(const LinkMotion& link);
-    void setSides(ScenePair& pair, const MovingBody& a, const MovingBody& b);
+    [[nodiscard]] std::optional<std::array<MovingBody, 2>> asRigidBodies(
+        const ScenePair& pair) const;
     void computeState(std::int32_t index, double t, PairState& state);
     void fillConstants(std::int32_t index);
     void fillLane(int lane, const NodePair& p, ToiCounters& counters);
+    void spend(std::int32_t index, std::int64_t looks);
+    void lookAtTurn(std::int32_t index);
     [[nodiscard]] float flatStepOf(const NodePair& p, float step, ToiCounters& counters);
     void lookAtWhole(std::int32_t index, double t, ToiCounters& counters);
     void lookAtFaces(std::span<const NodePair> nodePairs, ToiCounters& counters, float* out);
@@ -187,6 +206,9 @@ private:
         bool isUsable = false;
     };
     std::array<Turned, 2> m_turned;
+    /// Of pairs that turn about one axis; the first `m_turningUsed` are in use.
+    std::vector<TurningPair> m_turning;
+    std::size_t m_turningUsed = 0;
     NodeBatch m_batch{};
     bool m_mayStartTouching = false;
     bool m_hasFaces = false;           ///< of some tree

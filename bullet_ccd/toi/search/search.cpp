@@ -70,8 +70,8 @@ double closingSpeed(const RelativeMotion& m, const TriangleDistance& d)
 void countTriangles(SearchState& state, const NodePair& leaves)
 {
     ++state.counters.trianglePairs;
-    ScenePair& pair = state.scene.pair(leaves.pair);
-    pair.sawTriangles = true;
+    state.scene.noteTriangles(leaves.pair);
+    const ScenePair& pair = state.scene.pair(leaves.pair);
     if (state.use != nullptr)
     {
         state.use->note(*pair.treeA, pair.treeA->triangle(state.scene.nodeA(leaves).first));
@@ -198,7 +198,7 @@ double slidingTime(SearchState& state, const NodePair& p, const TriangleDistance
 
 bool advanceTriangles(SearchState& state, NodePair& p)
 {
-    if (state.scene.isExempt(p))
+    if (state.scene.isExempt(p) || state.scene.neverMeets(p))
     {
         return false;
     }
