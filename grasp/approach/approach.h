@@ -69,11 +69,11 @@ enum class ApproachSource : std::uint8_t
     Surface,  ///< points of its surface, against the normal there
     Boxes,    ///< faces of the box along its principal axes
     Pinch,    ///< across what is thin: rims, handles, edges
-    Mixed,    ///< all of these but Pinch; the planner spends candidates where they succeed
+    Mixed,    ///< all of these; the planner spends candidates where they succeed
 };
 /// What Mixed is made of.
 inline constexpr std::array kMixedSources{
-    ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes};
+    ApproachSource::Sphere, ApproachSource::Surface, ApproachSource::Boxes, ApproachSource::Pinch};
 
 [[nodiscard]] BULLET_CCD_API const char* toString(ApproachSource source);
 

@@ -34,8 +34,9 @@ RayHit nearestHit(const SsvTree& tree, const Eigen::Vector3d& from, const Eigen:
 {
     RayHit hit;
     const TriangleMesh& mesh = tree.mesh();
-    for (const Triangle& triangle : mesh.triangles)
+    for (const std::int32_t index : trianglesNearLine(tree, from, along))
     {
+        const Triangle& triangle = mesh.triangles[static_cast<std::size_t>(index)];
         const Eigen::Vector3d& a = mesh.vertices[static_cast<std::size_t>(triangle[0])];
         const Eigen::Vector3d u = mesh.vertices[static_cast<std::size_t>(triangle[1])] - a;
         const Eigen::Vector3d v = mesh.vertices[static_cast<std::size_t>(triangle[2])] - a;
@@ -115,6 +116,24 @@ std::size_t drawIndex(const std::vector<double>& weights, Draws& draws)
         }
     }
     return last;
+}
+
+/// A point of a triangle that is drawn with probability by weight, and the direction against its
+/// normal.
+ApproachAim surfaceAim(const TriangleMesh& mesh, const std::vector<double>& weights, Draws& draws)
+{
+    const std::size_t index = drawIndex(weights, draws);
+    const Triangle& triangle = mesh.triangles[index];
+    // The square root makes the share of each strip along the side opposite to a its area.
+    const double fromA = std::sqrt(draws.unit());
+    const double toC = draws.unit();
+    const std::array shares{1.0 - fromA, fromA * (1.0 - toC), fromA * toC};
+    ApproachAim aim{.direction = -doubleArea(mesh, index).normalized()};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        aim.point += shares[k] * mesh.vertices[static_cast<std::size_t>(triangle[k])];
+    }
+    return aim;
 }
 
 double fraction(double x)
@@ -202,18 +221,7 @@ void checkApproachOptions(const ApproachOptions& options)
 ApproachAim surfaceAim(const GraspObject& object, const ApproachOptions& options, Draws& draws)
 {
     const TriangleMesh& mesh = object.tree.mesh();
-    const std::size_t index = drawIndex(approachableAreas(mesh, options), draws);
-    const Triangle& triangle = mesh.triangles[index];
-    // The square root makes the share of each strip along the side opposite to a its area.
-    const double fromA = std::sqrt(draws.unit());
-    const double toC = draws.unit();
-    const std::array weights{1.0 - fromA, fromA * (1.0 - toC), fromA * toC};
-    ApproachAim aim{.direction = -doubleArea(mesh, index).normalized()};
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-        aim.point += weights[k] * mesh.vertices[static_cast<std::size_t>(triangle[k])];
-    }
-    return aim;
+    return surfaceAim(mesh, approachableAreas(mesh, options), draws);
 }
 
 ApproachAim boxAim(const GraspObject& object,
@@ -249,11 +257,12 @@ ApproachAim pinchAim(const GraspObject& object,
 {
     ApproachOptions anywhere = options;
     anywhere.tableTop = false;
+    const std::vector<double> areas = approachableAreas(object.tree.mesh(), anywhere);
     ApproachAim best;
     double bestCost = std::numeric_limits<double>::infinity();
     for (int attempt = 0; attempt < kPinchTries; ++attempt)
     {
-        ApproachAim aim = surfaceAim(object, anywhere, draws);
+        ApproachAim aim = surfaceAim(object.tree.mesh(), areas, draws);
         const Eigen::Vector3d first = aim.point;
         const Eigen::Vector3d inwards = aim.direction;
         const double turn = 2.0 * std::numbers::pi * draws.unit();

@@ -203,6 +203,21 @@ void forTrianglesOnGrid(const SsvTree& tree,
 }
 }  // namespace
 
+std::vector<std::int32_t> trianglesNearLine(const SsvTree& tree,
+                                            const Eigen::Vector3d& point,
+                                            const Eigen::Vector3d& along)
+{
+    const Eigen::Vector3d across = along.unitOrthogonal();
+    Eigen::Isometry3d X_GW = Eigen::Isometry3d::Identity();
+    X_GW.linear() << along.transpose(), across.transpose(), along.cross(across).transpose();
+    X_GW.translation() = -(X_GW.linear() * point);
+    std::vector<std::int32_t> near;
+    forTrianglesOnGrid(
+        tree, X_GW, RayGrid{0.0}, [&](std::int32_t triangle) { near.push_back(triangle); });
+    std::ranges::sort(near);
+    return near;
+}
+
 LocalWidth localWidth(const GraspObject& object, const Eigen::Isometry3d& X_WG, double spacing)
 {
     const Eigen::Isometry3d X_GW = X_WG.inverse();

@@ -4,6 +4,9 @@
 
 #include "grasp/grasp_types.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace bullet_ccd::grasp
 {
 /// Principal directions of the surface and the extents along them.
@@ -44,4 +47,10 @@ struct LocalWidth
 [[nodiscard]] LocalWidth localWidth(const GraspObject& object,
                                     const Eigen::Isometry3d& X_WG,
                                     double spacing);
+
+/// Indices of all triangles that a line meets, in their order, and of some beside it.
+/// @param along unit
+[[nodiscard]] std::vector<std::int32_t> trianglesNearLine(const SsvTree& tree,
+                                                          const Eigen::Vector3d& point,
+                                                          const Eigen::Vector3d& along);
 }  // namespace bullet_ccd::grasp

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace bullet_ccd::grasp
@@ -11,8 +10,8 @@ namespace bullet_ccd::grasp
 namespace
 {
 /// What the sources are usually worth, relative to each other: of eight known hands on six
-/// household objects, Sphere held most.
-constexpr std::array kUsualWorth{1.3, 1.0, 0.85};
+/// household objects, Sphere held most. Pinch has its part whatever it is worth.
+constexpr std::array kUsualWorth{1.3, 1.0, 0.85, 1.0};
 static_assert(kUsualWorth.size() == kMixedSources.size());
 /// How much the best pair is preferred: a rate a tenth higher counts twenty times as much.
 constexpr double kGreed = 32.0;
@@ -84,10 +83,22 @@ std::vector<double> SourceSchedule::shares(const std::vector<char>& held) const
     {
         weight = std::pow(weight / best, kGreed);
     }
-    const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-    for (double& weight : weights)
+    // Pinches share out their part of the candidates among themselves, the others theirs.
+    const auto groupOf = [&](std::size_t pair)
+    { return kMixedSources[pair % sources] == ApproachSource::Pinch ? std::size_t{1} : 0; };
+    std::array<double, 2> sums{};
+    std::array<double, 2> counts{};
+    for (std::size_t pair = 0; pair < weights.size(); ++pair)
     {
-        weight = (1.0 - kAlike) * weight / sum + kAlike / static_cast<double>(weights.size());
+        sums[groupOf(pair)] += weights[pair];
+        counts[groupOf(pair)] += 1.0;
+    }
+    constexpr std::array kParts{1.0 - kPinched, kPinched};
+    for (std::size_t pair = 0; pair < weights.size(); ++pair)
+    {
+        const std::size_t group = groupOf(pair);
+        weights[pair] =
+            kParts[group] * ((1.0 - kAlike) * weights[pair] / sums[group] + kAlike / counts[group]);
     }
     return weights;
 }

@@ -11,9 +11,11 @@ namespace bullet_ccd::grasp
 {
 /// Spends candidates where they succeed: candidates go to pairs of a source and a preshape by a
 /// high power of their rates of force closures, so that the best pair gets most of them, but 10 %
-/// go to all pairs alike, so that every source has a thirtieth, up to rounding. At first most go to
-/// Sphere. Rates of pairs that were hardly tried are drawn towards what their source and their
-/// preshape do elsewhere.
+/// go to all pairs alike, so that every source has a fortieth at least, up to rounding. At first
+/// most go to Sphere. Rates of pairs that were hardly tried are drawn towards what their source and
+/// their preshape do elsewhere. A quarter are pinches whatever their rate, shared out among the
+/// preshapes in the same way: what holds most is often one of them, also where others are force
+/// closures.
 ///
 /// Candidates are planned in blocks; the turns of a block follow from the outcomes of all blocks
 /// before it, so they depend neither on threads nor on when a plan was stopped. Every block but the
@@ -22,7 +24,8 @@ class BULLET_CCD_API SourceSchedule
 {
 public:
     static constexpr std::int64_t kFirstBlock = 8;
-    static constexpr double kAlike = 0.1;  ///< of the candidates go to all pairs alike
+    static constexpr double kPinched = 0.25;  ///< of the candidates are pinches
+    static constexpr double kAlike = 0.1;     ///< of these and of the others go to all pairs alike
 
     /// @param preshapes of the hand that take part, by index; at least one
     SourceSchedule(std::vector<std::size_t> preshapes, std::int64_t candidates);

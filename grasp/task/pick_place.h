@@ -44,7 +44,7 @@ struct PickPlaceTask
 
 struct PickPlaceOptions
 {
-    /// Of the first round; as many are pinches (ApproachSource::Pinch).
+    /// Of the first round; as many more are pinches (ApproachSource::Pinch).
     PlannerOptions grasps{
         .candidates = 40, .approach = {.source = ApproachSource::Mixed}, .volumes = 0};
     int graspsTried = 40;   ///< the firmest that are tried

@@ -6,8 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <random>
+#include <vector>
 
 namespace bullet_ccd::grasp
 {
@@ -258,6 +262,46 @@ TEST(LocalWidth, IsEmptyBesideTheObject)
     Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
     X_WG.translation() = Eigen::Vector3d(0.0, 0.1, 0.0);
     EXPECT_EQ(localWidth(object, X_WG, 0.01).hits, 0);
+}
+
+/// Every triangle that a line crosses, by the signs of the volumes that its edges span with the
+/// line, is among those that the hierarchy finds.
+TEST(TrianglesNearLine, HasAllThatALineMeetsAndFewOthers)
+{
+    const GraspObject torus = makeObject(makeTorus(0.05, 0.015, 48, 24));
+    const TriangleMesh& mesh = torus.tree.mesh();
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    std::size_t met = 0;
+    std::size_t listed = 0;
+    for (int line = 0; line < 200; ++line)
+    {
+        const auto draw = [&] { return Eigen::Vector3d(unit(random), unit(random), unit(random)); };
+        const Eigen::Vector3d point = 0.06 * draw();
+        const Eigen::Vector3d along = draw().normalized();
+        const std::vector<std::int32_t> near = trianglesNearLine(torus.tree, point, along);
+        EXPECT_TRUE(std::ranges::is_sorted(near));
+        listed += near.size();
+        for (std::size_t k = 0; k < mesh.triangles.size(); ++k)
+        {
+            std::array<double, 3> volumes{};
+            for (std::size_t i = 0; i < 3; ++i)
+            {
+                const auto corner = [&](std::size_t at) -> Eigen::Vector3d
+                { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[k][at])] - point; };
+                volumes[i] = along.dot(corner(i).cross(corner((i + 1) % 3)));
+            }
+            const auto [low, high] = std::ranges::minmax(volumes);
+            if (low > 0.0 || high < 0.0)
+            {
+                ++met;
+                EXPECT_TRUE(std::ranges::binary_search(near, static_cast<std::int32_t>(k)))
+                    << "line " << line << ", triangle " << k;
+            }
+        }
+    }
+    EXPECT_GT(met, 150U);
+    EXPECT_LT(listed, 200U * mesh.triangles.size() / 10U);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp

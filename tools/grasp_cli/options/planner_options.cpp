@@ -119,8 +119,8 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
             "normals "
             "of points of the surface. boxes: at right angles to the faces of the box along the "
             "principal axes of the object. pinch: across what is thin, such as rims and handles. "
-            "mixed: "
-            "the first three, and candidates are spent where they succeed.")
+            "mixed: all of these, a quarter of them pinches; candidates are spent where they "
+            "succeed.")
         ->type_name("SOURCE")
         ->transform(wordFor<ApproachSource>({{"sphere", ApproachSource::Sphere},
                                              {"surface", ApproachSource::Surface},
