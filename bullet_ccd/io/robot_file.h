@@ -1,5 +1,5 @@
 /// Reads robots from URDF, xacro or MJCF, whichever a file is, into kinematic trees with collision
-/// meshes.
+/// meshes, and writes URDF.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -64,6 +64,14 @@ inline constexpr double kPrimitiveChordError = 5e-5;
 /// that are turned round, are errors.
 /// Throws std::runtime_error: "<file>:<line>: <element and name>: <what, value>: <remedy>".
 [[nodiscard]] BULLET_CCD_API RobotModel loadMjcf(const std::filesystem::path& path);
+
+/// Writes a robot as URDF, with the mesh of each link as <stem>_meshes/<number>.obj beside it.
+///
+/// loadUrdf() reads the same robot from it: kinematics to rounding, meshes up to the digits that
+/// writeObj() writes. Limits beyond a million, which sliding joints may not have, become that;
+/// joints without a name get that of their link with "_joint" behind it. Folders must exist.
+/// Throws std::runtime_error if a file cannot be written, and for spherical joints.
+BULLET_CCD_API void writeUrdf(const RobotModel& robot, const std::filesystem::path& path);
 
 /// Reads a robot from URDF, xacro or MJCF; the content says which. xacro is expanded by the program
 /// of that name, which has to be on the PATH. It evaluates the Python expressions of the file and

@@ -68,7 +68,48 @@ HandModel inferred(HandModel hand, const std::filesystem::path& cacheFolder)
     applySrdf(empty, hand, cacheFolder);
     return hand;
 }
+
+/// Without what names a link or a joint of the robot that the hand does not have.
+Srdf ofHand(Srdf srdf, const KinematicTree& hand, const KinematicTree& whole)
+{
+    const auto isOther = [&](const std::string& link)
+    { return hand.findLink(link) == kNone && whole.findLink(link) != kNone; };
+    const auto isOtherJoint = [&](const std::string& joint)
+    { return hand.findJoint(joint) == kNone && whole.findJoint(joint) != kNone; };
+    std::erase_if(srdf.groups,
+                  [&](const SrdfGroup& group) {
+                      return group.hasChain && (isOther(group.baseLink) || isOther(group.tipLink));
+                  });
+    for (SrdfState& state : srdf.states)
+    {
+        std::erase_if(state.joints, [&](const auto& joint) { return isOtherJoint(joint.first); });
+    }
+    std::erase_if(srdf.states, [](const SrdfState& state) { return state.joints.empty(); });
+    std::erase_if(srdf.disabledPairs,
+                  [&](const auto& pair) { return isOther(pair.first) || isOther(pair.second); });
+    std::erase_if(srdf.passiveJoints, isOtherJoint);
+    std::erase_if(srdf.closings,
+                  [&](const SrdfClosing& closing) { return isOtherJoint(closing.joint); });
+    std::erase_if(srdf.graspFrames,
+                  [&](const SrdfGraspFrame& frame) { return isOther(frame.link); });
+    return srdf;
+}
 }  // namespace
+
+HandModel handOf(RobotModel part,
+                 const KinematicTree& whole,
+                 const std::optional<std::filesystem::path>& srdf,
+                 const std::filesystem::path& cacheFolder)
+{
+    HandModel hand = emptyHand(std::move(part));
+    if (!srdf)
+    {
+        return inferred(std::move(hand), cacheFolder);
+    }
+    hand.srdfFile = *srdf;
+    applySrdf(ofHand(readSrdf(*srdf), hand.robot.tree, whole), hand, cacheFolder);
+    return hand;
+}
 
 HandModel loadHand(const std::filesystem::path& urdf,
                    const std::optional<std::filesystem::path>& srdf,

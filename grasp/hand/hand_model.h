@@ -125,6 +125,16 @@ loadHand(const std::filesystem::path& urdf,
          const std::filesystem::path& shareFolder = {},
          const std::filesystem::path& cacheFolder = {});
 
+/// The hand that is a part of a robot (splitRobot()), by what the SRDF of the robot says of its
+/// links and joints; what that says of others is left out. Without an SRDF everything is inferred.
+/// @param whole the links of the robot
+/// `cacheFolder` is as in loadHand().
+/// Throws as loadHand() does.
+[[nodiscard]] BULLET_CCD_API HandModel handOf(RobotModel part,
+                                              const KinematicTree& whole,
+                                              const std::optional<std::filesystem::path>& srdf,
+                                              const std::filesystem::path& cacheFolder = {});
+
 /// Loads a hand of which everything is inferred, whatever SRDF there is.
 /// `cacheFolder` is as in loadHand().
 /// Throws as loadHand() does.

@@ -70,6 +70,12 @@ private:
         {
             readClosing(element);
         }
+        else if (name == "end_effector")
+        {
+            m_srdf.endEffectors.push_back({.name = attribute(element, "name"),
+                                           .parentLink = attribute(element, "parent_link"),
+                                           .group = attribute(element, "group")});
+        }
         else if (name == "grasp_frame")
         {
             readGraspFrame(element);
@@ -91,6 +97,15 @@ private:
                      "group '" + group.name + "' has a second chain",
                      "make it a group of its own, a finger is one chain");
             }
+        }
+        for (const XMLElement* link = element.FirstChildElement("link"); link != nullptr;
+             link = link->NextSiblingElement("link"))
+        {
+            group.links.push_back(attribute(*link, "name"));
+        }
+        if (group.hasChain)
+        {
+            group.links.push_back(group.tipLink);
         }
         m_srdf.groups.push_back(group);
     }

@@ -15,6 +15,7 @@ namespace bullet_ccd::grasp
 struct SrdfGroup
 {
     std::string name;
+    std::vector<std::string> links;  ///< that it lists, the tip of its chain among them
     bool hasChain = false;
     std::string baseLink;  ///< of the chain
     std::string tipLink;
@@ -42,6 +43,14 @@ struct SrdfGraspFrame
     Eigen::Isometry3d X_LG = Eigen::Isometry3d::Identity();
 };
 
+/// A hand of a robot, as MoveIt's users say it.
+struct SrdfEndEffector
+{
+    std::string name;
+    std::string parentLink;  ///< that carries it
+    std::string group;       ///< its links
+};
+
 struct Srdf
 {
     std::filesystem::path file;
@@ -51,6 +60,7 @@ struct Srdf
     std::vector<std::string> passiveJoints;
     std::vector<SrdfClosing> closings;
     std::vector<SrdfGraspFrame> graspFrames;  ///< at most one a preshape
+    std::vector<SrdfEndEffector> endEffectors;
 };
 
 /// Reads a file; elements that hands do not need are skipped.

@@ -77,7 +77,7 @@ void addHand(const HandModel& hand, std::int32_t flange, const Eigen::Isometry3d
         if (i == 0)
         {
             link.X_PL0 = X_FH;
-            link.joint = {.name = own("mount")};
+            link.joint = {.name = own(link.joint.name.empty() ? "mount" : link.joint.name)};
         }
         if (link.joint.mimicOf != kNone)
         {

@@ -11,9 +11,9 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
-constexpr std::array kSides{"left_", "right_"};
+const std::array<std::string, 2> kSides{"left_", "right_"};
 
-void addArm(std::size_t side, TwoArms& r)
+void addArm(std::size_t side, const std::string& prefix, TwoArms& r)
 {
     const auto& [hand, robot, X_WR] = r.arms[side];
     HandModel& whole = r.whole;
@@ -21,13 +21,14 @@ void addArm(std::size_t side, TwoArms& r)
     for (std::size_t i = 0; i < robot->tree.size(); ++i)
     {
         Link link = robot->tree.links[i];
-        link.name = kSides[side] + link.name;
+        link.name = (i == 0 ? kSides[side] : prefix) + link.name;
         link.parent = i == 0 ? 0 : r.linkOf(side, link.parent);
         if (i == 0)
         {
             link.X_PL0 = X_WR;
         }
-        link.joint.name = kSides[side] + (i == 0 ? "base_mount" : link.joint.name);
+        link.joint.name =
+            i == 0 ? kSides[side] + std::string("base_mount") : prefix + link.joint.name;
         if (link.joint.mimicOf != kNone)
         {
             link.joint.mimicOf = r.linkOf(side, link.joint.mimicOf);
@@ -44,7 +45,7 @@ void addArm(std::size_t side, TwoArms& r)
     }
     for (const Finger& finger : hand->fingers)
     {
-        whole.fingers.push_back({.name = kSides[side] + finger.name, .links = {}});
+        whole.fingers.push_back({.name = prefix + finger.name, .links = {}});
         for (const std::int32_t link : finger.links)
         {
             whole.fingers.back().links.push_back(r.linkOf(side, robot->ofHand(link)));
@@ -73,7 +74,7 @@ void addEfforts(const PlacedArm& arm, std::vector<double>& efforts)
 }
 }  // namespace
 
-TwoArms joinArms(const std::array<PlacedArm, 2>& arms)
+TwoArms joinArms(const std::array<PlacedArm, 2>& arms, const std::array<std::string, 2>& prefixes)
 {
     TwoArms r{.arms = arms, .first = {}, .whole = {}, .efforts = {}};
     r.whole.robot.name = arms[0].robot->name + "_and_" + arms[1].robot->name;
@@ -82,8 +83,8 @@ TwoArms joinArms(const std::array<PlacedArm, 2>& arms)
     r.whole.robot.linkMeshes.emplace_back();
     r.whole.closingDirections.push_back(0);
     r.whole.closingSpeeds.push_back(1.0);
-    addArm(0, r);
-    addArm(1, r);
+    addArm(0, prefixes[0], r);
+    addArm(1, prefixes[1], r);
     const auto size = static_cast<std::int32_t>(r.whole.linkTrees.size());
     const auto hasGeometry = [&](std::int32_t link)
     { return r.whole.linkTrees[static_cast<std::size_t>(link)] != nullptr; };

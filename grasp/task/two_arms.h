@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace bullet_ccd::grasp
@@ -48,7 +49,10 @@ struct TwoArms
         const std::array<std::vector<double>, 2>& hands) const;
 };
 
-/// Joins them. Names of links and joints get "left_" and "right_" before them. Every link of one
-/// arm is tested against every link of the other.
-[[nodiscard]] BULLET_CCD_API TwoArms joinArms(const std::array<PlacedArm, 2>& arms);
+/// Joins them. Names of links and joints get the prefixes before them; those of the roots get
+/// "left_" and "right_" whatever these are. Every link of one arm is tested against every link of
+/// the other.
+[[nodiscard]] BULLET_CCD_API TwoArms joinArms(const std::array<PlacedArm, 2>& arms,
+                                              const std::array<std::string, 2>& prefixes = {
+                                                  "left_", "right_"});
 }  // namespace bullet_ccd::grasp

@@ -417,5 +417,104 @@ TEST(UrdfFile, EveryArmLoads)
     EXPECT_EQ(loadUrdf(arms / "panda/panda_arm_hand.urdf").tree.size(), 13U);
     EXPECT_EQ(loadUrdf(arms / "xarm7/xarm7.urdf").tree.size(), 9U);
 }
+/// Everything that a file says of a robot.
+void expectSame(const RobotModel& a, const RobotModel& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    ASSERT_EQ(a.tree.size(), b.tree.size());
+    for (const Link& link : a.tree.links)
+    {
+        SCOPED_TRACE(link.name);
+        const auto i = static_cast<std::size_t>(a.tree.findLink(link.name));
+        const std::int32_t found = b.tree.findLink(link.name);
+        ASSERT_NE(found, kNone);
+        const auto k = static_cast<std::size_t>(found);
+        const Link& other = b.tree.links[k];
+        const auto parentOf = [](const RobotModel& robot, const Link& each)
+        {
+            return each.parent == kNone
+                       ? std::string()
+                       : robot.tree.links[static_cast<std::size_t>(each.parent)].name;
+        };
+        EXPECT_EQ(parentOf(a, link), parentOf(b, other));
+        EXPECT_TRUE(link.X_PL0.isApprox(other.X_PL0, 1e-12));
+        EXPECT_NEAR(link.mass, other.mass, 1e-12);
+        EXPECT_TRUE((link.centerOfMass - other.centerOfMass).isZero(1e-12));
+        EXPECT_TRUE((link.inertia - other.inertia).isZero(1e-12));
+        const Joint& x = link.joint;
+        const Joint& y = other.joint;
+        EXPECT_EQ(x.name, y.name);
+        EXPECT_EQ(x.type, y.type);
+        if (x.isMovable())
+        {
+            EXPECT_TRUE(x.axis.isApprox(y.axis, 1e-12));
+            EXPECT_EQ(x.lower, y.lower);
+            EXPECT_EQ(x.upper, y.upper);
+            EXPECT_EQ(x.maxEffort, y.maxEffort);
+            EXPECT_EQ(x.maxVelocity, y.maxVelocity);
+        }
+        ASSERT_EQ(x.mimicOf == kNone, y.mimicOf == kNone);
+        if (x.mimicOf != kNone)
+        {
+            EXPECT_EQ(a.tree.links[static_cast<std::size_t>(x.mimicOf)].joint.name,
+                      b.tree.links[static_cast<std::size_t>(y.mimicOf)].joint.name);
+            EXPECT_EQ(x.mimicMultiplier, y.mimicMultiplier);
+            EXPECT_EQ(x.mimicOffset, y.mimicOffset);
+        }
+        const TriangleMesh& mesh = a.linkMeshes[i];
+        EXPECT_EQ(mesh.triangles.size(), b.linkMeshes[k].triangles.size());
+        if (!mesh.triangles.empty() && !b.linkMeshes[k].triangles.empty())
+        {
+            const Eigen::AlignedBox3d box = bounds(mesh);
+            const Eigen::AlignedBox3d otherBox = bounds(b.linkMeshes[k]);
+            EXPECT_TRUE((box.min() - otherBox.min()).isZero(1e-7));
+            EXPECT_TRUE((box.max() - otherBox.max()).isZero(1e-7));
+        }
+    }
+}
+
+TEST(WrittenUrdf, ReadsAsTheSameRobot)
+{
+    const TempFolder folder;
+    const std::string origins[] = {"0.3 -0.2 0.9", "0 1.5707963267948966 0.4", "3 -1.2 -2.5"};
+    std::string body = link("base", "<box size=\"0.1 0.2 0.3\"/>", "<origin xyz=\"0 0 0.1\"/>") +
+                       link("a", "<sphere radius=\"0.05\"/>") + link("b") + link("c &amp; d") +
+                       link("e");
+    body += joint("j1",
+                  "revolute",
+                  "base",
+                  "a",
+                  "<origin xyz=\"0.1 0.2 0.3\" rpy=\"" + origins[0] +
+                      "\"/><axis xyz=\"0.6 0 0.8\"/>" + kLimit);
+    body += joint("j2", "continuous", "a", "b", "<origin rpy=\"" + origins[1] + "\"/>");
+    body += joint("j3",
+                  "prismatic",
+                  "b",
+                  "c &amp; d",
+                  "<origin rpy=\"" + origins[2] + "\"/>" + kLimit +
+                      "<mimic joint=\"j1\" multiplier=\"-0.7\" offset=\"0.1\"/>");
+    body += joint("j4", "fixed", "b", "e");
+    const RobotModel first = load(folder, body);
+    writeUrdf(first, folder.path() / "again.urdf");
+    expectSame(first, loadUrdf(folder.path() / "again.urdf"));
+}
+
+TEST(WrittenUrdf, OfRobotsThatAreSold)
+{
+    BULLET_CCD_TEST_DATA_OR_SKIP(panda, "arms/panda/panda_arm_hand.urdf");
+    const TempFolder folder;
+    const RobotModel first = loadUrdf(panda);
+    writeUrdf(first, folder.path() / "again.urdf");
+    expectSame(first, loadUrdf(folder.path() / "again.urdf"));
+}
+
+TEST(WrittenUrdf, SaysWhyItIsNotWritten)
+{
+    const TempFolder folder;
+    RobotModel first = load(folder, link("a") + link("b") + joint("j", "fixed", "a", "b"));
+    EXPECT_THROW(writeUrdf(first, folder.path() / "none" / "again.urdf"), std::runtime_error);
+    first.tree.links[1].joint.type = JointType::Spherical;
+    EXPECT_THROW(writeUrdf(first, folder.path() / "again.urdf"), std::runtime_error);
+}
 }  // namespace
 }  // namespace bullet_ccd

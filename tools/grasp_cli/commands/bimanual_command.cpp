@@ -241,17 +241,37 @@ std::string attemptsText(const BimanualRow& row)
     return table.rows.empty() ? std::string() : row.object + ":\n" + alignedText(table) + "\n";
 }
 
+/// Both arms of one file, or the one that both are.
+std::vector<LoadedRobot> loadArms(const RobotArguments& arguments)
+{
+    std::vector<LoadedRobot> robots;
+    if (arguments.hand.empty())
+    {
+        for (LoadedRobot& robot : loadTwoArms(arguments))
+        {
+            robots.push_back(std::move(robot));
+        }
+        return robots;
+    }
+    robots.push_back(loadRobot(arguments));
+    return robots;
+}
+
 int runBimanual(const BimanualArguments& a)
 {
-    const LoadedRobot robot = loadRobot(a.robot);
-    const auto standing = [&](double y)
+    const bool isOne = a.robot.hand.empty();  // with both arms
+    const std::vector<LoadedRobot> robots = loadArms(a.robot);
+    const auto standing = [&](const LoadedRobot& robot, double y)
     {
-        return grasp::PlacedArm{.hand = &robot.hand.hand,
-                                .robot = &robot.robot,
-                                .X_WR = Eigen::Isometry3d(Eigen::Translation3d(0.0, y, 0.0))};
+        return grasp::PlacedArm{
+            .hand = &robot.hand.hand,
+            .robot = &robot.robot,
+            .X_WR = Eigen::Isometry3d(Eigen::Translation3d(0.0, isOne ? 0.0 : y, 0.0))};
     };
-    const grasp::TwoArms arms =
-        grasp::joinArms({standing(0.5 * a.apart), standing(-0.5 * a.apart)});
+    using Prefixes = std::array<std::string, 2>;
+    const grasp::TwoArms arms = grasp::joinArms(
+        {standing(robots.front(), 0.5 * a.apart), standing(robots.back(), -0.5 * a.apart)},
+        isOne ? Prefixes{} : Prefixes{"left_", "right_"});
     const std::vector<std::string> objects = a.objects.empty() ? largeObjects() : a.objects;
     const StopRequest stop(a.timeLimit);
     std::vector<BimanualRow> rows;
@@ -293,8 +313,9 @@ int runBimanual(const BimanualArguments& a)
 }
 
 constexpr const char* kBimanualFooter =
-    "Two arms with the same hand stand side by side and lift an object that stands on a board "
-    "before them. Of the hand's candidates, those that touch the object and are no force closure "
+    "Two arms with the same hand stand side by side, or are one robot (--arm without --hand), and "
+    "lift an object that stands on a board before them. Of the hand's candidates, those that touch "
+    "the object and are no force closure "
     "are taken in pairs, one for each arm, where both together are one. Both hands come at once, "
     "close at once, squeeze and lift; every motion is certified with both arms moving.\n"
     "\n"
@@ -337,7 +358,9 @@ void addBimanual(CLI::App& task, int& exitCode)
     command
         ->add_option("--apart",
                      a->apart,
-                     "How far apart the arms stand [m], along y: the left one at positive y.")
+                     "How far apart the arms stand [m], along y: the left one at positive y. Of "
+                     "one robot with both "
+                     "arms they stand where it says.")
         ->type_name("D")
         ->check(within(1e-2, 1e2))
         ->capture_default_str();
