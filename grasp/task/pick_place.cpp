@@ -306,6 +306,10 @@ private:
         PlannerOptions options = m_options.grasps;
         options.candidates = candidates;
         options.approach.source = source;
+        if (source == ApproachSource::Pinch)
+        {
+            ++options.seed;  // others than the pinches of Mixed
+        }
         options.approach.tableTop = true;
         options.approach.up = X_OW.linear().col(2);
         std::vector<Grasp> grasps = planGrasps(
