@@ -269,6 +269,59 @@ AccelerationBound MovingFrames::accelerationBound(std::int32_t base, std::int32_
     return bound;
 }
 
+std::optional<AccelerationPlane> MovingFrames::accelerationPlane(std::int32_t base,
+                                                                 std::int32_t frame) const
+{
+    constexpr double kParallel = 1e-14;   // sines of deviations
+    constexpr double kDeviation = 1e-12;  // of all of them together
+    AccelerationPlane plane;
+    double turn = 0.0;
+    double bend = 0.0;
+    double slide = 0.0;
+    double slideBend = 0.0;
+    double reach = 0.0;
+    for (std::int32_t k = frame; k != base; k = at(k).parent)
+    {
+        const MovingFrame& here = at(k);
+        if (here.slides)
+        {
+            slide += here.bounds.speed();
+            reach += here.bounds.reach;
+            slideBend += here.bounds.bend;
+        }
+        else
+        {
+            if (plane.normal.head<2>().norm() > kParallel)
+            {
+                return std::nullopt;
+            }
+            plane.normal = Vector3d::UnitZ();
+            turn += here.bounds.speed();
+            bend += here.bounds.bend;
+        }
+        plane.normal = here.X_PF.linear() * plane.normal;
+        reach += here.X_PF.translation().norm();
+    }
+    // Slides that accelerate have to do so in the plane. Turns about its normal do not matter.
+    for (std::int32_t k = frame; k != base && slideBend > 0.0; k = at(k).parent)
+    {
+        Vector3d axis = Vector3d::UnitZ();
+        for (std::int32_t above = k; above != base; above = at(above).parent)
+        {
+            axis = at(above).X_PF.linear() * axis;
+        }
+        if (at(k).slides && at(k).curves &&
+            (plane.normal.isZero(0.0) || std::abs(axis.dot(plane.normal)) > kParallel))
+        {
+            return std::nullopt;
+        }
+    }
+    plane.across.perRadius = kDeviation * (turn * turn + bend);
+    plane.across.constant =
+        plane.across.perRadius * reach + kDeviation * (2.0 * turn * slide + slideBend);
+    return plane;
+}
+
 SpeedBound MovingFrames::speedBound(std::int32_t base, std::int32_t frame) const
 {
     SpeedBound bound;

@@ -7,6 +7,7 @@
 
 #include "bullet_ccd/motion/kinematic_tree.h"
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,16 @@ struct SpeedBound
     double perRadius = 0.0;
 };
 
+/// A plane in which all points of a body accelerate: it turns about parallel axes, and slides at
+/// constant speed or across them.
+struct AccelerationPlane
+{
+    /// Unit, at rest both in the frame that the body is seen from and in the body; zero if the body
+    /// does not turn, so that any plane will do.
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    AccelerationBound across{};  ///< along the normal after all: axes are parallel up to rounding
+};
+
 class MovingFrames
 {
 public:
@@ -69,6 +80,10 @@ public:
     /// joint's axis, which adds up with its sign, and its part across, so that joints that turn
     /// against each other cancel; never worse than the sum of the products of all speeds.
     [[nodiscard]] AccelerationBound accelerationBound(std::int32_t base, std::int32_t frame) const;
+
+    /// The plane of the accelerations of the frame relative to `base`, if there is one.
+    [[nodiscard]] std::optional<AccelerationPlane> accelerationPlane(std::int32_t base,
+                                                                     std::int32_t frame) const;
 
     /// Bound of the speed of points of the frame relative to `base`: the sum of what every joint
     /// can contribute, in whatever direction.

@@ -13,6 +13,8 @@ namespace bullet_ccd
 ///   |acceleration| of x in A relative to B, along a unit direction n, over the rest of the step:
 ///     constant + perRadiusA |x + radiusArmA| + axisA |wA x n| |wA x (R (x + armA))|
 ///   and for B the like. NodeBatch has the same in single precision.
+/// Where all of that is in a plane with the unit normal u, which rests in the axes of n, no point
+/// accelerates along u: then |n x u| times these bounds counts, and `acrossPlane`.
 struct RelativeMotion
 {
     double R[9];  ///< row by row
@@ -30,6 +32,8 @@ struct RelativeMotion
     double spinB;
     double perRadiusB;
     double axisB;
+    double plane[3];     ///< u, or zero if there is no such plane
+    double acrossPlane;  ///< acceleration along u after all, by rounding
 };
 
 /// Closest points of two triangles by their edges and corners, and what follows for the motion

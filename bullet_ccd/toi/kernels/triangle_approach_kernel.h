@@ -128,6 +128,16 @@ inline double across(const double* w, double spin, const double* n)
     return __builtin_sqrt(x * x + y * y + z * z) / spin * (1.0 + 1e-14) + 1e-15;
 }
 
+/// How much of an acceleration in the plane is along n: |n x u|, never too small.
+inline double inPlane(const double* u, const double* n)
+{
+    if (u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0)
+    {
+        return 1.0;
+    }
+    return across(u, 1.0, n);
+}
+
 /// Every pair of corners has its own gap and speed along n.
 inline void stepAlong(const RelativeMotion& m,
                       const MovingCorners& a,
@@ -137,8 +147,10 @@ inline void stepAlong(const RelativeMotion& m,
                       TriangleApproach& out)
 {
     const Vector4 n = splat(direction);
-    const Doubles4 bendA = a.constant + across(m.wA, m.spinA, direction) * a.bend;
-    const Doubles4 bendB = b.constant + across(m.wB, m.spinB, direction) * b.bend;
+    const double part = inPlane(m.plane, direction);
+    const Doubles4 bendA =
+        part * a.constant + across(m.wA, m.spinA, direction) * a.bend + m.acrossPlane;
+    const Doubles4 bendB = part * b.constant + across(m.wB, m.spinB, direction) * b.bend;
     const Doubles4 heightA = dot(n, a.place);
     const Doubles4 speedA = dot(n, a.velocity);
     const Doubles4 heightB = dot(n, b.place);

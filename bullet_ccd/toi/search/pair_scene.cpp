@@ -118,6 +118,42 @@ std::optional<Isometry3d> poseAtRest(const PairSide& side, std::int32_t base)
     return rests ? std::optional<Isometry3d>(rigid->X_W0 * side.X) : std::nullopt;
 }
 
+std::optional<AccelerationPlane> planeOf(const PairSide& side, std::int32_t base)
+{
+    if (side.frames != nullptr)
+    {
+        return side.frames->accelerationPlane(base, side.frame);
+    }
+    if (const auto* rigid = std::get_if<RigidMotion>(&side.body->motion))
+    {
+        constexpr double kDeviation = 1e-12;
+        return AccelerationPlane{.normal = rigid->w_W.stableNormalized(),
+                                 .across = {.constant = kDeviation * rigid->w_W.squaredNorm() *
+                                                        rigid->reference_B.norm(),
+                                            .perRadius = kDeviation * rigid->w_W.squaredNorm()}};
+    }
+    return std::nullopt;
+}
+
+/// If both bodies accelerate in one plane, no direction but those in it sees them do so.
+void setPlane(ScenePair& pair)
+{
+    const auto& a = pair.sideA.plane;
+    const auto& b = pair.sideB.plane;
+    constexpr double kParallel = 1e-14;
+    if (!a || !b || a->normal.cross(b->normal).norm() > kParallel)
+    {
+        return;
+    }
+    pair.plane = a->normal.isZero(0.0) ? b->normal : a->normal;
+    const auto most = [](const PairSide& side, const SsvTree& tree)
+    {
+        return side.plane->across.constant +
+               side.plane->across.perRadius * (side.offset.norm() + tree.radius());
+    };
+    pair.acrossPlane = most(pair.sideA, *pair.treeA) + most(pair.sideB, *pair.treeB);
+}
+
 void setConstants(PairSide& side, std::int32_t base)
 {
     if (side.frames != nullptr)
@@ -132,6 +168,7 @@ void setConstants(PairSide& side, std::int32_t base)
     {
         side.acceleration = std::get<RigidMotion>(side.body->motion).accelerationBound();
     }
+    side.plane = planeOf(side, base);
     side.offset = side.X.linear().transpose() * side.X.translation();
     if (const auto rest = poseAtRest(side, base))
     {
@@ -242,6 +279,7 @@ void PairScene::reset(std::span<const MovingBody> bodies,
         }
         setConstants(pair.sideA, pair.base);
         setConstants(pair.sideB, pair.base);
+        setPlane(pair);
     }
 }
 
@@ -409,6 +447,8 @@ void PairScene::computeState(std::int32_t index, double t, PairState& state)
     m.perRadiusB = pair.sideB.acceleration.perRadius;
     m.axisA = 0.0;
     m.axisB = 0.0;
+    copy(toB * pair.plane, m.plane);
+    m.acrossPlane = pair.acrossPlane;
     const double speed = velocity.norm() + m.spinA * pair.treeA->radius() +
                          m.spinB * (pair.treeB->radius() + pair.sideB.offset.norm());
     pair.speedScale = std::max(pair.speedScale, speed);

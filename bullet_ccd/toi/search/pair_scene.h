@@ -35,6 +35,7 @@ struct PairSide
     std::int32_t frame = kNone;                           ///< that the link is fixed to
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< of the tree in the frame or body
     AccelerationBound acceleration{};
+    std::optional<AccelerationPlane> plane{};
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from its origin to the tree's, in the
                                                        ///< axes of the tree
     bool rests = false;                                ///< in the frame of the query
@@ -77,6 +78,9 @@ struct ScenePair
     /// Of rigid pairs only how they are fixed.
     PairSide sideA{};
     PairSide sideB{};
+    /// Normal of a plane of all accelerations in the frame of the query, or zero.
+    Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+    double acrossPlane = 0.0;  ///< see RelativeMotion
 };
 
 /// Invariant: motions and trees do not change during a query.

@@ -255,11 +255,13 @@ Step flatStep(const SsvTree& treeA,
         const double turnB = vector(m.wB).cross(n).norm();
         const double speed =
             n.dot(vector(m.velocity) + orbitA - orbitB) + turnA * sizeA + turnB * sizeB;
-        const double bend = m.constant +
-                            m.perRadiusA * ((centerA + vector(m.radiusArmA)).norm() + sizeA) +
-                            m.perRadiusB * (armB.norm() + sizeB) +
-                            m.axisA * turnA * (orbitA.norm() + m.spinA * sizeA) +
-                            m.axisB * turnB * (orbitB.norm() + m.spinB * sizeB);
+        const bool hasPlane = !vector(m.plane).isZero(0.0);
+        const double part = hasPlane ? vector(m.plane).cross(n).norm() + 1e-15 : 1.0;
+        const double bend =
+            part * (m.constant + m.perRadiusA * ((centerA + vector(m.radiusArmA)).norm() + sizeA) +
+                    m.perRadiusB * (armB.norm() + sizeB)) +
+            m.acrossPlane + m.axisA * turnA * (orbitA.norm() + m.spinA * sizeA) +
+            m.axisB * turnB * (orbitB.norm() + m.spinB * sizeB);
         best.time = std::max(best.time, closingTime(gap - margin, speed, bend));
     };
     for (const Vector3d& normal : treeA.faceSlabs().normals)

@@ -125,6 +125,15 @@ RigidPair makeRigidPair(const MovingBody& bodyA, const MovingBody& bodyB, RigidF
     pair.spinA = a.rate;
     pair.turnsB = b.rate > 0.0;
     const Matrix3d toB = b.R0.transpose();
+    constexpr double kParallel = 1e-14;
+    if (pair.turnsB && (a.rate == 0.0 || a.axis.cross(b.axis).norm() <= kParallel))
+    {
+        constexpr double kDeviation = 1e-12;
+        pair.plane = toB * b.axis;
+        pair.acrossPlane =
+            kDeviation * (a.rate * a.rate * a.radius +
+                          b.rate * (b.rate * (b.radius + pair.d0.norm()) + 3.0 * pair.v.norm()));
+    }
     if (pair.turnsB)
     {
         pair.turnA = turnParts(Matrix3d::Identity(), a.axis, 1.0, a.R0);
@@ -207,6 +216,8 @@ RelativeMotion RigidPair::at(double t) const
     m.spinB = restsB ? 0.0 : rateB;
     m.perRadiusB = 0.0;
     m.axisB = 1.0;
+    copy(plane, m.plane);
+    m.acrossPlane = acrossPlane;
     return m;
 }
 }  // namespace bullet_ccd

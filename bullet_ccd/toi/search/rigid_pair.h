@@ -29,7 +29,9 @@ struct RigidPair
     // Acceleration of A relative to B, see RelativeMotion.
     double constant = 0.0;
     double perRadiusA = 0.0;
-    double axisA = 1.0;   ///< 0 where the axis of A does not keep its direction
+    double axisA = 1.0;  ///< 0 where the axis of A does not keep its direction
+    Eigen::Vector3d plane = Eigen::Vector3d::Zero();  ///< of accelerations, in B's tree's axes
+    double acrossPlane = 0.0;
     double speed = 0.0;   ///< bound of the relative speed of any two points [m per step]
     double offset = 0.0;  ///< size of the world coordinates that the references were rounded to [m]
     double reach = 0.0;   ///< size of the coordinates apart from the translation [m]

@@ -14,6 +14,8 @@ using Eigen::Vector3d;
 constexpr double kUp = 1.0 + 1e-12;
 /// A turn in the rest of the step beyond which nothing is gained [rad].
 constexpr double kFarthestTurn = 1.0;
+/// Of axes that count as parallel, as in AccelerationPlane.
+constexpr double kDeviation = 1e-12;
 
 Vector3d vector(const double (&v)[3])
 {
@@ -66,6 +68,8 @@ std::optional<RelativeMotion> seenFromB(const RelativeMotion& motion,
     seen.spinA = w.norm();
     seen.spinB = 0.0;
     seen.perRadiusB = 0.0;
+    // What is added is in the plane, too: B turns about its normal.
+    seen.acrossPlane += kDeviation * fastest * spin;
     seen.constant = (motion.constant + b.perRadius * farthest + 2.0 * spin * fastest) * kUp;
     return seen;
 }
@@ -83,6 +87,7 @@ RelativeMotion swapped(const RelativeMotion& motion)
     copy(toA * (wB.cross(vector(motion.armB)) - vector(motion.velocity)), other.velocity);
     copy(toA * wB, other.wA);
     copy(toA * vector(motion.wA), other.wB);
+    copy(toA * vector(motion.plane), other.plane);
     copy(Vector3d::Zero(), other.armB);
     copy(vector(motion.armB), other.radiusArmA);
     other.spinA = motion.spinB;
