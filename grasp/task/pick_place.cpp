@@ -3,6 +3,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
 #include "grasp/check/closed_surface.h"
+#include "grasp/quality/stable_poses.h"
 #include "grasp/task/firm_grasps.h"
 #include "grasp/task/task_legs.h"
 
@@ -10,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -22,12 +24,17 @@ namespace
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Path = std::vector<JointPositions>;
+/// Poses of the object, put down: 0 in the middle of the target, else 1.
+using Places = std::vector<std::pair<int, Isometry3d>>;
 
 /// Postures of the arm that are tried for a pose of the hand.
 constexpr int kPostures = 3;
 /// Places of the object that are tried for a grasp.
 constexpr std::size_t kPlaces = 8;
 constexpr int kPlaceRestarts = 20;
+/// Grasps that are tried again with the object put down on other faces, and places asked for then.
+constexpr std::size_t kTriedOnOtherFaces = 10;
+constexpr std::size_t kOtherPlacesAsked = 48;
 /// An object that touches what it stands on is raised by no more than this [m].
 constexpr double kLargestRaise = 3e-3;
 /// So many times more grasps are planned if none of the first can be carried out.
@@ -101,8 +108,14 @@ public:
         m_before = m_scene;
         m_before.add(m_task.object.tree, m_plan.X_WOStart, m_task.object.name);
         m_before.finish();
-        findPlaces();
-        if (m_places.empty())
+        m_places = &m_asItStood;
+        findPlaces({Eigen::Matrix3d::Identity()}, m_asItStood);
+        if (m_asItStood.empty())
+        {
+            findOtherPlaces();
+            m_places = &m_onOtherFaces;
+        }
+        if (m_places->empty())
         {
             m_plan.failure = m_isAboveSomething
                                  ? "there is no room for " + m_task.object.name +
@@ -138,6 +151,7 @@ public:
                 m_plan.forceClosures += std::ranges::count_if(
                     grasps, [](const Grasp& grasp) { return grasp.quality.forceClosure; });
             }
+            std::vector<Grasp> lifted;  // but not put down
             for (const Grasp& grasp :
                  firmGrasps(m_task.hand,
                             m_task.object,
@@ -156,6 +170,15 @@ public:
                     m_plan.solved = true;
                     return std::move(m_plan);
                 }
+                if (isAfterLift(m_plan.attempts.back().leg))
+                {
+                    lifted.push_back(grasp);
+                }
+            }
+            if (tryOnOtherFaces(lifted))
+            {
+                m_plan.solved = true;
+                return std::move(m_plan);
             }
         }
         m_plan.stopped = isStopped();
@@ -222,40 +245,92 @@ private:
         }
     }
 
-    /// Poses in the target, turned as it stands and about the vertical, put down until the gap.
-    void findPlaces()
+    static bool isAfterLift(const std::string& leg)
+    {
+        constexpr std::array<const char*, 5> kAfter{"carry", "place", "open", "retreat", "return"};
+        return std::ranges::find(kAfter, leg) != kAfter.end();
+    }
+
+    /// Those of `lifted` that hold most, put down on other faces.
+    bool tryOnOtherFaces(const std::vector<Grasp>& lifted)
+    {
+        if (m_places == &m_onOtherFaces || lifted.empty())
+        {
+            return false;
+        }
+        findOtherPlaces();
+        if (m_onOtherFaces.empty())
+        {
+            return false;
+        }
+        m_places = &m_onOtherFaces;
+        const std::size_t count = std::min(lifted.size(), kTriedOnOtherFaces);
+        bool isSolved = false;
+        for (std::size_t i = 0; i < count && !isSolved && !isStopped(); ++i)
+        {
+            isSolved = tryGrasp(lifted[i]);
+        }
+        m_places = &m_asItStood;
+        return isSolved;
+    }
+
+    /// Once: places on all faces but the one on which the object stands.
+    void findOtherPlaces()
+    {
+        if (!m_options.placesOnOtherFaces || m_hasOtherPlaces)
+        {
+            return;
+        }
+        m_hasOtherPlaces = true;
+        constexpr double kSameFace = 0.9986;  // cosine of 3 degrees
+        std::vector<Eigen::Matrix3d> turns;
+        for (const StablePose& pose : stablePoses(m_task.object))
+        {
+            const Vector3d down = m_plan.X_WOStart.linear() * pose.down;
+            if (-down.z() < kSameFace)
+            {
+                turns.push_back(Eigen::Quaterniond::FromTwoVectors(down, -Vector3d::UnitZ())
+                                    .toRotationMatrix());
+            }
+        }
+        findPlaces(turns, m_onOtherFaces);
+    }
+
+    /// Poses in the target, turned from how it stands by one of `faces` and about the vertical, put
+    /// down until the gap.
+    void findPlaces(const std::vector<Eigen::Matrix3d>& faces, Places& places)
     {
         constexpr std::array kAside{0.0, -0.7, 0.7};
         constexpr int kTurns = 8;
-        const double height = m_task.target.center.z();
+        const Vector3d& center = m_task.target.center;
         for (const double x : kAside)
         {
             for (const double y : kAside)
             {
                 for (int turn = 0; turn < kTurns; ++turn)
                 {
-                    Isometry3d X_WO = m_plan.X_WOStart;
-                    const Eigen::AngleAxisd yaw(turn * 2.0 * std::numbers::pi / kTurns,
-                                                Vector3d::UnitZ());
-                    X_WO.linear() = yaw.toRotationMatrix() * X_WO.linear();
-                    const Vector3d middle = X_WO * m_task.object.centerOfMass;
-                    X_WO.translation() += m_task.target.center +
-                                          Vector3d(0.5 * x * m_task.target.size.x(),
-                                                   0.5 * y * m_task.target.size.y(),
-                                                   0.0) -
-                                          middle;
-                    X_WO.translation().z() += height + kPutDown - lowestOf(m_task.object, X_WO);
-                    addPlace(X_WO);
+                    for (const Eigen::Matrix3d& face : faces)
+                    {
+                        Isometry3d X_WO = m_plan.X_WOStart;
+                        const Eigen::AngleAxisd yaw(turn * 2.0 * std::numbers::pi / kTurns,
+                                                    Vector3d::UnitZ());
+                        X_WO.linear() = yaw.toRotationMatrix() * face * X_WO.linear();
+                        const Vector3d aside(0.5 * x * m_task.target.size.x(),
+                                             0.5 * y * m_task.target.size.y(),
+                                             0.0);
+                        X_WO.translation() += center + aside - X_WO * m_task.object.centerOfMass;
+                        X_WO.translation().z() +=
+                            center.z() + kPutDown - lowestOf(m_task.object, X_WO);
+                        addPlace(X_WO, places);
+                    }
                 }
             }
         }
         // The middle first with all of its turns, then the others turn by turn.
-        std::stable_sort(m_places.begin(),
-                         m_places.end(),
-                         [](const auto& a, const auto& b) { return a.first < b.first; });
+        std::ranges::stable_sort(places, {}, &Places::value_type::first);
     }
 
-    void addPlace(Isometry3d X_WO)
+    void addPlace(Isometry3d X_WO, Places& places)
     {
         std::vector<MovingBody> bodies{movingBody(
             RigidBody{.tree = &m_task.object.tree,
@@ -282,7 +357,7 @@ private:
         {
             const double off =
                 (X_WO * m_task.object.centerOfMass - m_task.target.center).head<2>().norm();
-            m_places.emplace_back(off > 1e-9 ? 1 : 0, X_WO);
+            places.emplace_back(off > 1e-9 ? 1 : 0, X_WO);
         }
     }
 
@@ -640,7 +715,7 @@ private:
         if (!m_isRehearsed)
         {
             m_isRehearsed = true;
-            const std::string objection = m_options.objection ? m_options.objection(grasp) : "";
+            const std::string& objection = objectionTo(grasp);
             if (!objection.empty())
             {
                 return Obstruction{"rehearsal", objection};
@@ -667,6 +742,18 @@ private:
             }
         }
         return last;
+    }
+
+    /// What is said against a grasp; it is asked for once.
+    const std::string& objectionTo(const Grasp& grasp)
+    {
+        const auto known = m_objections.find(grasp.candidate);
+        return known != m_objections.end()
+                   ? known->second
+                   : m_objections
+                         .emplace(grasp.candidate,
+                                  m_options.objection ? m_options.objection(grasp) : "")
+                         .first->second;
     }
 
     /// The fingers alone.
@@ -696,8 +783,13 @@ private:
     {
         std::vector<Placement> placements;
         std::size_t reached = 0;
-        for (const auto& [order, X_WO] : m_places)
+        std::size_t asked = 0;
+        for (const auto& [order, X_WO] : *m_places)
         {
+            if (m_places == &m_onOtherFaces && ++asked > kOtherPlacesAsked)
+            {
+                break;
+            }
             const auto postures = m_kinematics.solve(
                 X_WO * m_plan.grasp.X_WH,
                 lifted,
@@ -785,9 +877,13 @@ private:
     NamedSurroundings m_scene;   // without the object
     NamedSurroundings m_before;  // with the object where it starts
     std::vector<RigidBody> m_inObject;
-    std::vector<std::pair<int, Isometry3d>> m_places;
-    bool m_isAboveSomething = false;  // in one of the places that were looked at
-    std::vector<double> m_open;       // positions of the hand
+    Places m_asItStood;
+    Places m_onOtherFaces;
+    bool m_hasOtherPlaces = false;
+    std::map<std::int64_t, std::string> m_objections;  // by candidate
+    const Places* m_places = nullptr;                  // one of the two
+    bool m_isAboveSomething = false;                   // in one of the places that were looked at
+    std::vector<double> m_open;                        // positions of the hand
     std::vector<std::vector<double>> m_closing;
     bool m_isRehearsed = false;  // the grasp that is tried
     ToiWorkspace m_work;

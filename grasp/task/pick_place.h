@@ -59,6 +59,9 @@ struct PickPlaceOptions
     double margin = 2e-3;
     /// SqueezeOptions::firmness: more than for a hand at rest, since the arm accelerates.
     double firmness = 12.0;
+    /// Where no grasp leads to a plan with the object put down as it stood, turned about the
+    /// vertical only, it may also stand on another face of its convex hull (stablePoses()).
+    bool placesOnOtherFaces = true;
     /// Grasps that do not hold so many times grasps.mass by their squeeze are not tried.
     double holds = 2.0;
     /// Says why a grasp that is within reach is not to be tried, or nothing: rehearsal() in
@@ -119,7 +122,8 @@ struct PickPlacePlan
 
 /// Plans the task. Grasps are planned among the obstacles and tried best first; of each, several
 /// postures of the arm and several places in the target. Where a leg fails, its reason is recorded.
-/// If none of the first candidates can be carried out, 3, 9 and 27 times as many are
+/// Those that fail once the object is lifted are tried again with the object put down on other
+/// faces. If none of the first candidates can be carried out, 3, 9 and 27 times as many are
 /// planned.
 /// Straight ways for which there is no room are halved, and halved again.
 ///

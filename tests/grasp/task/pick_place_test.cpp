@@ -255,12 +255,53 @@ TEST(PickPlace, WhatIsTooWideIsTakenByItsRim)
     }
 }
 
+TEST(PickPlace, PutsDownOnAnotherFaceWhatDoesNotFitAsItStood)
+{
+    // 6 x 8 cm, 4 cm high; the target is a slot of 5 cm between two rails on a pedestal.
+    const Kitchen& k = kitchen();
+    const GraspObject block = makeGraspObject("block", makeBox({0.03, 0.04, 0.02}));
+    const SsvTree pedestal = buildSsvTree(makeBox({0.05, 0.05, 0.1}));
+    const SsvTree rail = buildSsvTree(makeBox({0.005, 0.05, 0.0075}));
+    const SsvTree stand = buildSsvTree(makeBox({0.025, 0.025, 0.05}));
+    const std::vector<RigidBody> bodies{{.tree = &k.table, .motion = restAt(at(0.62, 0.0, -0.02))},
+                                        {.tree = &pedestal, .motion = restAt(at(0.5, 0.3, 0.1))},
+                                        {.tree = &rail, .motion = restAt(at(0.47, 0.3, 0.2075))},
+                                        {.tree = &rail, .motion = restAt(at(0.53, 0.3, 0.2075))},
+                                        {.tree = &stand, .motion = restAt(at(0.5, -0.2, 0.05))}};
+    const PickPlaceTask task{.hand = k.hand,
+                             .robot = k.robot,
+                             .start = k.start,
+                             .object = block,
+                             .X_WO = at(0.5, -0.2, 0.12),
+                             .obstacles = bodies,
+                             .obstacleNames = {"table", "pedestal", "rail a", "rail b", "stand"},
+                             .target = {.center = {0.5, 0.3, 0.2}, .size = {0.004, 0.01}}};
+    PickPlaceOptions options;
+    options.grasps.mass = 0.192;
+    const PickPlacePlan plan = planPickPlace(task, options);
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    // It lies on one of its sides, between the rails.
+    const Eigen::Matrix3d R = plan.X_WOEnd.linear();
+    EXPECT_NEAR(R.row(2).cwiseAbs().maxCoeff(), 1.0, 1e-5);
+    EXPECT_LT(std::abs(R(2, 2)), 1e-5);
+    EXPECT_LT((plan.X_WOEnd.translation() - Eigen::Vector3d(0.5, 0.3, 0.2)).head<2>().norm(), 6e-3);
+    const double half = std::abs(R(2, 0)) > 0.5 ? 0.03 : 0.04;
+    EXPECT_NEAR(plan.X_WOEnd.translation().z(), 0.2 + half + 1e-4, 2e-5);
+    for (std::size_t leg = 0; leg < plan.legs.size(); ++leg)
+    {
+        EXPECT_GE(sampledDistance(task, plan, leg, 40), plan.legs[leg].clearance);
+    }
+    options.placesOnOtherFaces = false;
+    EXPECT_THAT(planPickPlace(task, options).failure, HasSubstr("no room"));
+}
+
 TEST(PickPlace, SaysWhyThereIsNoPlan)
 {
     const Kitchen& k = kitchen();
     PickPlaceTask far = k.task();
     far.target.center = {0.8, 0.95, 0.0};  // on the table, and too far for the arm
-    const PickPlacePlan none = planPickPlace(far, {.grasps = k.options.grasps, .graspsTried = 1});
+    const PickPlacePlan none = planPickPlace(
+        far, {.grasps = k.options.grasps, .graspsTried = 1, .placesOnOtherFaces = false});
     EXPECT_FALSE(none.solved);
     EXPECT_THAT(none.failure, HasSubstr("grasps that were tried (1)"));
     ASSERT_EQ(none.attempts.size(), 1U);

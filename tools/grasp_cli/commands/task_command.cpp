@@ -36,6 +36,7 @@ struct PickPlaceArguments
     int samples = 0;
     std::optional<double> mass;
     double timeLimit = 0.0;
+    std::string placePose = "stable";
     grasp::PickPlaceOptions options;
 };
 
@@ -426,6 +427,15 @@ void addPickPlace(CLI::App& task, int& exitCode)
                       a->rehearses,
                       "Lift the object in a simulation of the hand alone before a grasp is tried "
                       "(default).");
+    command
+        ->add_option(
+            "--place-pose",
+            a->placePose,
+            "How the object is put down: as it stood (keep), or also on another face of its "
+            "convex hull if no grasp leads to a plan otherwise (stable).")
+        ->type_name("keep|stable")
+        ->check(CLI::IsMember({"keep", "stable"}))
+        ->capture_default_str();
     addMassOption(
         *command, a->mass, 1e-3, fmt::format("The mass of each object [kg]. {}", kMassDefault));
     command->add_flag("-q,--quiet", a->quiet, "Do not list the grasps that failed.");
@@ -435,6 +445,7 @@ void addPickPlace(CLI::App& task, int& exitCode)
         {
             a->options.grasps.seed = a->options.seed;
             a->options.grasps.mass = a->mass;
+            a->options.placesOnOtherFaces = a->placePose == "stable";
             exitCode = runPickPlace(*a);
         });
 }
