@@ -50,14 +50,29 @@ std::span<const double> valuesOf(const ob::State* state, std::size_t count)
     return {state->as<ob::RealVectorStateSpace::StateType>()->values, count};
 }
 
-void requireSpace(const ob::SpaceInformation& information, const CertifiedRobot& robot)
+/// The last valid state of a motion is looked for with so many tolerances on top of the separation:
+/// the motion to it keeps one, so it is free itself, and rounding has room.
+constexpr double kRoomOfLastValid = 1.25;
+
+const std::shared_ptr<const CertifiedRobot>& requireRobot(
+    const std::shared_ptr<const CertifiedRobot>& robot)
 {
-    require(information.getStateSpace()->getType() == ob::STATE_SPACE_REAL_VECTOR &&
-                information.getStateDimension() == robot.scene().joints.size(),
+    require(robot != nullptr, "certified planning: there is no robot: give a CertifiedRobot");
+    return robot;
+}
+
+const ob::SpaceInformationPtr& requireSpace(const ob::SpaceInformationPtr& information,
+                                            const std::shared_ptr<const CertifiedRobot>& robot)
+{
+    const std::size_t count = requireRobot(robot)->scene().joints.size();
+    require(information != nullptr,
+            "certified planning: there is no space information: certifiedSpace() makes one");
+    require(information->getStateSpace()->getType() == ob::STATE_SPACE_REAL_VECTOR &&
+                information->getStateDimension() == count,
             "certified planning: the space must be a RealVectorStateSpace with a dimension for "
             "each of the " +
-                std::to_string(robot.scene().joints.size()) +
-                " planned joints: jointSpace() makes one");
+                std::to_string(count) + " planned joints: jointSpace() makes one");
+    return information;
 }
 }  // namespace
 
@@ -83,6 +98,8 @@ CertifiedRobot::CertifiedRobot(PlanningScene scene)
             "certified planning: there is no kinematic tree, or no environment");
     require(m_scene.environment->movingCount() == 0,
             "certified planning: an obstacle moves: all must rest while motions are planned");
+    require(!m_scene.joints.empty(),
+            "certified planning: no joint is planned: name the links below those that are");
     const KinematicTree& tree = *m_scene.body.tree;
     m_scene.positions.resize(m_scene.positions.empty() ? tree.size() : m_scene.positions.size());
     require(m_scene.positions.size() == tree.size(),
@@ -161,6 +178,9 @@ void CertifiedRobot::setPositions(std::span<const double> q, std::vector<double>
     positions = m_scene.positions;
     for (std::size_t k = 0; k < q.size(); ++k)
     {
+        require(std::isfinite(q[k]),
+                "certified planning: position " + std::to_string(k) + " is " +
+                    std::to_string(q[k]) + ": give finite ones");
         positions[static_cast<std::size_t>(m_scene.joints[k])] = q[k];
     }
     applyMimics(*m_scene.body.tree, positions);
@@ -278,6 +298,24 @@ bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const 
 ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
                                                std::span<const double> to) const
 {
+    return motionToi(from, to, m_scene.toi);
+}
+
+double CertifiedRobot::freePart(std::span<const double> from, std::span<const double> to) const
+{
+    if (!isFree(from))
+    {
+        return 0.0;  // of pairs that this motion does not move, too
+    }
+    ToiOptions toi = m_scene.toi;
+    toi.minimumSeparation += kRoomOfLastValid * toi.tolerance;
+    return motionToi(from, to, toi).time;
+}
+
+ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
+                                               std::span<const double> to,
+                                               const ToiOptions& toi) const
+{
     Impl::Scratch& scratch = m_impl->scratch.local();
     JointMotion& motion = scratch.motion;
     motion.root = restAt(m_scene.X_WR);
@@ -289,14 +327,13 @@ ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
     }
     ArticulatedBody body = m_scene.body;
     body.motion = &motion;
-    return articulatedToi(body, *m_scene.environment, {.toi = m_scene.toi}, scratch.work);
+    return articulatedToi(body, *m_scene.environment, {.toi = toi}, scratch.work);
 }
 
 CertifiedStateChecker::CertifiedStateChecker(const ob::SpaceInformationPtr& information,
                                              std::shared_ptr<const CertifiedRobot> robot)
-    : ob::StateValidityChecker(information), m_robot(std::move(robot))
+    : ob::StateValidityChecker(requireSpace(information, robot)), m_robot(std::move(robot))
 {
-    requireSpace(*information, *m_robot);
     specs_.clearanceComputationType = ob::StateValidityCheckerSpecs::EXACT;
 }
 
@@ -315,9 +352,8 @@ double CertifiedStateChecker::clearance(const ob::State* state) const
 
 CertifiedMotionValidator::CertifiedMotionValidator(const ob::SpaceInformationPtr& information,
                                                    std::shared_ptr<const CertifiedRobot> robot)
-    : ob::MotionValidator(information), m_robot(std::move(robot))
+    : ob::MotionValidator(requireSpace(information, robot)), m_robot(std::move(robot))
 {
-    requireSpace(*information, *m_robot);
 }
 
 bool CertifiedMotionValidator::count(bool isFree) const
@@ -337,17 +373,16 @@ bool CertifiedMotionValidator::checkMotion(const ob::State* from,
                                            std::pair<ob::State*, double>& lastValid) const
 {
     const std::size_t count = m_robot->scene().joints.size();
-    const ArticulatedToiResult result =
-        m_robot->motionToi(valuesOf(from, count), valuesOf(to, count));
-    if (result.status != ToiStatus::Separated)
+    const bool isFree = m_robot->isFreeMotion(valuesOf(from, count), valuesOf(to, count));
+    if (!isFree)
     {
-        lastValid.second = result.time;
+        lastValid.second = m_robot->freePart(valuesOf(from, count), valuesOf(to, count));
         if (lastValid.first != nullptr)
         {
-            si_->getStateSpace()->interpolate(from, to, result.time, lastValid.first);
+            si_->getStateSpace()->interpolate(from, to, lastValid.second, lastValid.first);
         }
     }
-    return this->count(result.status == ToiStatus::Separated);
+    return this->count(isFree);
 }
 
 ob::StateSpacePtr jointSpace(const KinematicTree& tree, std::span<const std::int32_t> joints)
@@ -367,6 +402,7 @@ ob::StateSpacePtr jointSpace(const KinematicTree& tree, std::span<const std::int
 
 ob::SpaceInformationPtr certifiedSpace(std::shared_ptr<const CertifiedRobot> robot)
 {
+    requireRobot(robot);
     auto information = std::make_shared<ob::SpaceInformation>(
         jointSpace(*robot->scene().body.tree, robot->scene().joints));
     information->setStateValidityChecker(

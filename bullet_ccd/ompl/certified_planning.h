@@ -33,19 +33,20 @@ struct PlanningScene
     /// Positions of all other joints, one entry per link [rad or m]; empty: all 0.
     std::vector<double> positions{};
     Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();  ///< pose of the root
-    /// Tolerance and minimum separation [m]: states are valid if they keep that separation. The
-    /// last valid state of a motion leaves half the tolerance on top, so that motions can go on
-    /// from there. Whole intervals are looked at first: most of the motions that a planner asks
-    /// about are free, and these are then certified several times faster.
+    /// Tolerance and minimum separation [m]: states are valid if they keep that separation. Whole
+    /// intervals are looked at first: most of the motions that a planner asks about are free, and
+    /// these are then certified several times faster.
     ToiOptions toi{.aim = 0.5, .strategy = ToiStrategy::Interval};
 };
 
-/// Tests states and motions of a scene. It may be used by many threads at once.
+/// Tests states and motions of a scene. It may be used by many threads at once. All functions throw
+/// std::invalid_argument for positions that are not finite, or of another number than that of the
+/// planned joints.
 class BULLET_CCD_API CertifiedRobot
 {
 public:
-    /// Throws std::invalid_argument for scenes that articulatedToi() would refuse, joints that do
-    /// not move, are there twice or follow others, and environments that move.
+    /// Throws std::invalid_argument for scenes that articulatedToi() would refuse, no joints,
+    /// joints that do not move, are there twice or follow others, and environments that move.
     explicit CertifiedRobot(PlanningScene scene);
     ~CertifiedRobot();
     CertifiedRobot(const CertifiedRobot&) = delete;
@@ -74,8 +75,17 @@ public:
     [[nodiscard]] ArticulatedToiResult motionToi(std::span<const double> from,
                                                  std::span<const double> to) const;
 
+    /// How much of the linear motion, in [0, 1], is certified to keep a tolerance and a quarter
+    /// more than the minimum separation.
+    ///
+    /// Guarantee: isFreeMotion() is true of a part that is not 0, and of what turns back along it.
+    [[nodiscard]] double freePart(std::span<const double> from, std::span<const double> to) const;
+
 private:
     struct Impl;
+    [[nodiscard]] ArticulatedToiResult motionToi(std::span<const double> from,
+                                                 std::span<const double> to,
+                                                 const ToiOptions& toi) const;
     void setPositions(std::span<const double> q, std::vector<double>& positions) const;
     void placeLinks(const std::vector<double>& positions,
                     std::vector<Eigen::Isometry3d>& X_W,
@@ -89,8 +99,8 @@ private:
 class BULLET_CCD_API CertifiedStateChecker : public ::ompl::base::StateValidityChecker
 {
 public:
-    /// Throws std::invalid_argument unless the space is a RealVectorStateSpace with a dimension for
-    /// each planned joint.
+    /// Throws std::invalid_argument unless there is a robot, and a space, a RealVectorStateSpace
+    /// with a dimension for each planned joint.
     CertifiedStateChecker(const ::ompl::base::SpaceInformationPtr& information,
                           std::shared_ptr<const CertifiedRobot> robot);
 
@@ -113,7 +123,8 @@ public:
     /// the motion.
     bool checkMotion(const ::ompl::base::State* from, const ::ompl::base::State* to) const override;
 
-    /// The same; if false, the motion is certified up to lastValid.second in [0, 1].
+    /// The same; if false, the motion up to lastValid.second in [0, 1) is free: the other form says
+    /// so, too. 0 if the motion begins nearer than CertifiedRobot::freePart() keeps.
     bool checkMotion(const ::ompl::base::State* from,
                      const ::ompl::base::State* to,
                      std::pair<::ompl::base::State*, double>& lastValid) const override;
@@ -129,7 +140,8 @@ private:
 [[nodiscard]] BULLET_CCD_API ::ompl::base::StateSpacePtr jointSpace(
     const KinematicTree& tree, std::span<const std::int32_t> joints);
 
-/// A space information over jointSpace() with both validators set.
+/// A space information over jointSpace() with both validators set. Throws std::invalid_argument
+/// without a robot.
 [[nodiscard]] BULLET_CCD_API ::ompl::base::SpaceInformationPtr certifiedSpace(
     std::shared_ptr<const CertifiedRobot> robot);
 }  // namespace bullet_ccd

@@ -191,6 +191,45 @@ JointPath splinePiece(const JointSpline& spline, std::size_t interval, std::size
     return path;
 }
 
+void checkTimes(const Trajectory& trajectory)
+{
+    const auto& times = trajectory.times;
+    require(!trajectory.segments.empty() && times.size() == trajectory.segments.size() + 1,
+            "trajectory: " + std::to_string(trajectory.segments.size()) + " segments and " +
+                std::to_string(times.size()) +
+                " times: give one segment at least, and one more "
+                "time than segments");
+    for (std::size_t i = 1; i < times.size(); ++i)
+    {
+        require(times[i] > times[i - 1] && std::isfinite(times[i] - times[i - 1]),
+                "trajectory: time " + std::to_string(i) + ", " + std::to_string(times[i]) +
+                    " s, is not after the one before");
+    }
+}
+
+/// What a joint may jump by from the end of a segment to the begin of the next one [rad or m], of a
+/// path with coefficients of at most 1: decimals of a file.
+constexpr double kLargestJump = 1e-8;
+
+/// The joint that jumps from one segment to the next, or kNone.
+std::int32_t jumpBetween(const JointMotion& before, const JointMotion& after)
+{
+    for (std::size_t i = 0; i < before.positions.size(); ++i)
+    {
+        const JointPath path = before.path(static_cast<std::int32_t>(i));
+        double scale = 1.0;  // at() rounds in proportion to what it adds up
+        for (const double coefficient : path.c)
+        {
+            scale = std::max(scale, std::abs(coefficient));
+        }
+        if (!(std::abs(path.at(1.0) - after.positions[i]) <= kLargestJump * scale))
+        {
+            return static_cast<std::int32_t>(i);
+        }
+    }
+    return kNone;
+}
+
 void checkSpline(const KinematicTree& tree, const JointSpline& spline)
 {
     require(spline.degree >= 1 && spline.degree <= kHighestDegree,
@@ -204,6 +243,15 @@ void checkSpline(const KinematicTree& tree, const JointSpline& spline)
     require(allFinite(spline.knots) && std::is_sorted(spline.knots.begin(), spline.knots.end()) &&
                 spline.knots[degree] < spline.knots[points],
             "spline: knots must be finite, must not decrease, and must span some time");
+    for (std::size_t k = degree + 1; k < points; ++k)
+    {
+        const double knot = spline.knots[k];
+        const bool isInside = knot > spline.knots[degree] && knot < spline.knots[points];
+        require(!isInside || knot < spline.knots[k + degree],
+                "spline: knot " + std::to_string(k) + ", " + std::to_string(knot) +
+                    " s, is there more than " + std::to_string(degree) +
+                    " times, so that the spline may jump: give it at most degree times");
+    }
     for (const std::vector<double>& point : spline.controlPoints)
     {
         require(point.size() == tree.size() && allFinite(point),
@@ -260,7 +308,7 @@ Trajectory splineTrajectory(const KinematicTree& tree,
 
 std::vector<double> positionsAt(const Trajectory& trajectory, double time)
 {
-    checkTrajectory(trajectory);
+    checkTimes(trajectory);
     const auto& times = trajectory.times;
     const auto after = std::upper_bound(times.begin() + 1, times.end() - 1, time);
     const auto k = static_cast<std::size_t>(after - times.begin()) - 1;
@@ -276,17 +324,20 @@ std::vector<double> positionsAt(const Trajectory& trajectory, double time)
 
 void checkTrajectory(const Trajectory& trajectory)
 {
-    const auto& times = trajectory.times;
-    require(!trajectory.segments.empty() && times.size() == trajectory.segments.size() + 1,
-            "trajectory: " + std::to_string(trajectory.segments.size()) + " segments and " +
-                std::to_string(times.size()) +
-                " times: give one segment at least, and one more "
-                "time than segments");
-    for (std::size_t i = 1; i < times.size(); ++i)
+    checkTimes(trajectory);
+    for (std::size_t k = 1; k < trajectory.segments.size(); ++k)
     {
-        require(times[i] > times[i - 1] && std::isfinite(times[i] - times[i - 1]),
-                "trajectory: time " + std::to_string(i) + ", " + std::to_string(times[i]) +
-                    " s, is not after the one before");
+        const JointMotion& before = trajectory.segments[k - 1];
+        const JointMotion& after = trajectory.segments[k];
+        if (before.positions.size() != after.positions.size())
+        {
+            continue;  // refused by the query of that segment
+        }
+        const std::int32_t joint = jumpBetween(before, after);
+        require(joint == kNone,
+                "trajectory: the joint above link " + std::to_string(joint) + " jumps at " +
+                    std::to_string(trajectory.times[k]) + " s, from segment " +
+                    std::to_string(k - 1) + " to the next: let each begin where the last one ends");
     }
 }
 }  // namespace bullet_ccd

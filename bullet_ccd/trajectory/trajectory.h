@@ -59,7 +59,8 @@ struct JointSpline
 /// interval between different knots. The root and spherical joints rest.
 ///
 /// @param X_WR pose of the root
-/// Throws std::invalid_argument for degrees, knots and control points that do not make a spline.
+/// Throws std::invalid_argument for degrees, knots and control points that do not make a spline,
+/// and for knots inside that are there more often than the degree says: the spline may jump there.
 [[nodiscard]] BULLET_CCD_API Trajectory splineTrajectory(const KinematicTree& tree,
                                                          const Eigen::Isometry3d& X_WR,
                                                          const JointSpline& spline);
@@ -69,7 +70,9 @@ struct JointSpline
 [[nodiscard]] BULLET_CCD_API std::vector<double> positionsAt(const Trajectory& trajectory,
                                                              double time);
 
-/// Throws std::invalid_argument unless the times increase and fit the segments.
+/// Throws std::invalid_argument unless the times increase and fit the segments, and each segment
+/// begins with the joints where the one before ends, to 1e-8. Of the root and of spherical joints
+/// this is not checked.
 BULLET_CCD_API void checkTrajectory(const Trajectory& trajectory);
 
 /// First contact of an articulated body on a trajectory.

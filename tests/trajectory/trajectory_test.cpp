@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 namespace bullet_ccd::tests
 {
@@ -130,11 +131,13 @@ TEST(SplineTrajectory, IsTheSumOfItsBasisFunctions)
         const std::size_t points = degree + 1 + static_cast<std::size_t>(random.integer(0, 5));
         double knot = random.uniform(-1.0, 1.0);
         const bool isClamped = random.chance(0.5);
+        std::size_t times = 0;  // that this knot is there
         for (std::size_t k = 0; k < points + degree + 1; ++k)
         {
+            times = k > 0 && spline.knots.back() == knot ? times + 1 : 1;
             spline.knots.push_back(knot);
             const bool isInside = k >= degree && k < points;
-            const bool isRepeated = random.chance(0.2);
+            const bool isRepeated = random.chance(0.2) && times < degree;
             knot += (isClamped && !isInside) || (isRepeated && k != degree)
                         ? 0.0
                         : random.uniform(0.1, 1.0);
@@ -219,6 +222,39 @@ TEST(Trajectory, RefusesWhatIsNone)
     EXPECT_THROW(spline(2, {0, 0, 0, 0, 0, 0}), std::invalid_argument);
     EXPECT_NO_THROW(spline(2, {0, 0, 0, 1, 1, 1}));
     EXPECT_THROW((void)positionsAt({}, 0.0), std::invalid_argument);
+    // At a knot inside that is there more often than the degree says, the spline may jump.
+    const auto ofAnyLength = [&](int degree, const std::vector<double>& knots)
+    {
+        const std::vector<std::vector<double>> points(knots.size() - std::size_t(degree) - 1,
+                                                      {0, 1});
+        (void)splineTrajectory(
+            tree, kHere, {.degree = degree, .knots = knots, .controlPoints = points});
+    };
+    EXPECT_THROW(ofAnyLength(1, {0, 0, 1, 1, 2, 2}), std::invalid_argument);
+    EXPECT_THROW(ofAnyLength(2, {0, 0, 0, 1, 1, 1, 2, 2, 2}), std::invalid_argument);
+    EXPECT_NO_THROW(ofAnyLength(1, {0, 0, 1, 2, 2}));
+    EXPECT_NO_THROW(ofAnyLength(2, {0, 0, 0, 1, 1, 2, 2, 2}));
+}
+
+TEST(CheckTrajectory, RefusesJointsThatJump)
+{
+    const KinematicTree tree = planarChain({1.0});
+    const std::vector<Waypoint> waypoints{{.time = 0.0, .positions = {0, 0}},
+                                          {.time = 1.0, .positions = {0, 1}},
+                                          {.time = 2.0, .positions = {0, 3}}};
+    Trajectory trajectory = trajectoryThrough(tree, kHere, waypoints);
+    EXPECT_NO_THROW(checkTrajectory(trajectory));
+    trajectory.segments[1].positions[1] += 1e-6;
+    try
+    {
+        checkTrajectory(trajectory);
+        FAIL() << "a jump was accepted";
+    }
+    catch (const std::invalid_argument& error)
+    {
+        EXPECT_NE(std::string(error.what()).find("link 1 jumps at 1.0"), std::string::npos)
+            << error.what();
+    }
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

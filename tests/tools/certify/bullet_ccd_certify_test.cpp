@@ -134,13 +134,58 @@ TEST_F(CertifyProgram, AFolderBecomesATable)
     for (std::string line; std::getline(lines, line);)
     {
         rows.push_back(line);
-        EXPECT_EQ(std::count(line.begin(), line.end(), ','), 19) << line;
+        EXPECT_EQ(std::count(line.begin(), line.end(), ','), 20) << line;
     }
     ASSERT_EQ(rows.size(), 4U);
     EXPECT_THAT(rows[1], HasSubstr("a.csv,contact,"));
     EXPECT_THAT(rows[1], HasSubstr(",0,fore,wall,,"));
     EXPECT_THAT(rows[2], HasSubstr("b.yml,free,2.5,,"));
     EXPECT_THAT(rows[3], HasSubstr("c.csv,bad_input,"));
+}
+
+/// What no time was left for is not free, and has a code of its own.
+TEST_F(CertifyProgram, WhatWasNotDoneIsNotFree)
+{
+    const Outcome done =
+        certify("--trajectory " + file("free.yaml") + file("hit.csv") + "--time-limit 1e-9");
+    EXPECT_EQ(done.exitCode, 1);
+    EXPECT_THAT(done.err, HasSubstr("stopped after 0 of 2 trajectories"));
+}
+
+/// However early the search for the least distance gives up, the truth is between the two numbers.
+TEST_F(CertifyProgram, ALeastDistanceThatIsNotKnownIsAnInterval)
+{
+    const double truth = 1.5 - reachOf(1.2);
+    int gaveUp = 0;
+    for (const int iterations : {1, 3, 10, 30, 100, 300, 1000, 1'000'000})
+    {
+        const Outcome done =
+            certify("--trajectory " + file("free.yaml") + "-o " + file("interval.csv") +
+                    fmt::format("--max-iterations {}", iterations));
+        std::istringstream lines(contentOf(m_temp.path() / "interval.csv"));
+        std::string row;
+        std::getline(lines, row);
+        std::getline(lines, row);
+        std::vector<std::string> cells;
+        std::istringstream parts(row);
+        for (std::string cell; std::getline(parts, cell, ',');)
+        {
+            cells.push_back(cell);
+        }
+        ASSERT_EQ(cells.size(), 21U) << row;
+        if (done.exitCode == 1)
+        {
+            EXPECT_EQ(cells[1], "unknown");
+            continue;
+        }
+        ASSERT_EQ(done.exitCode, 0) << done.err;
+        const double low = std::stod(cells[14]);
+        const double high = std::stod(cells[15]);
+        EXPECT_LE(low, truth + 1e-12) << row;
+        EXPECT_GE(high, truth - 1e-12) << row;
+        gaveUp += high - low > 1e-4 ? 1 : 0;
+    }
+    EXPECT_GT(gaveUp, 0);
 }
 
 TEST_F(CertifyProgram, SaysWhatIsWrongAndWhere)

@@ -241,11 +241,13 @@ int runCertify(const CertifyArguments& a)
         std::ranges::count_if(certificates,
                               [](const Certificate& certificate)
                               { return certificate.toi.status == ToiStatus::Stopped; });
+    const std::size_t done = certificates.size() - static_cast<std::size_t>(stopped);
+    const int code = worstCodeOf(certificates);
     return stop.finish("bullet-ccd certify",
-                       certificates.size() - static_cast<std::size_t>(stopped),
+                       done,
                        files.size(),
                        "trajectories",
-                       worstCodeOf(certificates));
+                       done < files.size() ? std::max<int>(code, kNothingFound) : code);
 }
 
 constexpr const char* kCertifyFooter =
@@ -268,7 +270,8 @@ constexpr const char* kCertifyFooter =
     "read is reported, and the others are certified.\n"
     "\n"
     "Exit codes: 0 if all trajectories are free, 1 if one is in contact or could not be decided "
-    "within --max-iterations, 2 for wrong options, 3 for bad input, 130 after Ctrl-C.\n"
+    "within --max-iterations or --time-limit, 2 for wrong options, 3 for bad input, 130 after "
+    "Ctrl-C.\n"
     "\n"
     "Example:\n"
     "  bullet-ccd certify arm.urdf --srdf arm.srdf --trajectory path.yaml \\\n"

@@ -31,6 +31,17 @@ public:
     [[nodiscard]] std::vector<Waypoint> read()
     {
         YAML::Node message = m_file.load("give a trajectory in CSV or YAML");
+        if (message.IsMap() && message["trajectory"].IsDefined())  // as MoveIt displays them
+        {
+            const YAML::Node list = listOf(message, "trajectory");
+            if (list.size() != 1)
+            {
+                m_file.fail(list,
+                            "trajectory: ",
+                            fmt::format("{} trajectories: give each in a file", list.size()));
+            }
+            message = YAML::Node(list[0]);
+        }
         if (message.IsMap() && message["joint_trajectory"].IsDefined())
         {
             message = message["joint_trajectory"];

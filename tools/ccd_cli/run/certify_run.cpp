@@ -94,7 +94,7 @@ Certificate certify(const RobotLinks& links,
                            .maxIterations = options.toi.maxIterations,
                            .stop = options.toi.stop},
                           options.work);
-        if (std::isfinite(least.found))
+        if (std::isfinite(least.found) || gaveUp(least.status))
         {
             certificate.least = least;
         }

@@ -106,6 +106,11 @@ std::string freeText(const Certificate& certificate,
     if (certificate.least)
     {
         const TrajectoryLeastDistance& least = *certificate.least;
+        if (least.link == kNone)
+        {
+            return text + "  the search for the least distance ended before it found one: raise " +
+                   (least.status == ToiStatus::Stopped ? "--time-limit\n" : "--max-iterations\n");
+        }
         if (gaveUp(least.status))
         {
             text += fmt::format(
@@ -167,7 +172,8 @@ std::string readableText(const Certificate& certificate,
 std::string certificateHeader()
 {
     return "trajectory,result,time,segment,link,obstacle,other_link,gap,px,py,pz,nx,ny,nz,"
-           "least_distance,least_time,least_link,least_obstacle,least_other_link,microseconds";
+           "least_distance,least_found,least_time,least_link,least_obstacle,least_other_link,"
+           "microseconds";
 }
 
 std::string certificateRow(const Certificate& certificate, const ArticulatedNames& names)
@@ -177,7 +183,7 @@ std::string certificateRow(const Certificate& certificate, const ArticulatedName
         fmt::format("{},{},", csvCell(certificate.name), verdictWord(verdict));
     if (verdict == Verdict::BadInput)
     {
-        return start + ",,,,,,,,,,,,,,,,,";
+        return start + ",,,,,,,,,,,,,,,,,,";
     }
     const TrajectoryToiResult& toi = certificate.toi;
     std::string contact = ",,,,,,,,,";
@@ -194,11 +200,12 @@ std::string certificateRow(const Certificate& certificate, const ArticulatedName
                               p.z(),
                               n.isZero(0.0) ? ",," : fmt::format("{},{},{}", n.x(), n.y(), n.z()));
     }
-    std::string least = ",,,,";
-    if (certificate.least)
+    std::string least = ",,,,,";
+    if (certificate.least && certificate.least->link != kNone)
     {
-        least = fmt::format("{},{},{}",
+        least = fmt::format("{},{},{},{}",
                             certificate.least->distance,
+                            certificate.least->found,
                             certificate.least->seconds,
                             sidesCells(sidesOf(*certificate.least), names));
     }
