@@ -61,7 +61,8 @@ public:
 
     /// The distance within which contacts are reported [m]; > 0.
     void setMargin(double margin);
-    /// The same of one pair, in whatever order.
+    /// The same of one pair, in whatever order: it goes before the one of all, whichever is set
+    /// later, and holds for what is added by these names later.
     void setMargin(const std::string& nameA, const std::string& nameB, double margin);
 
     /// Pairs for which the function is true are not tested.

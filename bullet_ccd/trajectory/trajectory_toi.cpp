@@ -125,6 +125,12 @@ TrajectoryLeastDistance leastDistance(const ArticulatedBody& body,
     int queries = 0;
     for (std::size_t begin = 0; begin < count && best.found > 0.0; begin += kRound)
     {
+        if (options.stop.isDue())
+        {
+            best.status = gaveUp(best.status) ? best.status : ToiStatus::Stopped;
+            best.distance = 0.0;  // nothing is known of what follows
+            break;
+        }
         const std::size_t end = std::min(begin + kRound, count);
         LeastDistanceOptions wanted = options;
         wanted.enough = std::min(best.found, kFarthest);
