@@ -101,7 +101,9 @@ struct LinkContact
     std::int32_t link = kNone;
     std::int32_t obstacle = kNone;   ///< index into the obstacles, or kNone for self-collision
     std::int32_t otherLink = kNone;  ///< for self-collision
-    double gap = 0.0;                ///< [m]
+    /// Distance of the named triangles [m]. Of a first contact, others of the pair may be nearer by
+    /// the part of the tolerance that ToiOptions::aim leaves; with the default that is nothing.
+    double gap = 0.0;
     Eigen::Vector3d pointLink = Eigen::Vector3d::Zero();   ///< on the link, in W [m]
     Eigen::Vector3d pointOther = Eigen::Vector3d::Zero();  ///< on the other, in W [m]
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, from the link to the other, in W

@@ -400,8 +400,9 @@ LeastDistanceResult leastDistance(std::span<const MovingBody> bodies,
     checkOptions(options, !pairs.empty());
     // A query about nothing checks the input by the rules of all queries.
     (void)firstContact(bodies, pairs, {.tolerance = options.tolerance, .maxIterations = 1}, work);
-    const auto ask = [&](const ToiOptions& toi)
+    const auto ask = [&](ToiOptions toi)
     {
+        toi.strategy = ToiStrategy::Interval;
         const FirstContactResult result = firstContact(bodies, pairs, toi, work);
         return Answer{result.status, result.time, result.pair, result.counters};
     };

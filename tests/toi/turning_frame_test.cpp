@@ -384,5 +384,45 @@ TEST(PlanarMotion, FacesThatSlideOverEachOtherTakeFewPairs)
         }
     }
 }
+
+/// Boxes that are within the tolerance of a table where the motion begins, and slide on it: they do
+/// not close in, so all strategies say that they are not in contact.
+TEST(PlanarMotion, WhatTouchesAtTheStartAndSlidesIsNoContactToAnyStrategy)
+{
+    Random random(9);
+    const SsvTree table = buildSsvTree(makeBox({3.0, 3.0, 0.05}));
+    for (int i = 0; i < 100; ++i)
+    {
+        KinematicTree tree = planarTree(random, 4);
+        for (Link& link : tree.links)
+        {
+            link.X_PL0.translation().z() = 0.0;
+            link.joint.type = JointType::Revolute;
+            link.joint.axis = Vector3d::UnitZ();
+        }
+        JointMotion motion = randomJointMotion(random, tree, 4.0);
+        motion.root = restAt(Eigen::Isometry3d::Identity());
+        const SsvTree link =
+            buildSsvTree(makeBox({random.uniform(0.05, 0.4), random.uniform(0.02, 0.2), 0.05}));
+        const std::array<const SsvTree*, 4> trees{nullptr, nullptr, nullptr, &link};
+        const double tolerance = random.logUniform(1e-7, 1e-3);
+        const double gap = random.uniform(0.1, 0.95) * tolerance;
+        const std::array<RigidBody, 1> obstacles{
+            RigidBody{.tree = &table, .motion = restAt(poseOf({0.1, 0.2, -0.1 - gap}))}};
+        const double aim = random.chance(0.5) ? 0.5 : ToiOptions{}.aim;
+        for (const ToiStrategy strategy :
+             {ToiStrategy::BestFirst, ToiStrategy::Interval, ToiStrategy::C2A})
+        {
+            ToiWorkspace work;
+            const ArticulatedToiResult result = articulatedToi(
+                {.tree = &tree, .linkTrees = trees, .motion = &motion, .selfPairs = {}},
+                obstacles,
+                {.tolerance = tolerance, .aim = aim, .strategy = strategy},
+                work);
+            EXPECT_EQ(result.status, ToiStatus::Separated)
+                << i << ", " << static_cast<int>(strategy) << ": " << result.time;
+        }
+    }
+}
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -103,14 +103,14 @@ EarliestHit hitOf(const SearchState& state, const NodePair& leaves, const Triang
 
 /// Volumes that are farther apart than the steps leave say nothing of whether the bodies touch
 /// where the query begins. Before such a pair is taken for a contact, this finds out, and then it
-/// has to close in further.
-void relaxUnknownStart(SearchState& state, std::int32_t index)
+/// has to close in further. Returns true if that is so.
+bool relaxUnknownStart(SearchState& state, std::int32_t index)
 {
     ScenePair& pair = state.scene.pair(index);
-    const bool mayTouch = state.scene.mayStartTouching() || state.begin > 0.0;
+    const bool mayTouch = state.scene.mayStartTouching() || state.begin > 0.0 || !state.inOrder;
     if (pair.startIsKnown || pair.touchesAtStart || !mayTouch)
     {
-        return;
+        return false;
     }
     pair.startIsKnown = true;
     const PairState& pose = state.scene.stateAt(index, 0.0, state.counters);
@@ -120,12 +120,13 @@ void relaxUnknownStart(SearchState& state, std::int32_t index)
         pair, pose, start, pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{});
     if (start.triangleA == kNone || !relaxThreshold(pair, pose, start.distance.distance))
     {
-        return;
+        return false;
     }
     pair.touchesAtStart = true;
     state.start.touches = true;
     state.start.approaches = state.start.approaches || closingSpeed(pose.motion, start.distance) >
                                                            kRestingSpeed * pair.speedScale;
+    return true;
 }
 }  // namespace
 
@@ -151,8 +152,7 @@ bool noteIfNear(SearchState& state, const NodePair& leaves)
     {
         return false;
     }
-    relaxUnknownStart(state, leaves.pair);
-    if (apart.distance > pair.limits.near())
+    if (relaxUnknownStart(state, leaves.pair) && apart.distance > pair.limits.near())
     {
         return false;
     }
@@ -210,8 +210,13 @@ bool advanceTriangles(SearchState& state, NodePair& p)
     const std::int32_t slotB = state.scene.nodeB(p).first;
     const auto look = [&]
     {
-        return triangleStep(
-            *pair.treeA, *pair.treeB, pose, pair.limits.margin(), p.time > 0.0, slotA, slotB);
+        return triangleStep(*pair.treeA,
+                            *pair.treeB,
+                            state.scene.stateAt(p.pair, p.time, state.counters),
+                            pair.limits.margin(),
+                            p.time > 0.0,
+                            slotA,
+                            slotB);
     };
     TriangleStep step = look();
     const double distance = step.distance.distance;
@@ -232,6 +237,10 @@ bool advanceTriangles(SearchState& state, NodePair& p)
         const bool closesIn =
             closingSpeed(pose.motion, step.distance) > kRestingSpeed * pair.speedScale;
         state.start.approaches = state.start.approaches || closesIn;
+        step = look();
+    }
+    if (p.time > 0.0 && distance <= pair.limits.near() && relaxUnknownStart(state, p.pair))
+    {
         step = look();
     }
     // Few queries look at so many triangles.
@@ -351,6 +360,7 @@ void SearchState::reset(const ToiOptions& asked)
     begin = 0.0;
     end = 1.0;
     certified = 0.0;
+    inOrder = true;
     options = asked;
     nextCheck = asked.stop.isGiven() ? -1 : asked.maxIterations;
 }

@@ -156,6 +156,7 @@ void searchIntervals(SearchState& state)
 
 void searchIntervalsFrom(SearchState& state, double begin)
 {
+    state.inOrder = false;
     Intervals(state).run(begin);
 }
 }  // namespace bullet_ccd
