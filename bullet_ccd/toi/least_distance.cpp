@@ -49,17 +49,10 @@ public:
 
     LeastDistanceResult run()
     {
-        // The middle first: what is found there spares most of the others a look. Where surfaces
-        // cross that do not count, around joints, a look costs more than what it may spare.
+        // The middle first: what is found there spares most of the others a look.
         for (const int sample : {4, 0, 8, 2, 6, 1, 3, 5, 7})
         {
-            for (std::size_t i = 0; i < m_pairs.size(); ++i)
-            {
-                if (sample == 4 || m_pairs[i].mask == nullptr)
-                {
-                    lookAt(static_cast<std::int32_t>(i), double(sample) / kSamples);
-                }
-            }
+            lookAtAll(double(sample) / kSamples, sample == 4);
         }
         if (m_isStopped && m_best.pair == kNone)
         {
@@ -93,14 +86,37 @@ private:
     LeastDistanceOptions m_options;
     const Ask& m_ask;
     LeastDistanceResult m_best;
-    Answer m_contact;          // of the last query
-    bool m_isStopped = false;  // in a search for the distance at one time
+    Answer m_contact;                        // of the last query
+    std::vector<Eigen::Vector3d> m_centers;  // of the bodies at the time of a sample
+    bool m_isStopped = false;                // in a search for the distance at one time
 
     [[nodiscard]] std::array<const MovingBody*, 2> bodiesOf(std::int32_t pair) const
     {
         const BodyPair& named = m_pairs[static_cast<std::size_t>(pair)];
         return {&m_bodies[static_cast<std::size_t>(named.bodyA)],
                 &m_bodies[static_cast<std::size_t>(named.bodyB)]};
+    }
+
+    /// Notes the smallest distance at a time. Where surfaces cross that do not count, around
+    /// joints, a look costs more than what it may spare.
+    void lookAtAll(double time, bool masked)
+    {
+        m_centers.clear();
+        for (const MovingBody& body : m_bodies)
+        {
+            m_centers.push_back(geometryPoseAt(body, time) * body.tree->origin());
+        }
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+        {
+            const auto a = static_cast<std::size_t>(m_pairs[i].bodyA);
+            const auto b = static_cast<std::size_t>(m_pairs[i].bodyB);
+            const double farther = (m_centers[a] - m_centers[b]).norm() -
+                                   m_bodies[a].tree->radius() - m_bodies[b].tree->radius();
+            if (farther < m_best.found && (masked || m_pairs[i].mask == nullptr))
+            {
+                lookAt(static_cast<std::int32_t>(i), time);
+            }
+        }
     }
 
     /// What an answer may be off by before it is worth a further look.
