@@ -15,8 +15,8 @@ from ._core import (DEFAULT_TOLERANCE, AccuracyCost, ArticulatedToiResult, Conta
                     Status, Strategy, ToiResult, Trajectory, TrajectoryToiResult, __version__,
                     advise, articulated_least_distance, articulated_toi, contacts, convex_toi,
                     deformable_contacts, distance, elementary_toi, first_contact, least_distance,
-                    reduce, surface_deviation, toi, toi_batch, trajectory_least_distance,
-                    trajectory_toi)
+                    least_distance_batch, reduce, surface_deviation, toi, toi_batch,
+                    trajectory_least_distance, trajectory_toi)
 from .collision_manager import CollisionManager, ContactData, DistanceData
 
 __all__ = [
@@ -26,6 +26,6 @@ __all__ = [
     "ReducedModel", "Robot", "RobotLeastDistance", "Status", "Strategy", "ToiResult", "Trajectory",
     "TrajectoryToiResult", "__version__", "advise", "articulated_least_distance", "articulated_toi",
     "as_mesh", "contacts", "convex_toi", "deformable_contacts", "distance", "elementary_toi",
-    "first_contact", "grasp", "least_distance", "moveit", "reduce", "surface_deviation", "toi",
-    "toi_batch", "trajectory_least_distance", "trajectory_toi",
+    "first_contact", "grasp", "least_distance", "least_distance_batch", "moveit", "reduce",
+    "surface_deviation", "toi", "toi_batch", "trajectory_least_distance", "trajectory_toi",
 ]

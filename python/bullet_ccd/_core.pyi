@@ -239,6 +239,17 @@ def least_distance(mesh_a: Mesh, mesh_b: Mesh, motion_a: Union[Motion, Pose] = N
     """The smallest distance of two meshes over the whole motion; larger ones than enough [m] are not
     looked for."""
 
+def least_distance_batch(mesh_a: Mesh, mesh_b: Mesh, motions_a: Union[Motions, Motion, Pose] = None,
+                         motions_b: Union[Motions, Motion, Pose] = None, *, tolerance: float = ...,
+                         enough: float = ..., time_limit: float = ...) -> Dict[str, NDArray[Any]]:
+    """least_distance() for n motions at once, on all cores. The answers are those of least_distance(),
+    bit for bit. The time limit [s] is that of the whole batch: what is not answered by then is
+    Status.STOPPED.
+
+    Returns arrays with n rows by name: status (numbers of Status), distance, found, time, triangle_a,
+    triangle_b, point_a, point_b, normal.
+    """
+
 def contacts(mesh_a: Mesh, mesh_b: Mesh, pose_a: Pose = None, pose_b: Pose = None, *,
              threshold: float, time_limit: float = ...) -> List[Contact]:
     """The contact points of two surfaces that are within the threshold [m], nearest first. Raises

@@ -6,7 +6,9 @@
 #include "python/src/pickled.h"
 #include "python/src/robots.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <pybind11/stl.h>
@@ -155,43 +157,78 @@ Motions motionsOf(const py::object& value, const char* name)
     return motions;
 }
 
-/// One array per part of the results; see BatchResult in _core.pyi.
-py::dict arraysOf(const std::vector<ToiResult>& results)
+/// An array with a number of each result.
+template <class T, class Result, class Part>
+py::array_t<T> column(const std::vector<Result>& results, const Part& part)
 {
-    const auto count = static_cast<py::ssize_t>(results.size());
-    py::array_t<std::uint8_t> status(count);
-    py::array_t<bool> isContact(count);
-    py::array_t<double> time(count);
-    py::array_t<double> gap(count);
-    py::array_t<std::int32_t> triangleA(count);
-    py::array_t<std::int32_t> triangleB(count);
-    py::array_t<double> pointA({count, py::ssize_t{3}});
-    py::array_t<double> pointB({count, py::ssize_t{3}});
-    py::array_t<double> normal({count, py::ssize_t{3}});
-    for (py::ssize_t i = 0; i < count; ++i)
+    py::array_t<T> array(static_cast<py::ssize_t>(results.size()));
+    for (std::size_t i = 0; i < results.size(); ++i)
     {
-        const ToiResult& result = results[static_cast<std::size_t>(i)];
-        status.mutable_at(i) = static_cast<std::uint8_t>(result.status);
-        isContact.mutable_at(i) = bullet_ccd::isContact(result.status);
-        time.mutable_at(i) = result.time;
-        gap.mutable_at(i) = result.gap;
-        triangleA.mutable_at(i) = result.triangleA;
-        triangleB.mutable_at(i) = result.triangleB;
-        std::copy_n(result.pointA.data(), 3, pointA.mutable_data(i, 0));
-        std::copy_n(result.pointB.data(), 3, pointB.mutable_data(i, 0));
-        std::copy_n(result.normal.data(), 3, normal.mutable_data(i, 0));
+        array.mutable_at(static_cast<py::ssize_t>(i)) =
+            static_cast<T>(std::invoke(part, results[i]));
     }
+    return array;
+}
+
+/// The same of a vector: three numbers a row.
+template <class Result>
+py::array_t<double> rows(const std::vector<Result>& results, Eigen::Vector3d Result::*part)
+{
+    py::array_t<double> array({static_cast<py::ssize_t>(results.size()), py::ssize_t{3}});
+    for (std::size_t i = 0; i < results.size(); ++i)
+    {
+        std::copy_n(
+            (results[i].*part).data(), 3, array.mutable_data(static_cast<py::ssize_t>(i), 0));
+    }
+    return array;
+}
+
+/// One array per part that all kinds of results have.
+template <class Result>
+py::dict commonArraysOf(const std::vector<Result>& results)
+{
     py::dict arrays;
-    arrays["status"] = status;
-    arrays["is_contact"] = isContact;
-    arrays["time"] = time;
-    arrays["gap"] = gap;
-    arrays["triangle_a"] = triangleA;
-    arrays["triangle_b"] = triangleB;
-    arrays["point_a"] = pointA;
-    arrays["point_b"] = pointB;
-    arrays["normal"] = normal;
+    arrays["status"] = column<std::uint8_t>(results, &Result::status);
+    arrays["time"] = column<double>(results, &Result::time);
+    arrays["triangle_a"] = column<std::int32_t>(results, &Result::triangleA);
+    arrays["triangle_b"] = column<std::int32_t>(results, &Result::triangleB);
+    arrays["point_a"] = rows(results, &Result::pointA);
+    arrays["point_b"] = rows(results, &Result::pointB);
+    arrays["normal"] = rows(results, &Result::normal);
     return arrays;
+}
+
+/// Answers many queries on all cores.
+/// @param ask  of the two bodies, and when to stop
+template <class Result, class Ask>
+std::vector<Result> answerAll(const SsvTree& meshA,
+                              const SsvTree& meshB,
+                              const py::object& motionsA,
+                              const py::object& motionsB,
+                              double timeLimit,
+                              const Ask& ask)
+{
+    const Motions a = motionsOf(motionsA, "motions_a");
+    const Motions b = motionsOf(motionsB, "motions_b");
+    const std::size_t count =
+        commonSize({{"motions_a", a.items.size()}, {"motions_b", b.items.size()}});
+    StopCondition condition = stopAfter(timeLimit);
+    std::vector<Result> results(count);
+    const auto work = [&](const std::atomic<bool>& stop)
+    {
+        condition.isCancelled = &stop;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count),
+                          [&](const tbb::blocked_range<std::size_t>& range)
+                          {
+                              for (std::size_t i = range.begin(); i != range.end() && !stop; ++i)
+                              {
+                                  results[i] = ask(
+                                      bodyOf(meshA, a.at(i)), bodyOf(meshB, b.at(i)), condition);
+                              }
+                          });
+    };
+    runInterruptibly(work);
+    return results;
 }
 
 py::dict toiBatch(const SsvTree& meshA,
@@ -205,33 +242,22 @@ py::dict toiBatch(const SsvTree& meshA,
                   bool anyWithin,
                   double timeLimit)
 {
-    const Motions a = motionsOf(motionsA, "motions_a");
-    const Motions b = motionsOf(motionsB, "motions_b");
-    const std::size_t count =
-        commonSize({{"motions_a", a.items.size()}, {"motions_b", b.items.size()}});
-    ToiOptions options{.tolerance = tolerance,
-                       .minimumSeparation = minimumSeparation,
-                       .anyWithin = anyWithin,
-                       .strategy = strategy,
-                       .maxIterations = maxIterations,
-                       .stop = stopAfter(timeLimit)};
-    std::vector<ToiResult> results(count);
-    const auto work = [&](const std::atomic<bool>& stop)
+    const auto ask = [&](const RigidBody& a, const RigidBody& b, const StopCondition& stop)
     {
-        options.stop.isCancelled = &stop;
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, count),
-            [&](const tbb::blocked_range<std::size_t>& range)
-            {
-                for (std::size_t i = range.begin(); i != range.end() && !stop; ++i)
-                {
-                    results[i] = rigidToi(
-                        bodyOf(meshA, a.at(i)), bodyOf(meshB, b.at(i)), options, workspace());
-                }
-            });
+        const ToiOptions options{.tolerance = tolerance,
+                                 .minimumSeparation = minimumSeparation,
+                                 .anyWithin = anyWithin,
+                                 .strategy = strategy,
+                                 .maxIterations = maxIterations,
+                                 .stop = stop};
+        return rigidToi(a, b, options, workspace());
     };
-    runInterruptibly(work);
-    return arraysOf(results);
+    const auto results = answerAll<ToiResult>(meshA, meshB, motionsA, motionsB, timeLimit, ask);
+    py::dict arrays = commonArraysOf(results);
+    arrays["is_contact"] =
+        column<bool>(results, [](const ToiResult& each) { return isContact(each.status); });
+    arrays["gap"] = column<double>(results, &ToiResult::gap);
+    return arrays;
 }
 
 /// A distance at fixed poses, in W.
@@ -372,6 +398,27 @@ LeastDistanceResult leastDistanceOf(const SsvTree& meshA,
             return leastDistance(
                 a, b, {.tolerance = tolerance, .enough = enough, .stop = stop}, workspace());
         });
+}
+
+py::dict leastDistanceBatch(const SsvTree& meshA,
+                            const SsvTree& meshB,
+                            const py::object& motionsA,
+                            const py::object& motionsB,
+                            double tolerance,
+                            double enough,
+                            double timeLimit)
+{
+    const auto ask = [&](const RigidBody& a, const RigidBody& b, const StopCondition& stop)
+    {
+        return leastDistance(
+            a, b, {.tolerance = tolerance, .enough = enough, .stop = stop}, workspace());
+    };
+    const auto results =
+        answerAll<LeastDistanceResult>(meshA, meshB, motionsA, motionsB, timeLimit, ask);
+    py::dict arrays = commonArraysOf(results);
+    arrays["distance"] = column<double>(results, &LeastDistanceResult::distance);
+    arrays["found"] = column<double>(results, &LeastDistanceResult::found);
+    return arrays;
 }
 
 void addQueryResults(py::module_& module)
@@ -555,16 +602,22 @@ void addQueries(py::module_& module)
                    py::arg("time_limit") = kInfinity);
     };
     addAtPoses("distance", &distance, py::arg("upper_bound") = kInfinity);
-    module.def("least_distance",
-               &leastDistanceOf,
-               py::arg("mesh_a").none(false),
-               py::arg("mesh_b").none(false),
-               py::arg("motion_a") = py::none(),
-               py::arg("motion_b") = py::none(),
-               py::kw_only(),
-               py::arg("tolerance") = options.tolerance,
-               py::arg("enough") = kInfinity,
-               py::arg("time_limit") = kInfinity);
+    const auto addLeast =
+        [&](const char* name, const auto& query, const char* motionA, const char* motionB)
+    {
+        module.def(name,
+                   query,
+                   py::arg("mesh_a").none(false),
+                   py::arg("mesh_b").none(false),
+                   py::arg(motionA) = py::none(),
+                   py::arg(motionB) = py::none(),
+                   py::kw_only(),
+                   py::arg("tolerance") = options.tolerance,
+                   py::arg("enough") = kInfinity,
+                   py::arg("time_limit") = kInfinity);
+    };
+    addLeast("least_distance", &leastDistanceOf, "motion_a", "motion_b");
+    addLeast("least_distance_batch", &leastDistanceBatch, "motions_a", "motions_b");
     addAtPoses("contacts", &contacts, py::arg("threshold"));
     py::class_<FirstContact, ToiResult>(module, "FirstContact")
         .def(pickled<FirstContact,

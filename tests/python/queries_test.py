@@ -98,6 +98,23 @@ def test_batches_between_poses_and_for_one_entry_and_for_none():
     assert none["time"].shape == (0,) and none["normal"].shape == (0, 3)
 
 
+def test_batches_of_least_distances_are_single_queries():
+    starts, velocities, turns = random_motions(100, 4)
+    motions = ccd.Motions.twists(starts, velocity=velocities, angular_velocity=turns)
+    least = ccd.least_distance_batch(box(), box(), motions, at(0.3), tolerance=1e-5, enough=0.4)
+    assert (least["distance"] == 0.4).any() and 5 < (least["distance"] > 0).sum() < 95
+    for i, motion in enumerate(motions):
+        single = ccd.least_distance(box(), box(), motion, at(0.3), tolerance=1e-5, enough=0.4)
+        for name in ("distance", "found", "time", "triangle_a", "triangle_b"):
+            assert least[name][i] == getattr(single, name)
+        assert least["status"][i] == int(single.status)
+        assert (least["point_b"][i] == single.point_b).all()
+        assert (least["normal"][i] == single.normal).all()
+    assert ccd.least_distance_batch(box(), box(), ccd.Motions([]))["normal"].shape == (0, 3)
+    stopped = ccd.least_distance_batch(box(), box(), motions, at(0.3), time_limit=0.0)
+    assert set(stopped["status"]) == {int(ccd.Status.STOPPED)} and (stopped["distance"] == 0.0).all()
+
+
 def test_contacts_are_no_later_than_dense_samples():
     starts, velocities, turns = random_motions(60, 3)
     a, b = box(), box(0.3)
@@ -281,9 +298,10 @@ def test_any_gap_within_the_tolerance_ends_a_query():
 
 
 def test_ctrl_c_ends_long_queries():
-    # One sphere turns inside another, nearly as large: what is near is everywhere.
+    # One sphere turns inside another, nearly as large: what is near is everywhere. A smaller one never meets it.
     vertices, triangles = sphere_arrays(90)
     outer, inner = ccd.Mesh(vertices, triangles), ccd.Mesh(0.9999 * vertices, triangles)
+    clear = ccd.Mesh(0.999 * vertices, triangles)
     turn = ccd.Motion(angular_velocity=(0, 0.3, 6))
     fine = {"minimum_separation": 9e-5, "tolerance": 1e-12}
     count = 0
@@ -299,7 +317,8 @@ def test_ctrl_c_ends_long_queries():
         for call in (lambda: ccd.toi(outer, inner, turn, **fine),
                      lambda: ccd.toi_batch(outer, inner, ccd.Motions([turn] * 3), **fine),
                      lambda: ccd.first_contact([(outer, turn), (inner, None)], **fine),
-                     lambda: ccd.least_distance(outer, inner, turn, tolerance=1e-12),
+                     lambda: ccd.least_distance(outer, clear, turn, tolerance=1e-12),
+                     lambda: ccd.least_distance_batch(outer, clear, turn, tolerance=1e-12),
                      lambda: ccd.distance(outer, inner),
                      lambda: ccd.contacts(outer, inner, threshold=2e-4),
                      lambda: ccd.surface_deviation(inner, outer),
