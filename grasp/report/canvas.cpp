@@ -151,10 +151,10 @@ int labelWidth(const std::string& text, int cell)
     return (static_cast<int>(text.size()) * kGlyphAdvance - 1) * cell;
 }
 
-void shrinkInto(Canvas& target, int left, const Canvas& source)
+void shrinkInto(Canvas& target, int left, const Canvas& source, int top)
 {
     BULLET_CCD_ASSERT(left + source.width / 2 <= target.width);
-    BULLET_CCD_ASSERT(source.height / 2 <= target.height);
+    BULLET_CCD_ASSERT(top + source.height / 2 <= target.height);
     for (int y = 0; y < source.height / 2; ++y)
     {
         const Color* upper =
@@ -162,7 +162,7 @@ void shrinkInto(Canvas& target, int left, const Canvas& source)
         const Color* lower = upper + source.width;
         for (int x = 0; x < source.width / 2; ++x)
         {
-            target.at(left + x, y) =
+            target.at(left + x, top + y) =
                 0.25F * (upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1]);
         }
     }
@@ -191,5 +191,31 @@ void writePng(const Canvas& canvas, const std::filesystem::path& file)
         throw std::runtime_error(file.string() + ": cannot write the picture: " + image.message +
                                  ": check that the folder exists and is writable");
     }
+}
+
+Canvas readPng(const std::filesystem::path& file)
+{
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    std::vector<std::uint8_t> bytes;
+    if (png_image_begin_read_from_file(&image, file.c_str()) != 0)
+    {
+        image.format = PNG_FORMAT_RGB;
+        bytes.resize(PNG_IMAGE_SIZE(image));
+    }
+    if (bytes.empty() || png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr) == 0)
+    {
+        throw std::runtime_error(file.string() + ": cannot read the picture: " + image.message +
+                                 ": draw it again");
+    }
+    Canvas canvas(static_cast<int>(image.width), static_cast<int>(image.height));
+    for (std::size_t i = 0; i < canvas.pixels.size(); ++i)
+    {
+        canvas.pixels[i] = Color(static_cast<float>(bytes[3 * i]),
+                                 static_cast<float>(bytes[3 * i + 1]),
+                                 static_cast<float>(bytes[3 * i + 2])) /
+                           255.0F;
+    }
+    return canvas;
 }
 }  // namespace bullet_ccd::grasp

@@ -55,9 +55,10 @@ void drawLabel(Canvas& canvas,
 /// Width of such a label [pixels].
 [[nodiscard]] int labelWidth(const std::string& text, int cell);
 
-/// Averages 2 x 2 pixels into one, into the part of `target` that starts at column `left`.
-void shrinkInto(Canvas& target, int left, const Canvas& source);
+/// Averages 2 x 2 pixels into one, into the part of `target` that starts at that column and row.
+void shrinkInto(Canvas& target, int left, const Canvas& source, int top = 0);
 
-/// 8 bits a channel. Throws std::runtime_error if the file cannot be written.
+/// 8 bits a channel. Throw std::runtime_error if the file cannot be written or read.
 void writePng(const Canvas& canvas, const std::filesystem::path& file);
+[[nodiscard]] Canvas readPng(const std::filesystem::path& file);
 }  // namespace bullet_ccd::grasp

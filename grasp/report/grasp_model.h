@@ -42,6 +42,7 @@ struct MotionTrack
     const SsvTree* tree = nullptr;
     Color color = Color::Zero();
     std::vector<Eigen::Isometry3d> poses;  ///< one for each time, or a single one: it is at rest
+    std::string kind{};                    ///< of pages: what is shown and hidden together
 };
 
 /// Writes an animation as binary glTF 2.0 (.glb), metres and seconds: below the node `root`, which

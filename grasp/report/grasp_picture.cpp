@@ -424,6 +424,11 @@ void drawMoments(const HandModel& hand,
             }
         }
         marks.insert(marks.end(), scene.object.vertices.begin(), scene.object.vertices.end());
+        if (options.wholeHand)
+        {
+            scene.framed.resize(scene.hand.size());
+            std::iota(scene.framed.begin(), scene.framed.end(), 0);
+        }
         for (const std::int32_t link : scene.framed)
         {
             const Shape& shape = scene.hand[static_cast<std::size_t>(link)];
@@ -432,18 +437,96 @@ void drawMoments(const HandModel& hand,
     }
     const Eigen::Vector3d direction = chooseViews(scenes.front()).front();
     scenes.front().marks = std::move(marks);
-    const int panelWidth = options.width / static_cast<int>(scenes.size());
+    const auto count = static_cast<int>(scenes.size());
+    const int columns = options.columns > 0 ? std::min(options.columns, count) : count;
+    const int panelWidth = options.width / columns;
+    const int panelHeight = options.height / ((count + columns - 1) / columns);
     const Camera camera = frameScene(
-        scenes.front(), direction, kSupersampling * panelWidth, kSupersampling * options.height);
+        scenes.front(), direction, kSupersampling * panelWidth, kSupersampling * panelHeight);
     Canvas picture(options.width, options.height);
-    int left = 0;
-    for (const GraspScene& scene : scenes)
+    for (int k = 0; k < count; ++k)
     {
-        shrinkInto(picture, left, drawView(scene, camera));
-        left += panelWidth;
+        shrinkInto(picture,
+                   k % columns * panelWidth,
+                   drawView(scenes[static_cast<std::size_t>(k)], camera),
+                   k / columns * panelHeight);
     }
     drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, 0, panelWidth);
     writePng(picture, file);
+}
+
+void drawBodies(std::span<const RigidBody> bodies,
+                const PictureOptions& options,
+                const std::filesystem::path& file)
+{
+    requireSize(options, file);
+    GraspScene scene;
+    const auto add = [&](const RigidBody& body, const Color& color, std::vector<Shape>& to)
+    {
+        Shape& shape = to.emplace_back(makeShape(body.tree->mesh(), body.motion.X_W0));
+        shape.color = color;
+        shape.id = static_cast<std::int32_t>(scene.hand.size() + scene.obstacles.size());
+        scene.marks.insert(scene.marks.end(), shape.vertices.begin(), shape.vertices.end());
+        scene.objectRadius = std::max(scene.objectRadius, body.tree->radius());
+    };
+    for (const RigidBody& body : bodies)
+    {
+        add(body, colorInTurn(scene.hand.size()), scene.hand);
+    }
+    for (const RigidBody& body : options.obstacles)
+    {
+        add(body, kObstacleColor, scene.obstacles);
+    }
+    require(!scene.marks.empty(), file.string() + ": no bodies to draw: give one or more");
+    scene.object.id = static_cast<std::int32_t>(scene.hand.size() + scene.obstacles.size()) + 1;
+    scene.approach_W = -Eigen::Vector3d::UnitX();
+    Canvas picture(options.width, options.height);
+    const int panelWidth = options.width / 2;
+    int left = 0;
+    for (const Eigen::Vector3d& direction :
+         {Eigen::Vector3d(-1.0, -0.5, 0.7), Eigen::Vector3d(-0.2, 0.0, 1.0)})
+    {
+        const Camera camera = frameScene(scene,
+                                         direction.normalized(),
+                                         kSupersampling * panelWidth,
+                                         kSupersampling * options.height);
+        shrinkInto(picture, left, drawView(scene, camera));
+        drawScaleBar(picture, camera.pixelsPerMetre / kSupersampling, left, panelWidth);
+        left += panelWidth;
+    }
+    writePng(picture, file);
+}
+
+void joinPictures(std::span<const std::filesystem::path> pictures,
+                  int panels,
+                  int columns,
+                  const std::filesystem::path& file)
+{
+    require(!pictures.empty(), file.string() + ": no pictures to join: give one or more");
+    const Canvas first = readPng(pictures.front());
+    const auto count = static_cast<int>(pictures.size());
+    const int across = std::min(columns, count);
+    const int width = first.width / panels / 2;
+    const int height = first.height / 2;
+    Canvas joined(across * width, (count + across - 1) / across * height);
+    std::ranges::fill(joined.pixels, Color::Ones());
+    for (int k = 0; k < count; ++k)
+    {
+        const std::filesystem::path& name = pictures[static_cast<std::size_t>(k)];
+        Canvas whole = readPng(name);
+        require(whole.width == first.width && whole.height == first.height,
+                name.string() + ": is of another size than the first picture: draw it anew");
+        Canvas panel(2 * width, 2 * height);
+        for (int y = 0; y < panel.height; ++y)
+        {
+            for (int x = 0; x < panel.width; ++x)
+            {
+                panel.at(x, y) = whole.at(whole.width - panel.width + x, y);
+            }
+        }
+        shrinkInto(joined, k % across * width, panel, k / across * height);
+    }
+    writePng(joined, file);
 }
 
 void drawGrasp(const HandModel& hand,

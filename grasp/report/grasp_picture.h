@@ -17,6 +17,8 @@ struct PictureOptions
     /// Bodies beside the object: drawn, but see-through where they hide hand or object, and cut by
     /// the frame.
     std::span<const RigidBody> obstacles = {};
+    int columns = 0;         ///< of moments; 0: all side by side
+    bool wholeHand = false;  ///< moments show all links, an arm above the palm, too
 };
 
 /// Renders hand, object and contacts (points and normals) of a grasp to a PNG: two views, shaded,
@@ -39,7 +41,7 @@ struct Moment
     Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< of the object's mesh frame
 };
 
-/// Renders moments to a PNG, side by side, all from one side and at one scale, with a bar for it.
+/// Renders moments to a PNG, row by row, all from one side and at one scale, with a bar for it.
 /// The side is that which shows the hand best at the first moment. Throws as drawGrasp(). Swept
 /// boxes of the options are not looked at.
 BULLET_CCD_API void drawMoments(const HandModel& hand,
@@ -47,6 +49,21 @@ BULLET_CCD_API void drawMoments(const HandModel& hand,
                                 std::span<const Moment> moments,
                                 const PictureOptions& options,
                                 const std::filesystem::path& file);
+
+/// Renders bodies at rest, each in a colour of its own, among the obstacles of the options to a
+/// PNG: from behind x = 0, where robots stand, and from above, all of it in the frame. Throws as
+/// drawGrasp(). Swept boxes of the options are not looked at.
+BULLET_CCD_API void drawBodies(std::span<const RigidBody> bodies,
+                               const PictureOptions& options,
+                               const std::filesystem::path& file);
+
+/// Puts pictures of one size into one PNG at half of it, row by row, as many a row; of each only
+/// the last of `panels` that stand side by side in it. Throws std::runtime_error if a file cannot
+/// be read or written, std::invalid_argument for no pictures and for different sizes.
+BULLET_CCD_API void joinPictures(std::span<const std::filesystem::path> pictures,
+                                 int panels,
+                                 int columns,
+                                 const std::filesystem::path& file);
 
 /// Renders the hand in a preshape to a PNG, without an object, from four sides: along the axes of
 /// its grasp frame, x, y and against z, and obliquely. The grasp frame is drawn (x red, y green, z

@@ -68,6 +68,11 @@ std::int32_t fingerOf(const HandModel& hand, std::int32_t link)
     return kNone;
 }
 
+const Color& colorInTurn(std::size_t index)
+{
+    return kFingerColors[index % kFingerColors.size()];
+}
+
 Color colorOf(const HandModel& hand, std::int32_t link)
 {
     const std::int32_t finger = fingerOf(hand, link);
@@ -79,7 +84,7 @@ Color colorOf(const HandModel& hand, std::int32_t link)
     const auto place = std::find(links.begin(), links.end(), link) - links.begin();
     // Neighbouring links of a finger alternate a little.
     const float tone = place % 2 == 0 ? 1.0F : 1.14F;
-    return tone * kFingerColors[static_cast<std::size_t>(finger) % kFingerColors.size()];
+    return tone * colorInTurn(static_cast<std::size_t>(finger));
 }
 
 GraspScene makeHandScene(const HandModel& hand, const Grasp& grasp)

@@ -44,6 +44,9 @@ struct GraspScene
 /// Each finger has its own, the rest of the hand another.
 [[nodiscard]] Color colorOf(const HandModel& hand, std::int32_t link);
 
+/// One of some colours that are told apart, and that of links of fingers.
+[[nodiscard]] const Color& colorInTurn(std::size_t index);
+
 /// Finger that the link belongs to, or kNone.
 [[nodiscard]] std::int32_t fingerOf(const HandModel& hand, std::int32_t link);
 

@@ -28,10 +28,16 @@ namespace bullet_ccd::grasp
 
 /// With so many significant digits, or decimals.
 [[nodiscard]] std::string number(double value, int digits);
-[[nodiscard]] std::string fixed(double value, int decimals);
+[[nodiscard]] BULLET_CCD_API std::string fixed(double value, int decimals);
 
 /// For HTML.
 [[nodiscard]] std::string escaped(const std::string& text);
+
+/// A file as the address of a link: everything that is not plain is written as %XX.
+[[nodiscard]] std::string linkAddress(const std::filesystem::path& file);
+
+/// Of a page of pictures: up to the begin of its body, with style.
+[[nodiscard]] std::string pageHead(const std::string& title);
 
 /// Writes the page; throws std::runtime_error "<file>: <what>: <remedy>".
 void writePage(const std::string& page, const std::filesystem::path& file);

@@ -41,6 +41,7 @@ th { font-weight: 600; font-size: .85rem; color: var(--soft); border-bottom: 1px
 tbody tr + tr td { border-top: 1px solid #eef1f4; }
 tbody tr:hover td { background: #f2f6fa; }
 .text { text-align: left; }
+.narrow { width: auto; }
 .facts th { text-align: left; width: 14rem; border: 0; vertical-align: top; }
 .facts td { text-align: left; white-space: normal; overflow-wrap: anywhere; }
 #grasps th { padding: 0; }
@@ -70,23 +71,6 @@ document.querySelectorAll('#grasps th button').forEach((button) => button.addEve
   [...body.rows].sort((a, b) => (down ? -1 : 1) * compare(a, b)).forEach((row) => body.append(row));
 }));
 )js";
-
-/// A file as the address of a link: everything that is not plain is written as %XX.
-std::string address(const std::filesystem::path& file)
-{
-    std::string result;
-    for (const char letter : file.generic_string())
-    {
-        const auto byte = static_cast<unsigned char>(letter);
-        const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
-                           (letter >= '0' && letter <= '9') ||
-                           std::string("-_.~/").find(letter) != std::string::npos;
-        std::array<char, 4> code{};
-        std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned>(byte));
-        result += plain ? std::string(1, letter) : std::string(code.data());
-    }
-    return result;
-}
 
 std::size_t linksInContact(const Grasp& grasp)
 {
@@ -159,7 +143,7 @@ void writeFigures(std::ostream& out,
         // The page and its pictures can be moved together.
         const std::filesystem::path relative =
             std::filesystem::absolute(pictures[i]).lexically_proximate(folder);
-        out << "<figure><img src=\"" << address(relative) << "\" alt=\"Grasp of candidate "
+        out << "<figure><img src=\"" << linkAddress(relative) << "\" alt=\"Grasp of candidate "
             << grasp.candidate << " from two sides\">\n<figcaption><strong>Candidate "
             << grasp.candidate << "</strong> <div><span>epsilon</span> "
             << fixed(grasp.quality.epsilon, 4) << "</div> <div><span>volume</span> "
@@ -227,6 +211,29 @@ void writeFacts(std::ostream& out,
 }
 }  // namespace
 
+std::string linkAddress(const std::filesystem::path& file)
+{
+    std::string result;
+    for (const char letter : file.generic_string())
+    {
+        const auto byte = static_cast<unsigned char>(letter);
+        const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
+                           (letter >= '0' && letter <= '9') ||
+                           std::string("-_.~/").find(letter) != std::string::npos;
+        std::array<char, 4> code{};
+        std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned>(byte));
+        result += plain ? std::string(1, letter) : std::string(code.data());
+    }
+    return result;
+}
+
+std::string pageHead(const std::string& title)
+{
+    return std::string("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n") +
+           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+           escaped(title) + "</title>\n<style>" + kStyle + "</style></head>\n<body>\n";
+}
+
 void writeReport(const GraspRun& run,
                  const HandModel& hand,
                  const GraspObject& object,
@@ -236,12 +243,9 @@ void writeReport(const GraspRun& run,
 {
     std::ostringstream page;
     const std::string title = "Grasps of " + object.name + " by " + hand.robot.name;
-    page << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-         << "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>"
-         << escaped(title) << "</title>\n<style>" << kStyle << "</style></head>\n<body>\n<h1>"
-         << escaped(title) << "</h1>\n<p class=\"sub\">" << grasps.size() << " of "
-         << run.options.candidates << " candidates tried, seed " << run.options.seed
-         << ", friction " << number(run.options.friction, 4) << "</p>\n";
+    page << pageHead(title) << "<h1>" << escaped(title) << "</h1>\n<p class=\"sub\">"
+         << grasps.size() << " of " << run.options.candidates << " candidates tried, seed "
+         << run.options.seed << ", friction " << number(run.options.friction, 4) << "</p>\n";
     writeTiles(page, grasps);
     writeFigures(page, grasps, pictures, std::filesystem::absolute(file).parent_path());
     writeTable(page, grasps);

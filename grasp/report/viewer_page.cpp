@@ -4,33 +4,16 @@
 #include "grasp/quality/object_mass.h"
 #include "grasp/report/closing_spans.h"
 #include "grasp/report/grasp_scene.h"
-#include "grasp/report/packed_mesh.h"
+#include "grasp/report/page_data.h"
 #include "grasp/report/report_facts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 
 namespace bullet_ccd::grasp
 {
 namespace
 {
-using PageJson = nlohmann::ordered_json;
-
-constexpr const char* kTitleMark = "@TITLE@";
-constexpr const char* kDataMark = "@DATA@";
-
-/// Six decimals are enough for a picture; poses and joints keep all digits.
-double rounded(double value)
-{
-    return std::round(value * 1e6) / 1e6;
-}
-
 PageJson roundedList(const Eigen::Ref<const Eigen::VectorXd>& values)
 {
     PageJson list = PageJson::array();
@@ -40,59 +23,6 @@ PageJson roundedList(const Eigen::Ref<const Eigen::VectorXd>& values)
     }
     return list;
 }
-
-PageJson poseList(const Eigen::Isometry3d& X)
-{
-    const Eigen::Quaterniond q = Eigen::Quaterniond(X.linear()).normalized();
-    const Eigen::Vector3d& p = X.translation();
-    return PageJson::array({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
-}
-
-std::string hexColor(const Color& color)
-{
-    std::array<char, 8> text{};
-    std::array<unsigned, 3> bytes{};
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-    {
-        const float value = std::clamp(color[static_cast<Eigen::Index>(i)], 0.0F, 1.0F);
-        bytes[i] = static_cast<unsigned>(std::lround(255.0F * value));
-    }
-    std::snprintf(text.data(), text.size(), "#%02x%02x%02x", bytes[0], bytes[1], bytes[2]);
-    return text.data();
-}
-
-/// Equal meshes are kept once.
-class MeshList
-{
-public:
-    /// Index of the mesh.
-    std::size_t add(const TriangleMesh& mesh)
-    {
-        const PackedMesh packed = packMesh(mesh);
-        const auto found = std::find(m_meshes.begin(), m_meshes.end(), packed);
-        if (found == m_meshes.end())
-        {
-            m_meshes.push_back(packed);
-            return m_meshes.size() - 1;
-        }
-        return static_cast<std::size_t>(found - m_meshes.begin());
-    }
-    [[nodiscard]] PageJson json() const
-    {
-        PageJson list = PageJson::array();
-        for (const PackedMesh& mesh : m_meshes)
-        {
-            list.push_back({{"origin", {mesh.origin.x(), mesh.origin.y(), mesh.origin.z()}},
-                            {"step", {mesh.step.x(), mesh.step.y(), mesh.step.z()}},
-                            {"points", mesh.points},
-                            {"triangles", mesh.triangles}});
-        }
-        return list;
-    }
-
-private:
-    std::vector<PackedMesh> m_meshes;
-};
 
 /// Links below movable joints; the page's lists of joints are in this order.
 std::vector<std::int32_t> movableLinks(const HandModel& hand)
@@ -344,33 +274,6 @@ PageJson pageJson(const GraspRun& run,
     return json;
 }
 
-/// Inside a script element nothing may look like its end.
-std::string scriptText(const PageJson& json)
-{
-    const std::string text =
-        json.dump(-1, ' ', false, PageJson::error_handler_t::replace);  // names may be no UTF-8
-    std::string result;
-    result.reserve(text.size());
-    for (const char letter : text)
-    {
-        result += letter == '<' ? std::string("\\u003c") : std::string(1, letter);
-    }
-    return result;
-}
-
-std::string readViewer(const std::filesystem::path& viewer)
-{
-    std::ifstream in(viewer, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    const std::size_t title = text.find(kTitleMark);
-    if (!in || title == std::string::npos || text.find(kDataMark, title) == std::string::npos)
-    {
-        throw std::runtime_error(viewer.string() +
-                                 ": is not the viewer of the page: build the target viewer, or "
-                                 "remove the file to get the page of pictures");
-    }
-    return text;
-}
 }  // namespace
 
 void writeViewerPage(const GraspRun& run,
@@ -381,15 +284,10 @@ void writeViewerPage(const GraspRun& run,
                      const std::filesystem::path& viewer,
                      const std::filesystem::path& file)
 {
-    const std::string text = readViewer(viewer);
-    const std::size_t title = text.find(kTitleMark);
-    const std::size_t afterTitle = title + std::string(kTitleMark).size();
-    const std::size_t data = text.find(kDataMark, afterTitle);
-    writePage(text.substr(0, title) +
-                  escaped("Grasps of " + object.name + " by " + hand.robot.name) +
-                  text.substr(afterTitle, data - afterTitle) +
-                  scriptText(pageJson(run, hand, object, grasps, extras)) +
-                  text.substr(data + std::string(kDataMark).size()),
-              file);
+    writePage(
+        filledTemplate(viewer,
+                       {{"@TITLE@", escaped("Grasps of " + object.name + " by " + hand.robot.name)},
+                        {"@DATA@", scriptText(pageJson(run, hand, object, grasps, extras))}}),
+        file);
 }
 }  // namespace bullet_ccd::grasp

@@ -3,7 +3,7 @@
 #include "bullet_ccd/distance/tree_distance.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
-#include "grasp/report/grasp_scene.h"
+#include "grasp/task/task_page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -190,9 +190,16 @@ void drawPlan(const PickPlaceTask& task,
               const std::filesystem::path& file)
 {
     std::vector<Moment> moments;
-    const auto add = [&](std::size_t leg, std::size_t waypoint)
+    const auto add = [&](std::size_t leg, double part)
     {
-        const std::vector<double>& q = plan.legs[leg].waypoints[waypoint].positions;
+        const std::vector<Waypoint>& way = plan.legs[leg].waypoints;
+        std::vector<double> q = way.back().positions;
+        if (part < 1.0)
+        {
+            q = positionsAt(trajectoryThrough(task.robot.tree, task.X_WR, way),
+                            way.front().time + part * (way.back().time - way.front().time));
+            applyMimics(task.robot.tree, q);
+        }
         const Eigen::Isometry3d X_WH =
             linkPoses(task.robot.tree, task.X_WR, q)[static_cast<std::size_t>(task.robot.handRoot)];
         moments.push_back(
@@ -205,17 +212,21 @@ void drawPlan(const PickPlaceTask& task,
         const TaskLeg& way = plan.legs[leg];
         if (way.name == "carry")
         {
-            add(leg, way.waypoints.size() / 2);
+            add(leg, 0.5);
         }
         if (way.name != "open" && way.name != "return")
         {
-            add(leg, way.waypoints.size() - 1);
+            add(leg, 1.0);
         }
     }
     drawMoments(wholeRobot(task.robot, task.hand),
                 task.object,
                 moments,
-                {.width = 2400, .height = 420, .obstacles = task.obstacles},
+                {.width = 1800,
+                 .height = 960,
+                 .obstacles = task.obstacles,
+                 .columns = 4,
+                 .wholeHand = true},
                 file);
 }
 
@@ -241,59 +252,6 @@ TaskState stateAt(const PickPlaceTask& task, const PickPlacePlan& plan, double t
 
 namespace
 {
-/// What moves, among what.
-struct Stage
-{
-    const KinematicTree& tree;
-    const std::vector<const SsvTree*>& linkTrees;
-    const GraspObject& object;
-    std::span<const RigidBody> obstacles;
-    const std::vector<std::string>& obstacleNames;
-};
-
-void writeModel(const Stage& stage,
-                double duration,
-                const std::function<TaskState(double)>& at,
-                const std::filesystem::path& file,
-                double interval)
-{
-    std::vector<MotionTrack> tracks;
-    for (std::size_t i = 0; i < stage.obstacles.size(); ++i)
-    {
-        tracks.push_back({.name = stage.obstacleNames[i],
-                          .tree = stage.obstacles[i].tree,
-                          .color = kObstacleColor,
-                          .poses = {stage.obstacles[i].motion.X_W0}});
-    }
-    const std::size_t obstacles = tracks.size();
-    for (std::size_t link = 0; link < stage.tree.size(); ++link)
-    {
-        tracks.push_back({.name = stage.tree.links[link].name,
-                          .tree = stage.linkTrees[link],
-                          .color = Color(0.36F, 0.47F, 0.62F),
-                          .poses = {}});
-    }
-    tracks.push_back({.name = "object: " + stage.object.name,
-                      .tree = &stage.object.tree,
-                      .color = kObjectColor,
-                      .poses = {}});
-    std::vector<float> times;
-    const auto frames = static_cast<int>(std::ceil(duration / interval));
-    for (int i = 0; i <= frames; ++i)
-    {
-        const double time = duration * i / frames;
-        const TaskState state = at(time);
-        times.push_back(static_cast<float>(time));
-        for (std::size_t link = 0; link < state.X_W.size(); ++link)
-        {
-            tracks[obstacles + link].poses.push_back(state.X_W[link]);
-        }
-        tracks.back().poses.push_back(state.X_WO);
-    }
-    std::erase_if(tracks, [](const MotionTrack& track) { return track.tree == nullptr; });
-    writeMotionModel("task", times, tracks, file);
-}
-
 /// Distances at samples of a leg.
 /// @param placesAt  poses of the links, the object and the obstacles, at positions of the joints
 /// @param pairs     of these
@@ -358,12 +316,8 @@ void writePlanModel(const PickPlaceTask& task,
                     const std::filesystem::path& file,
                     double interval)
 {
-    writeModel(
-        {task.robot.tree, task.robot.linkTrees, task.object, task.obstacles, task.obstacleNames},
-        plan.legs.back().waypoints.back().time,
-        [&](double time) { return stateAt(task, plan, time); },
-        file,
-        interval);
+    const TaskMotion motion = motionOf(task, plan, interval);
+    writeMotionModel("task", motion.times, motion.tracks, file);
 }
 
 double sampledDistance(const PickPlaceTask& task,
@@ -372,8 +326,7 @@ double sampledDistance(const PickPlaceTask& task,
                        int samples)
 {
     const TaskLeg& way = plan.legs[leg];
-    const std::vector<const SsvTree*> things = thingsOf(
-        {task.robot.tree, task.robot.linkTrees, task.object, task.obstacles, task.obstacleNames});
+    const std::vector<const SsvTree*> things = thingsOf(stageOf(task));
     const std::size_t links = task.robot.tree.size();
     const auto root = static_cast<std::size_t>(task.robot.handRoot);
     const auto placesAt = [&](const std::vector<double>& q)
@@ -447,29 +400,13 @@ void writeLiftJson(std::ostream& out, const TwoHandTask& task, const TwoHandPlan
     out << json.dump(1) << "\n";
 }
 
-namespace
-{
-Stage stageOf(const TwoHandTask& task)
-{
-    return {task.arms.whole.robot.tree,
-            task.arms.whole.linkTrees,
-            task.object,
-            task.obstacles,
-            task.obstacleNames};
-}
-}  // namespace
-
 void writeLiftModel(const TwoHandTask& task,
                     const TwoHandPlan& plan,
                     const std::filesystem::path& file,
                     double interval)
 {
-    writeModel(
-        stageOf(task),
-        plan.legs.back().waypoints.back().time,
-        [&](double time) { return stateAt(task, plan, time); },
-        file,
-        interval);
+    const TaskMotion motion = motionOf(task, plan, interval);
+    writeMotionModel("task", motion.times, motion.tracks, file);
 }
 
 void drawLift(const TwoHandTask& task, const TwoHandPlan& plan, const std::filesystem::path& file)
@@ -486,8 +423,11 @@ void drawLift(const TwoHandTask& task, const TwoHandPlan& plan, const std::files
         moments.push_back({.positions = q,
                            .X_WO = std::string(leg) == "lift" ? X_WH * plan.X_HO : plan.X_WOStart});
     }
-    drawMoments(
-        task.arms.whole, task.object, moments, {.width = 1800, .obstacles = task.obstacles}, file);
+    drawMoments(task.arms.whole,
+                task.object,
+                moments,
+                {.width = 1800, .height = 560, .obstacles = task.obstacles, .wholeHand = true},
+                file);
 }
 
 double sampledDistance(const TwoHandTask& task,

@@ -38,8 +38,8 @@ BULLET_CCD_API void writePlanModel(const PickPlaceTask& task,
                                    const std::filesystem::path& file,
                                    double interval = 1.0 / 15.0);
 
-/// Renders eight moments to a PNG, side by side: before the hand comes straight, at the object,
-/// closed on it, lifted, half the way, above its place, put down, drawn back.
+/// Renders eight moments of the whole arm to a PNG, four a row: before the hand comes straight, at
+/// the object, closed on it, lifted, half the way, above its place, put down, drawn back.
 /// @pre the plan is solved
 BULLET_CCD_API void drawPlan(const PickPlaceTask& task,
                              const PickPlacePlan& plan,
@@ -70,7 +70,7 @@ BULLET_CCD_API void writeLiftModel(const TwoHandTask& task,
                                    const TwoHandPlan& plan,
                                    const std::filesystem::path& file,
                                    double interval = 1.0 / 15.0);
-/// Renders the hands before they come straight, closed, and when they have lifted, to a PNG.
+/// Renders both arms before the hands come straight, closed, and when they have lifted, to a PNG.
 /// @pre the plan is solved
 BULLET_CCD_API void drawLift(const TwoHandTask& task,
                              const TwoHandPlan& plan,

@@ -74,9 +74,13 @@ struct TwoHandPlan
 
 struct TwoHandOptions
 {
-    /// Of grasps, ways and limits; all but `objection`. The object is raised by `gap`.
+    /// Of grasps, ways and limits; all but `objection`. The object is raised by `gap`. Candidates
+    /// come against the surface: a mixed source would go where one hand alone holds the object.
     PickPlaceOptions common{
-        .grasps = {.candidates = 80, .volumes = 0}, .graspsTried = 20, .lift = 0.2, .gap = 1e-3};
+        .grasps = {.candidates = 80, .approach = {.source = ApproachSource::Surface}, .volumes = 0},
+        .graspsTried = 20,
+        .lift = 0.2,
+        .gap = 1e-3};
     /// Says why a plan is not good enough, or nothing: a simulation, for example.
     std::function<std::string(const TwoHandPlan&)> objection{};
 };

@@ -94,6 +94,22 @@ TEST_F(GraspTask, WritesThePlanAsJsonCsvYamlAndModel)
     EXPECT_THAT(contentOf(folder / "trajectory.yaml"), HasSubstr("  - left_jaw_joint\n"));
     EXPECT_EQ(contentOf(folder / "plan.glb").substr(0, 4), "glTF");
     EXPECT_EQ(contentOf(folder / "plan.png").substr(1, 3), "PNG");
+    const std::string page = contentOf(folder / "report.html");
+    EXPECT_THAT(page, HasSubstr("Moving block: seven_joint_arm_parallel_gripper"));
+    EXPECT_THAT(page, HasSubstr("<td class=\"text\">transit</td>"));
+    EXPECT_THAT(page, HasSubstr("<td class=\"text\">is the plan</td>"));
+    EXPECT_THAT(page, HasSubstr("href=\"trajectory.yaml\""));
+}
+
+TEST_F(GraspTask, ShowsTheSceneAndTheReasonsWhereThereIsNoPlan)
+{
+    const fs::path folder = m_temp.path() / "out";
+    const Outcome outcome = run("[0.5, 0.3, 0]", "[5, 0.3, 0]", "-o '" + folder.string() + "'");
+    EXPECT_EQ(outcome.exitCode, 1);
+    const std::string page = contentOf(folder / "report.html");
+    EXPECT_THAT(page, HasSubstr("No plan: "));
+    EXPECT_THAT(page, HasSubstr("block: is taken"));
+    EXPECT_FALSE(fs::exists(folder / "plan.png"));
 }
 
 TEST_F(GraspTask, NamesWhatIsWrongWithAScene)
@@ -151,6 +167,7 @@ TEST(GraspTaskBimanual, WritesThePlanAsJsonModelAndPicture)
     EXPECT_EQ(plan.at("joints").size(), 22U);  // two arms of 7, two hands of 4 that follow no other
     EXPECT_EQ(contentOf(folder / "plan.glb").substr(0, 4), "glTF");
     EXPECT_EQ(contentOf(folder / "plan.png").substr(1, 3), "PNG");
+    EXPECT_THAT(contentOf(folder / "report.html"), HasSubstr("Two hands on pot"));
     const Outcome far = runGrasp(
         "task bimanual large/pot --arm seven_joint_arm --hand three_finger_gripper -n 4 --place "
         "5,0,0.4");
@@ -165,6 +182,18 @@ TEST(GraspTaskClutter, WritesASceneThatCanBeRead)
     const Outcome made = runGrasp("task clutter apple box -n 3 -o '" + scene.string() + "'");
     ASSERT_EQ(made.exitCode, 0) << made.err;
     EXPECT_THAT(contentOf(scene), HasSubstr("name: apple 2"));
+    EXPECT_EQ(contentOf(temp.path() / "clutter.png").substr(1, 3), "PNG");
+    const fs::path drawn = temp.path() / "drawn";
+    const Outcome both =
+        runGrasp("task scene shelf '" + scene.string() + "' -o '" + drawn.string() + "'");
+    ASSERT_EQ(both.exitCode, 0) << both.err;
+    EXPECT_THAT(both.out, HasSubstr("shelf: 7 obstacles, 3 objects\n"));
+    for (const char* name : {"shelf.png", "clutter.png", "scenes.png"})
+    {
+        EXPECT_EQ(contentOf(drawn / name).substr(1, 3), "PNG") << name;
+    }
+    EXPECT_EQ(contentOf(drawn / "clutter.png"), contentOf(temp.path() / "clutter.png"));
+    EXPECT_EQ(runGrasp("task scene shelff -o '" + drawn.string() + "'").exitCode, 3);
     const Outcome read = runGrasp("task pick-place '" + scene.string() +
                                   "' --arm seven_joint_arm --hand parallel_gripper --object apple "
                                   "--time-limit 1e-6");

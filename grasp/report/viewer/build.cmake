@@ -1,5 +1,5 @@
-# Fetches what package-lock.json names and makes VIEWER. Without REQUIRED=ON a failure is a warning.
-file(REMOVE "${VIEWER}")
+# Fetches what package-lock.json names and makes VIEWER and TASK_VIEWER. Without REQUIRED=ON a failure is a warning.
+file(REMOVE "${VIEWER}" "${TASK_VIEWER}")
 file(MAKE_DIRECTORY "${FOLDER}")
 file(COPY ${SOURCES} DESTINATION "${FOLDER}")
 get_filename_component(share "${VIEWER}" DIRECTORY)
@@ -13,7 +13,7 @@ execute_process(
     ERROR_VARIABLE said)
 if(NOT failed)
     execute_process(
-        COMMAND "${NODE}" build.mjs "${VIEWER}"
+        COMMAND "${NODE}" build.mjs "${VIEWER}" "${TASK_VIEWER}"
         WORKING_DIRECTORY "${FOLDER}"
         RESULT_VARIABLE failed
         OUTPUT_VARIABLE said

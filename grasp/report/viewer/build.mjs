@@ -1,6 +1,6 @@
-// Makes the page without its data: template, style and script with three.js in one file.
+// Makes the pages without their data: template, style and script with three.js in one file each.
 //
-//   node build.mjs OUTPUT
+//   node build.mjs VIEWER TASK_VIEWER      grasps; tasks
 //
 // Runs in a folder that holds these sources and node_modules.
 import { build } from 'esbuild';
@@ -14,9 +14,12 @@ const bundle = async (entry) => {
   return result.outputFiles[0].text.trim();
 };
 
-// Replacements by functions: "$" means nothing special in them.
-const [script, style] = await Promise.all([bundle('viewer.js'), bundle('style.css')]);
-const page = readFileSync('page.html', 'utf8')
-  .replace('/*STYLE*/', () => style)
-  .replace('/*SCRIPT*/', () => script);
-writeFileSync(process.argv[2], page);
+const style = await bundle('style.css');
+for (const [name, output] of [['viewer', process.argv[2]], ['task', process.argv[3]]]) {
+  const script = await bundle(`${name}.js`);
+  // Replacements by functions: "$" means nothing special in them.
+  const page = readFileSync(name === 'viewer' ? 'page.html' : `${name}.html`, 'utf8')
+    .replace('/*STYLE*/', () => style)
+    .replace('/*SCRIPT*/', () => script);
+  writeFileSync(output, page);
+}

@@ -1,55 +1,30 @@
-// Hand, object and what belongs to them, drawn by three.js whenever something has changed.
+// Hand, object and what belongs to them.
 import {
-  Box3, BoxGeometry, ConeGeometry, DirectionalLight, DoubleSide, EdgesGeometry, Group,
-  HemisphereLight, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, PerspectiveCamera,
-  Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  Box3, BoxGeometry, ConeGeometry, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
+  Quaternion, SphereGeometry, Vector3,
 } from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { geometryOf } from './geometry.js';
 import { closingTime, lengthOf, postureAt, stagesOf } from './motion.js';
+import { SEE_THROUGH, Stage, cornersOf, material, setPose } from './stage.js';
 
 const CONTACT = '#db123d';
 const OBSTACLE = '#8c939c';
-const SEE_THROUGH = 0.6;
 // Shares of the object's radius.
 const BALL = 0.03;
 const CONE = 0.34;
 
-const material = (color, opacity = 1) => new MeshStandardMaterial({
-  color, roughness: 0.7, metalness: 0, side: DoubleSide, transparent: opacity < 1, opacity,
-});
-
-function setPose(node, pose) {
-  node.position.set(pose[0], pose[1], pose[2]);
-  node.quaternion.set(pose[4], pose[5], pose[6], pose[3]);
-}
-
-export class GraspScene {
+export class GraspScene extends Stage {
   /// Throws if the browser has no WebGL.
   constructor(canvas, data) {
+    super(canvas);
     this.data = data;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.camera = new PerspectiveCamera(30, 1, 0.001, 100);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.invalidate());
-    this.controls.addEventListener('start', () => { this.keepsView = true; });
-    this.keepsView = false;
     this.geometries = data.meshes.map(geometryOf);
     this.buildScene();
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
-    this.resize();
+    this.watch(canvas);
   }
 
   buildScene() {
     const { data } = this;
-    this.scene = new Scene();
-    this.scene.add(new HemisphereLight('#ffffff', '#8a8f98', 2.2), this.camera);
-    const lamp = new DirectionalLight('#ffffff', 1.9);
-    lamp.position.set(-1, 1.5, 2);
-    this.camera.add(lamp, lamp.target);
-
     this.object = new Mesh(this.geometries[data.object.mesh],
                            material(data.object.color, SEE_THROUGH));
     this.object.renderOrder = 2;  // what is behind it or in it is there already
@@ -176,7 +151,7 @@ export class GraspScene {
 
   /// Object, palm and fingers fill the picture, whatever is shown now.
   frame() {
-    this.keepsView = false;
+    if (!this.grasp) return;
     this.scene.updateMatrixWorld(true);
     const corners = cornersOf(this.object);
     const box = new Box3().setFromObject(this.object);
@@ -186,23 +161,7 @@ export class GraspScene {
       box.expandByObject(this.links[link].children[0]);
     });
     const target = box.getCenter(new Vector3());
-    const towards = this.bestDirection();
-    this.camera.position.copy(target).add(towards);
-    this.camera.lookAt(target);
-    this.camera.updateMatrixWorld();
-    const vertical = Math.tan(this.camera.fov * Math.PI / 360);
-    const turned = this.camera.quaternion.clone().invert();
-    const distance = Math.max(...corners.map((corner) => {
-      const p = corner.sub(target).applyQuaternion(turned);
-      return 1.08 * Math.max(Math.abs(p.y), Math.abs(p.x) / this.camera.aspect) / vertical + p.z;
-    }));
-    this.camera.position.copy(target).addScaledVector(towards, distance);
-    this.camera.near = distance / 200;
-    this.camera.far = 50 * distance;
-    this.camera.updateProjectionMatrix();
-    this.controls.target.copy(target);
-    this.controls.update();
-    this.invalidate();
+    this.look(corners, target, this.bestDirection());
   }
 
   /// Unit, towards the viewer: the approach from the side, and contacts that no link hides. A link
@@ -223,32 +182,4 @@ export class GraspScene {
     }));
     return directions.reduce((best, next) => (score(next) > score(best) ? next : best));
   }
-
-  resize() {
-    const { clientWidth, clientHeight } = this.renderer.domElement.parentElement;
-    this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / Math.max(1, clientHeight);
-    this.camera.updateProjectionMatrix();
-    if (this.grasp && !this.keepsView) this.frame();
-    this.invalidate();
-  }
-
-  invalidate() {
-    this.pending ??= requestAnimationFrame(() => this.render());
-  }
-
-  render() {
-    cancelAnimationFrame(this.pending);
-    this.pending = undefined;
-    this.renderer.render(this.scene, this.camera);
-  }
-}
-
-/// Of the node's own box, in W.
-function cornersOf(mesh) {
-  mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
-  const { min, max } = mesh.geometry.boundingBox;
-  return [...Array(8).keys()].map((k) => new Vector3(
-      k & 1 ? max.x : min.x, k & 2 ? max.y : min.y, k & 4 ? max.z : min.z)
-      .applyMatrix4(mesh.matrixWorld));
 }

@@ -165,6 +165,92 @@ TEST(DrawGrasp, ObstaclesAreDrawnAndHideNothing)
     EXPECT_GT(census(around, "inside.png").object, 0.5 * without.object);
 }
 
+TEST(DrawBodies, ShowsThemAmongObstaclesFromTwoSides)
+{
+    const SsvTree ball = buildSsvTree(makeSphere(0.05, 3));
+    const SsvTree table = buildSsvTree(makeBox({0.3, 0.2, 0.01}));
+    RigidBody body{.tree = &ball};
+    body.motion.X_W0.translation().z() = 0.06;
+    const RigidBody below{.tree = &table};
+    const std::filesystem::path file = tests::outputFile("bodies.png");
+    drawBodies(std::span(&body, 1),
+               {.width = 400, .height = 200, .obstacles = std::span(&below, 1)},
+               file);
+    const Picture picture = readPng(file);
+    ASSERT_EQ(picture.width, 400);
+    for (const int left : {0, 200})
+    {
+        const Census census = countPixels(picture, left, left + 200);
+        EXPECT_GT(census.hand, 300) << left;    // the ball is blue
+        EXPECT_GT(census.paper, 5000) << left;  // nothing is cut
+        EXPECT_LT(census.paper, 35000) << left;
+    }
+    EXPECT_THROW(drawBodies({}, {}, file), std::invalid_argument);
+}
+
+TEST(JoinPictures, PutsTheLastPanelsSideBySideAtHalfTheirSize)
+{
+    const SsvTree ball = buildSsvTree(makeSphere(0.05, 3));
+    const RigidBody body{.tree = &ball};
+    const std::filesystem::path one = tests::outputFile("one.png");
+    drawBodies(std::span(&body, 1), {.width = 400, .height = 160}, one);
+    const Picture whole = readPng(one);
+    const std::filesystem::path file = tests::outputFile("joined.png");
+    const std::vector<std::filesystem::path> three(3, one);
+    joinPictures(three, 2, 2, file);
+    const Picture joined = readPng(file);
+    ASSERT_EQ(joined.width, 200);
+    ASSERT_EQ(joined.height, 160);
+    const auto red = [](const Picture& picture, int x, int y)
+    { return int(picture.bytes[3 * static_cast<std::size_t>(y * picture.width + x)]); };
+    for (int y = 0; y < 80; y += 7)
+    {
+        for (int x = 0; x < 100; x += 9)
+        {
+            const int mean =
+                (red(whole, 200 + 2 * x, 2 * y) + red(whole, 201 + 2 * x, 2 * y) +
+                 red(whole, 200 + 2 * x, 2 * y + 1) + red(whole, 201 + 2 * x, 2 * y + 1)) /
+                4;
+            EXPECT_NEAR(red(joined, x, y), mean, 1);
+            EXPECT_NEAR(red(joined, 100 + x, y), mean, 1);
+            EXPECT_NEAR(red(joined, x, 80 + y), mean, 1);
+            EXPECT_EQ(red(joined, 100 + x, 80 + y), 255);  // there is no fourth one
+        }
+    }
+    EXPECT_THROW(joinPictures({}, 1, 1, file), std::invalid_argument);
+    const std::vector<std::filesystem::path> different{one, file};
+    EXPECT_THROW(joinPictures(different, 1, 2, tests::outputFile("never.png")),
+                 std::invalid_argument);
+}
+
+TEST(DrawMoments, OfTheWholeHandStandInRowsAndNothingIsCut)
+{
+    const HandModel hand = makeBoxHand();
+    const GraspObject ball = makeBall();
+    const Grasp grasp = makeBoxGrasp(3);
+    const Moment moment{.X_WH = grasp.X_WH, .positions = grasp.positions};
+    const std::vector<Moment> moments(3, moment);
+    const std::filesystem::path file = tests::outputFile("moments.png");
+    drawMoments(
+        hand, ball, moments, {.width = 600, .height = 400, .columns = 2, .wholeHand = true}, file);
+    const Picture picture = readPng(file);
+    ASSERT_EQ(picture.width, 600);
+    ASSERT_EQ(picture.height, 400);
+    for (int y = 0; y < 150; ++y)  // above the bar
+    {
+        for (int x = 0; x < 900; ++x)
+        {
+            EXPECT_EQ(picture.bytes[static_cast<std::size_t>(3 * y * 600 + x)],
+                      picture.bytes[static_cast<std::size_t>(3 * (y + 200) * 600 + x)]);
+        }
+    }
+    for (const int edge : {0, 299})  // paper all along the left and right edge of a panel
+    {
+        EXPECT_EQ(countPixels(picture, edge, edge + 1).hand, 0);
+        EXPECT_EQ(countPixels(picture, edge, edge + 1).object, 0);
+    }
+}
+
 TEST(DrawPreshape, ShowsHandFrameAndWaysFromFourSides)
 {
     const HandModel hand = tests::makeThreeFingers();

@@ -124,9 +124,9 @@ def plan(folder, candidates, *more):
     return (folder / "report.html").read_text(), [json.loads(line) for line in lines]
 
 
-def see(page, folder):
+def see(page, folder, actions=ACTIONS):
     file = folder / "seen.html"
-    file.write_text(page.replace("<body>", "<body>" + LISTEN, 1).replace("</body>", ACTIONS))
+    file.write_text(page.replace("<body>", "<body>" + LISTEN, 1).replace("</body>", actions))
     ran = run(BROWSER, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
               "--enable-unsafe-swiftshader", "--window-size=900,900", "--enable-logging=stderr",
               f"--user-data-dir={folder}/user", "--virtual-time-budget=3000", "--dump-dom",
@@ -262,6 +262,45 @@ def expect_without_viewer(folder):
     expect('id="canvas"' not in (folder / "report.html").read_text(), "it is that of pictures")
 
 
+TASK = """<script>
+const { scene, data, seek } = taskPage;
+const object = scene.nodes[data.tracks.findIndex(({ kind }) => kind === "object")];
+const placeAt = time => { seek(time); return object.position.toArray(); };
+const length = data.times[data.times.length - 1];
+const hidden = document.querySelectorAll("#shows button");
+hidden.forEach(button => button.click());
+scene.render();
+document.body.dataset.seen = JSON.stringify({
+  said, length, start: placeAt(0), end: placeAt(length),
+  between: data.stages.map(({ from }) => placeAt(from)), stages: data.stages.map(({ name }) => name),
+  shown: scene.scene.children.filter(({ isGroup, visible }) => isGroup && visible).length,
+  groups: hidden.length, loaded: performance.getEntriesByType("resource").length });
+</script></body>"""
+
+
+def expect_task(folder):
+    """A plan's page moves the object as its record says."""
+    made = run(PROGRAM, "task", "pick-place", "table", "--arm", "seven_joint_arm", "--hand",
+               "parallel_gripper", "--object", "apple", "--no-rehearsal", "-n", 10, "-o", folder)
+    if "has no tasks" in made.stderr:
+        return
+    expect(made.returncode == 0, f"a plan of a task: {made.stderr}")
+    plan = json.loads((folder / "plan.json").read_text())
+    seen = see((folder / "report.html").read_text(), folder, TASK)
+    if seen is None:
+        return
+    expect(seen["said"] == [] and seen["loaded"] == 0, f"no error, nothing loaded: {seen}")
+    expect(seen["groups"] == 3 and seen["shown"] == 0, "robot, object and surroundings can be hidden")
+    expect(abs(seen["length"] - plan["duration_s"]) < 1e-5, "it lasts as long as the plan")
+    legs = [leg["leg"] for leg in plan["legs"]]
+    expect(seen["stages"] == legs, f"its stages are the legs: {seen['stages']}")
+    for at, pose in (("start", "object_start"), ("end", "object_end")):
+        off = math.dist(seen[at], plan[pose]["position_m"])
+        expect(off < 2e-5, f"the object is {off} m off at the {at}")
+    lifted = seen["between"][legs.index("carry")][2] - seen["start"][2]
+    expect(lifted > 0.01, f"the object is lifted by {lifted}")
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -270,6 +309,7 @@ def main():
             return "the viewer was not built: it needs npm and its registry (BULLET_CCD_VIEWER)"
         if BROWSER is None:
             return "Chromium is not installed"
+        expect_task(folder / "task")
         for candidates in (1, 500):
             out = folder / str(candidates)
             table = folder / "table.obj"

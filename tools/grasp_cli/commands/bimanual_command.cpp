@@ -1,6 +1,9 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/report/grasp_picture.h"
+#include "grasp/report/motion_page.h"
 #include "grasp/task/plan_file.h"
 #include "grasp/task/single_hand.h"
+#include "grasp/task/task_page.h"
 #include "grasp/trial/two_hands_execution.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
@@ -74,23 +77,55 @@ std::vector<std::string> largeObjects()
     return names;
 }
 
-void writeOutputs(const std::string& folder,
-                  const grasp::TwoHandTask& task,
-                  const grasp::TwoHandPlan& plan)
+/// What the page says beside the plan itself.
+std::vector<std::pair<std::string, std::string>> factsOf(const BimanualRow& row)
+{
+    std::vector<std::pair<std::string, std::string>> facts{
+        {"planned in", fmt::format("{:.2f} s", row.seconds)}};
+    if (row.alone)
+    {
+        facts.emplace_back("one hand alone",
+                           fmt::format("{} candidates, of which {} are force closures, and {} hold "
+                                       "the weight with full efforts",
+                                       row.alone->candidates,
+                                       row.alone->forceClosures,
+                                       row.alone->holding));
+    }
+    if (row.result)
+    {
+        facts.emplace_back(
+            "in the simulation",
+            row.result->succeeded
+                ? fmt::format("lifted by {:.1f} mm, {:.1f} mm off, turned by {:.1f} degrees",
+                              1e3 * row.result->risen,
+                              1e3 * row.result->missed,
+                              57.29578 * row.result->turned)
+                : row.result->reason);
+    }
+    return facts;
+}
+
+void writeOutputs(const std::string& folder, const grasp::TwoHandTask& task, const BimanualRow& row)
 {
     OutputFolder output(folder);
     std::ofstream out(output.stage("plan.json"));
-    grasp::writeLiftJson(out, task, plan);
+    grasp::writeLiftJson(out, task, row.plan);
     out.close();
     if (!out)
     {
         throw std::runtime_error("plan.json: cannot be written: is the disk full?");
     }
-    if (plan.solved)
+    grasp::TaskPageExtras extras{.viewer = viewerFile(kTaskViewer),
+                                 .picture = row.plan.solved ? "plan.png" : "",
+                                 .files = {"plan.json"},
+                                 .facts = factsOf(row)};
+    if (row.plan.solved)
     {
-        grasp::writeLiftModel(task, plan, output.stage("plan.glb"));
-        grasp::drawLift(task, plan, output.stage("plan.png"));
+        grasp::writeLiftModel(task, row.plan, output.stage("plan.glb"));
+        grasp::drawLift(task, row.plan, output.stage("plan.png"));
+        extras.files.insert(extras.files.end(), {"plan.glb", "plan.png"});
     }
+    grasp::writeTaskPage(task, row.plan, extras, output.stage("report.html"));
     output.commit();
 }
 
@@ -153,16 +188,15 @@ BimanualRow planOne(const BimanualArguments& a,
     }
     if (!a.output.empty())
     {
-        writeOutputs(isOnly ? a.output : a.output + "/" + row.object, task, row.plan);
+        writeOutputs(isOnly ? a.output : a.output + "/" + row.object, task, row);
     }
     return row;
 }
 
-std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>& rows)
+TextTable rowsTable(const BimanualArguments& a, const std::vector<BimanualRow>& rows)
 {
     TextTable table{.header = {"object",
                                "kg",
-                               "one hand: tried, force closures, hold it",
                                "planned in [s]",
                                "pairs",
                                "tried",
@@ -172,6 +206,10 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
                                "squeeze [N]",
                                "internal [N]"},
                     .rows = {}};
+    if (a.oneHand > 0)
+    {
+        table.header.emplace_back("one hand: tried, force closures, hold it");
+    }
     if (a.samples > 0)
     {
         table.header.insert(table.header.end(), {"least sample [mm]", "legs in doubt"});
@@ -186,11 +224,6 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
         const grasp::TwoHandPlan& plan = row.plan;
         std::vector<std::string> cells{row.object,
                                        fmt::format("{:.2f}", plan.mass.mass),
-                                       row.alone ? fmt::format("{}, {}, {}",
-                                                               row.alone->candidates,
-                                                               row.alone->forceClosures,
-                                                               row.alone->holding)
-                                                 : "",
                                        fmt::format("{:.2f}", row.seconds),
                                        std::to_string(plan.pairs),
                                        std::to_string(plan.attempts.size())};
@@ -207,7 +240,12 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
                  fmt::format("{:.0f}", plan.forces.squeeze),
                  fmt::format("{:.0f}", plan.forces.internal)});
         }
-        cells.resize(11);
+        cells.resize(10);
+        if (row.alone)
+        {
+            cells.push_back(fmt::format(
+                "{}, {}, {}", row.alone->candidates, row.alone->forceClosures, row.alone->holding));
+        }
         if (a.samples > 0)
         {
             cells.push_back(plan.solved ? fmt::format("{:.4f}", 1e3 * row.sampled) : "");
@@ -222,7 +260,36 @@ std::string rowsText(const BimanualArguments& a, const std::vector<BimanualRow>&
         cells.push_back(!plan.solved ? plan.failure : a.executes ? "lifted" : "planned");
         table.rows.push_back(std::move(cells));
     }
-    return alignedText(table);
+    return table;
+}
+
+/// A page with the rows of all objects, which leads to theirs, and the lifts side by side.
+void writeOverview(const BimanualArguments& a,
+                   const std::vector<BimanualRow>& rows,
+                   const TextTable& table)
+{
+    OutputFolder output(a.output);
+    std::vector<std::filesystem::path> pictures;
+    grasp::MotionPage page{.title = "Two hands"};
+    for (const BimanualRow& row : rows)
+    {
+        page.files.push_back(row.object + "/report.html");
+        if (row.plan.solved)
+        {
+            pictures.push_back(std::filesystem::path(a.output) / row.object / "plan.png");
+        }
+    }
+    page.subtitle = fmt::format(
+        "{} of {} objects are {}", pictures.size(), rows.size(), a.executes ? "lifted" : "planned");
+    page.isGood = pictures.size() == rows.size();
+    page.tables.push_back({.title = "Objects", .header = table.header, .rows = table.rows});
+    if (!pictures.empty())
+    {
+        grasp::joinPictures(pictures, 3, 5, output.stage("lifted.png"));
+    }
+    grasp::writeMotionPage(
+        page, {}, pictures.empty() ? "" : "lifted.png", output.stage("report.html"));
+    output.commit();
 }
 
 std::string attemptsText(const BimanualRow& row)
@@ -288,7 +355,12 @@ int runBimanual(const BimanualArguments& a)
             static_cast<void>(std::fflush(stdout));
         }
     }
-    fmt::print("{}", rowsText(a, rows));
+    const TextTable table = rowsTable(a, rows);
+    fmt::print("{}", alignedText(table));
+    if (!a.output.empty() && objects.size() > 1)
+    {
+        writeOverview(a, rows, table);
+    }
     if (a.oneHand > 0)
     {
         const auto isOfTwo = [](const BimanualRow& row)
@@ -393,10 +465,12 @@ void addBimanual(CLI::App& task, int& exitCode)
         ->check(within(1e-3, 1.0))
         ->capture_default_str();
     command
-        ->add_option("-o,--output",
-                     a->output,
-                     "A folder for plan.json, plan.glb, an animation, and plan.png; for more "
-                     "than one object, one in it for each.")
+        ->add_option(
+            "-o,--output",
+            a->output,
+            "A folder for report.html, a page in three dimensions, plan.json, plan.glb, an "
+            "animation, and plan.png; for more than one object, one in it for each, and a "
+            "page and a picture of all.")
         ->type_name("FOLDER");
     command
         ->add_option(

@@ -1,7 +1,10 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
+#include "grasp/report/grasp_picture.h"
 #include "grasp/sim/settle.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
+#include "tools/grasp_cli/inputs/task_scene.h"
+#include "tools/grasp_cli/plan/output_folder.h"
 #include "tools/support/text_table.h"
 
 #include <cstdint>
@@ -102,14 +105,69 @@ int runClutter(const ClutterArguments& a)
                                  ": cannot be written: give -o a file in a folder that "
                                  "exists");
     }
-    fmt::print("{} objects {} after {:.1f} s\nwritten:  {}\n",
+    const std::filesystem::path picture = std::filesystem::path(a.output).replace_extension(".png");
+    drawScene(readTaskScene(a.output), picture);
+    fmt::print("{} objects {} after {:.1f} s\nwritten:  {}, {}\n",
                objects.size(),
                settled.atRest ? "are at rest" : "still move",
                settled.seconds,
-               a.output);
+               a.output,
+               picture.string());
     return settled.atRest ? kDone : kNothingFound;
 }
+
+struct SceneArguments
+{
+    std::vector<std::string> scenes;
+    std::string output;
+};
+
+int runScene(const SceneArguments& a)
+{
+    OutputFolder output(a.output);
+    std::vector<std::filesystem::path> pictures;
+    std::vector<std::string> names;
+    for (const std::string& name : a.scenes)
+    {
+        const TaskScene scene = readTaskScene(resolveScene(name));
+        names.push_back(scene.file.stem().string() + ".png");
+        pictures.push_back(output.stage(names.back()));
+        drawScene(scene, pictures.back());
+        fmt::print("{}: {} obstacles, {} objects\n",
+                   scene.file.stem().string(),
+                   scene.obstacles.size(),
+                   scene.objects.size());
+    }
+    if (pictures.size() > 1)
+    {
+        names.emplace_back("scenes.png");
+        grasp::joinPictures(pictures, 1, 2, output.stage(names.back()));
+    }
+    output.commit();
+    fmt::print("written:  {} in {}\n", joined(names, ", "), a.output);
+    return kDone;
+}
 }  // namespace
+
+void addScene(CLI::App& task, int& exitCode)
+{
+    auto* command = task.add_subcommand("scene", "Draws scenes.");
+    const auto a = std::make_shared<SceneArguments>();
+    command->add_option("SCENES", a->scenes, "Scenes in YAML, or names of those that ship.")
+        ->type_name("SCENE...")
+        ->required();
+    command->add_option("-o,--output", a->output, "A folder for SCENE.png, and scenes.png of all.")
+        ->type_name("FOLDER")
+        ->required();
+    command->footer(
+        "Each is seen from where the robot stands, and from above.\n"
+        "\n"
+        "Exit codes: 0, 2 for wrong options, 3 for bad input.\n"
+        "\n"
+        "Example:\n"
+        "  grasp task scene table shelf bin -o out");
+    command->callback([a, &exitCode] { exitCode = runScene(*a); });
+}
 
 void addClutter(CLI::App& task, int& exitCode)
 {
@@ -129,7 +187,11 @@ void addClutter(CLI::App& task, int& exitCode)
         ->type_name("N")
         ->check(wholeNumber())
         ->capture_default_str();
-    command->add_option("-o,--output", a->output, "The scene file to write (YAML).")
+    command
+        ->add_option(
+            "-o,--output",
+            a->output,
+            "The scene file to write (YAML); a picture of that name stands beside it (.png).")
         ->type_name("FILE")
         ->required();
     command->footer(

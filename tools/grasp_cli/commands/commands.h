@@ -19,8 +19,9 @@ void addHandCommand(CLI::App& app, int& exitCode);
 void addHandCheckCommand(CLI::App& hand, int& exitCode);
 void addQualityCommand(CLI::App& app, int& exitCode);
 void addTaskCommand(CLI::App& app, int& exitCode);
-/// The verbs `bimanual` and `clutter` below the verb `task`.
+/// The verbs `bimanual`, `clutter` and `scene` below the verb `task`.
 void addBimanual(CLI::App& task, int& exitCode);
 void addClutter(CLI::App& task, int& exitCode);
+void addScene(CLI::App& task, int& exitCode);
 void addTrialCommand(CLI::App& app, int& exitCode);
 }  // namespace bullet_ccd::tools

@@ -1,7 +1,11 @@
 #include "tools/grasp_cli/commands/commands.h"
 #ifdef BULLET_CCD_HAS_TASKS
+#include "grasp/report/grasp_picture.h"
+#include "grasp/report/motion_page.h"
 #include "grasp/task/plan_file.h"
+#include "grasp/task/task_page.h"
 #include "grasp/trial/plan_execution.h"
+#include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/grasp_cli/inputs/task_scene.h"
 #include "tools/grasp_cli/options/mass_option.h"
 #include "tools/grasp_cli/options/robot_options.h"
@@ -112,35 +116,6 @@ std::string legsText(const grasp::PickPlacePlan& plan)
     return alignedText(table);
 }
 
-void writeOutputs(const std::string& folder,
-                  const grasp::PickPlaceTask& task,
-                  const grasp::PickPlacePlan& plan)
-{
-    OutputFolder output(folder);
-    const auto write = [&](const std::string& name, const auto& writer)
-    {
-        std::ofstream out(output.stage(name));
-        writer(out, task, plan);
-        out.close();
-        if (!out)
-        {
-            throw std::runtime_error(name + ": cannot be written: is the disk full?");
-        }
-    };
-    write("plan.json", grasp::writePlanJson);
-    if (plan.solved)
-    {
-        write("trajectory.csv", grasp::writePlanCsv);
-        write("trajectory.yaml", grasp::writePlanYaml);
-        grasp::writePlanModel(task, plan, output.stage("plan.glb"));
-        grasp::drawPlan(task, plan, output.stage("plan.png"));
-    }
-    output.commit();
-    fmt::print("written:  {}/plan.json{}\n",
-               folder,
-               plan.solved ? ", trajectory.csv, trajectory.yaml, plan.glb, plan.png" : "");
-}
-
 /// What became of one object.
 struct TaskRow
 {
@@ -156,6 +131,56 @@ struct TaskRow
         return plan.solved && doubted == 0 && (!result || result->succeeded);
     }
 };
+
+/// What the page says beside the plan itself.
+std::vector<std::pair<std::string, std::string>> factsOf(const TaskRow& row)
+{
+    std::vector<std::pair<std::string, std::string>> facts{
+        {"planned in", fmt::format("{:.2f} s", row.seconds)}};
+    if (row.result)
+    {
+        facts.emplace_back("in the simulation",
+                           row.result->succeeded
+                               ? fmt::format("done: {:.2f} mm off, others moved by {:.2f} mm",
+                                             1e3 * row.result->missed,
+                                             1e3 * row.result->othersMoved)
+                               : row.result->reason);
+    }
+    return facts;
+}
+
+void writeOutputs(const std::string& folder, const grasp::PickPlaceTask& task, const TaskRow& row)
+{
+    const grasp::PickPlacePlan& plan = row.plan;
+    OutputFolder output(folder);
+    const auto write = [&](const std::string& name, const auto& writer)
+    {
+        std::ofstream out(output.stage(name));
+        writer(out, task, plan);
+        out.close();
+        if (!out)
+        {
+            throw std::runtime_error(name + ": cannot be written: is the disk full?");
+        }
+    };
+    write("plan.json", grasp::writePlanJson);
+    grasp::TaskPageExtras extras{.viewer = viewerFile(kTaskViewer),
+                                 .picture = plan.solved ? "plan.png" : "",
+                                 .files = {"plan.json"},
+                                 .facts = factsOf(row)};
+    if (plan.solved)
+    {
+        write("trajectory.csv", grasp::writePlanCsv);
+        write("trajectory.yaml", grasp::writePlanYaml);
+        grasp::writePlanModel(task, plan, output.stage("plan.glb"));
+        grasp::drawPlan(task, plan, output.stage("plan.png"));
+        extras.files.insert(extras.files.end(),
+                            {"trajectory.csv", "trajectory.yaml", "plan.glb", "plan.png"});
+    }
+    grasp::writeTaskPage(task, plan, extras, output.stage("report.html"));
+    output.commit();
+    fmt::print("written:  {}/report.html, {}\n", folder, joined(extras.files, ", "));
+}
 
 TaskRow planOne(const PickPlaceArguments& a,
                 const TaskScene& scene,
@@ -226,7 +251,7 @@ TaskRow planOne(const PickPlaceArguments& a,
     }
     if (!a.output.empty())
     {
-        writeOutputs(isOnly ? a.output : a.output + "/" + chosen.name, task, row.plan);
+        writeOutputs(isOnly ? a.output : a.output + "/" + chosen.name, task, row);
     }
     return row;
 }
@@ -252,7 +277,7 @@ void printOne(const PickPlaceArguments& a, const TaskRow& row)
     }
 }
 
-std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& rows)
+TextTable rowsTable(const PickPlaceArguments& a, const std::vector<TaskRow>& rows)
 {
     TextTable table{.header = {"object", "planned in [s]", "grasps tried", "takes [s]"},
                     .rows = {}};
@@ -291,7 +316,29 @@ std::string rowsText(const PickPlaceArguments& a, const std::vector<TaskRow>& ro
                                                                : "planned");
         table.rows.push_back(std::move(cells));
     }
-    return alignedText(table);
+    return table;
+}
+
+/// A page with the rows of all objects, which leads to theirs, and a picture of the scene.
+void writeOverview(const PickPlaceArguments& a,
+                   const TaskScene& scene,
+                   const std::vector<TaskRow>& rows,
+                   const TextTable& table)
+{
+    OutputFolder output(a.output);
+    grasp::MotionPage page{.title = scene.file.stem().string()};
+    for (const TaskRow& row : rows)
+    {
+        page.files.push_back(row.object + "/report.html");
+    }
+    const auto good = std::ranges::count_if(rows, [](const TaskRow& row) { return row.isGood(); });
+    page.subtitle =
+        fmt::format("{} of {} objects are {}", good, rows.size(), a.executes ? "moved" : "planned");
+    page.isGood = good == std::ptrdiff_t(rows.size());
+    page.tables.push_back({.title = "Objects", .header = table.header, .rows = table.rows});
+    drawScene(scene, output.stage("scene.png"));
+    grasp::writeMotionPage(page, {}, "scene.png", output.stage("report.html"));
+    output.commit();
 }
 
 int runPickPlace(const PickPlaceArguments& a)
@@ -317,7 +364,12 @@ int runPickPlace(const PickPlaceArguments& a)
     }
     if (isTable)
     {
-        fmt::print("{}", rowsText(a, rows));
+        const TextTable table = rowsTable(a, rows);
+        fmt::print("{}", alignedText(table));
+        if (!a.output.empty() && chosen.size() > 1)
+        {
+            writeOverview(a, scene, rows, table);
+        }
     }
     std::size_t good = 0;
     std::size_t ended = 0;
@@ -410,8 +462,9 @@ void addPickPlace(CLI::App& task, int& exitCode)
         ->add_option(
             "-o,--output",
             a->output,
-            "A folder for plan.json, trajectory.csv, trajectory.yaml, plan.glb (an animation) and "
-            "plan.png.")
+            "A folder for report.html (a page in three dimensions), plan.json, trajectory.csv, "
+            "trajectory.yaml, plan.glb (an animation) and plan.png; for more than one object, one "
+            "in it for each, and a page of all with scene.png.")
         ->type_name("FOLDER");
     command
         ->add_option(
@@ -460,6 +513,7 @@ void addTaskCommand(CLI::App& app, int& exitCode)
     addPickPlace(*task, exitCode);
     addBimanual(*task, exitCode);
     addClutter(*task, exitCode);
+    addScene(*task, exitCode);
 #else
     task->allow_extras();
     task->callback(

@@ -57,9 +57,9 @@ fs::path shareFolder()
     return found == places.end() ? fs::path() : *found;
 }
 
-fs::path viewerFile()
+fs::path viewerFile(const std::string& name)
 {
-    const fs::path file = shareFolder() / "viewer.html";
+    const fs::path file = shareFolder() / name;
     return fs::exists(file) ? file : fs::path();
 }
 

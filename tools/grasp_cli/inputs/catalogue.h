@@ -15,8 +15,9 @@ namespace bullet_ccd::tools
 /// installation. Empty if none exists.
 [[nodiscard]] std::filesystem::path shareFolder();
 
-/// The page in three dimensions without its data; empty if it was not built.
-[[nodiscard]] std::filesystem::path viewerFile();
+/// A page in three dimensions without its data, of grasps or of tasks; empty if it was not built.
+inline constexpr const char* kTaskViewer = "task_viewer.html";
+[[nodiscard]] std::filesystem::path viewerFile(const std::string& name = "viewer.html");
 
 /// Folder for what was found of hands and need not be found again: $BULLET_CCD_CACHE if it is set
 /// (to nothing: no folder), else bullet_ccd in $XDG_CACHE_HOME, else in ~/.cache. It may not exist

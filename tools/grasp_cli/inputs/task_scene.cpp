@@ -1,6 +1,7 @@
 #include "tools/grasp_cli/inputs/task_scene.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "grasp/report/grasp_picture.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_table.h"
 #include "tools/support/yaml_file.h"
@@ -227,5 +228,21 @@ fs::path resolveScene(const std::string& nameOrPath)
 fs::path resolveArm(const std::string& nameOrPath)
 {
     return resolved(nameOrPath, "arms", ".urdf", "arm");
+}
+
+void drawScene(const TaskScene& scene, const std::filesystem::path& file)
+{
+    const auto bodiesOf = [](const std::vector<TaskBody>& bodies)
+    {
+        std::vector<RigidBody> rigid;
+        for (const TaskBody& body : bodies)
+        {
+            rigid.push_back({.tree = body.tree.get(), .motion = restAt(body.X_WO)});
+        }
+        return rigid;
+    };
+    const std::vector<RigidBody> objects = bodiesOf(scene.objects);
+    const std::vector<RigidBody> obstacles = bodiesOf(scene.obstacles);
+    grasp::drawBodies(objects, {.width = 1600, .height = 560, .obstacles = obstacles}, file);
 }
 }  // namespace bullet_ccd::tools

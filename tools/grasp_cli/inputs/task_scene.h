@@ -46,6 +46,10 @@ struct TaskScene
 /// Throws std::runtime_error "<file>:<line>: <key>: <what, value>: <remedy>".
 [[nodiscard]] TaskScene readTaskScene(const std::filesystem::path& path);
 
+/// Renders obstacles and objects to a PNG, from two sides. Throws std::runtime_error if it cannot
+/// be written.
+void drawScene(const TaskScene& scene, const std::filesystem::path& file);
+
 /// A path that exists as it is, else robots/scenes/<name>.yaml, or robots/arms/<name>.urdf, of what
 /// ships. Throw std::runtime_error.
 [[nodiscard]] std::filesystem::path resolveScene(const std::string& nameOrPath);
