@@ -94,7 +94,8 @@ SettledObjects settle(std::span<const GraspObject* const> objects,
                      {.mass = massOf(*objects.front()).mass,
                       .friction = options.friction,
                       .margin = 0.5 * kSkin,
-                      .stiffness = kSkinStiffness},
+                      .stiffness = kSkinStiffness,
+                      .spinDamping = options.spinDamping},
                      X_OW,
                      {0.0});
     for (std::size_t i = 1; i < objects.size(); ++i)

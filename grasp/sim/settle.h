@@ -22,7 +22,9 @@ struct ClutterOptions
     double height = 0.0;     ///< of what they stand on, W [m]
     double distance = 5e-3;  ///< between their circles about z where there is room [m]
     double friction = 0.5;   ///< Coulomb coefficient
-    double longest = 4.0;    ///< after which what still moves is left where it is [s]
+    /// Share of its spin that an object loses in a second, so that balls do not roll for ever.
+    double spinDamping = 0.9;
+    double longest = 6.0;  ///< after which what still moves is left where it is [s]
 };
 
 struct SettledObjects

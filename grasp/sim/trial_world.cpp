@@ -62,6 +62,7 @@ TrialWorld::TrialWorld(const HandModel& hand,
       m_world(&m_dispatcher, &m_broadphase, &m_solver, &m_configuration),
       m_drives(hand.robot.tree.size(), nullptr),
       m_friction(bodies.friction),
+      m_spinDamping(bodies.spinDamping),
       m_margin(bodies.margin),
       m_stiffness(bodies.stiffness)
 {
@@ -179,6 +180,7 @@ TrialWorld::Body TrialWorld::makeBody(const SsvTree& tree,
     body.rigid = std::make_unique<btRigidBody>(
         rigidInfo(mass, *body.shape, btCcdToBullet(moments), btCcdToBullet(X_WB * body.X_OI)));
     body.rigid->setFriction(std::sqrt(m_friction));
+    body.rigid->setDamping(0.0, m_spinDamping);
     body.rigid->setContactProcessingThreshold(kProcessed);
     body.rigid->setActivationState(DISABLE_DEACTIVATION);
     return body;

@@ -33,6 +33,7 @@ struct TrialBodies
     /// rigid. Skins get harder the more the deepest point is compressed, and let nothing in by more
     /// than 0.55 of the gap: what is compressed is the gap alone, and the meshes never meet.
     double stiffness = 0.0;
+    double spinDamping = 0.0;  ///< share of its spin that a free body loses in a second
 };
 
 /// The pairs of links that the hand lists, of those pairs that their groups let meet.
@@ -59,7 +60,7 @@ struct HoldingForces
 /// The world is that of the hand: its root link does not move. Where the hand would be accelerated,
 /// the object and the table are instead, which is the same. The weight of the hand is taken as
 /// compensated by its controller. The mesh frame of the object at the start is W. There is no
-/// restitution and no damping except in the drives.
+/// restitution and no damping except in the drives and TrialBodies::spinDamping.
 ///
 /// Deterministic: the same calls give the same bits.
 class BULLET_CCD_API TrialWorld
@@ -146,6 +147,7 @@ private:
     std::vector<std::unique_ptr<btMultiBodyConstraint>> m_constraints;
     std::vector<JointDrive*> m_drives;  // one entry per link; null without a motor
     double m_friction;
+    double m_spinDamping;
     double m_margin;
     double m_stiffness;
     double m_timeStep = 1.0;

@@ -1,18 +1,24 @@
 #include "grasp/task/plan_file.h"
 
 #include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/io/robot_file.h"
+#include "grasp/hand/sampled_pairs.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
 #include "grasp/task/task_page.h"
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <iomanip>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <set>
+#include <stdexcept>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -121,28 +127,35 @@ void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlace
     if (plan.solved)
     {
         json["object_end"] = poseJson(plan.X_WOEnd);
-        json["grasp"] = {{"candidate", plan.grasp.candidate},
-                         {"preshape", plan.grasp.preshape},
-                         {"epsilon", plan.grasp.quality.epsilon},
-                         {"mass_kg", plan.mass.mass},
-                         {"mass_from", toString(plan.mass.source)},
-                         {"hand_pose_in_object", poseJson(plan.grasp.X_WH)}};
+        json["grasp"] = {
+            {"candidate", plan.grasp.candidate},
+            {"preshape", plan.grasp.preshape},
+            {"epsilon", plan.grasp.quality.epsilon},
+            {"mass_kg", plan.mass.mass},
+            {"mass_from", toString(plan.mass.source)},
+            {"hand_pose_in_object", poseJson(plan.grasp.X_WH)},
+            {"hand_link", task.robot.tree.links[std::size_t(task.robot.handRoot)].name},
+            {"object_pose_in_hand", poseJson(plan.X_HO)}};
         addLegs(task.robot.tree, plan.legs, json);
     }
     out << json.dump(1) << "\n";
 }
 
-void writePlanCsv(std::ostream& out, const PickPlaceTask& task, const PickPlacePlan& plan)
+namespace
+{
+void writeRows(std::ostream& out,
+               const KinematicTree& tree,
+               const std::vector<const Waypoint*>& waypoints)
 {
     exact(out);
-    const std::vector<std::size_t> joints = ownJoints(task.robot.tree);
+    const std::vector<std::size_t> joints = ownJoints(tree);
     out << "time";
     for (const std::size_t joint : joints)
     {
-        out << "," << task.robot.tree.links[joint].joint.name;
+        out << "," << tree.links[joint].joint.name;
     }
     out << "\n";
-    for (const Waypoint* waypoint : waypointsOf(plan))
+    for (const Waypoint* waypoint : waypoints)
     {
         out << waypoint->time;
         for (const std::size_t joint : joints)
@@ -150,6 +163,50 @@ void writePlanCsv(std::ostream& out, const PickPlaceTask& task, const PickPlaceP
             out << "," << waypoint->positions[joint];
         }
         out << "\n";
+    }
+}
+}  // namespace
+
+void writePlanCsv(std::ostream& out, const PickPlaceTask& task, const PickPlacePlan& plan)
+{
+    writeRows(out, task.robot.tree, waypointsOf(plan));
+}
+
+void writeLegCsv(std::ostream& out, const PickPlaceTask& task, const TaskLeg& leg)
+{
+    std::vector<const Waypoint*> waypoints;
+    for (const Waypoint& waypoint : leg.waypoints)
+    {
+        waypoints.push_back(&waypoint);
+    }
+    writeRows(out, task.robot.tree, waypoints);
+}
+
+void writeRobot(const PickPlaceTask& task, const std::filesystem::path& folder)
+{
+    const HandModel whole = wholeRobot(task.robot, task.hand);
+    writeUrdf(whole.robot, folder / "robot.urdf");
+    const std::set<std::pair<std::int32_t, std::int32_t>> tested(whole.selfPairs.begin(),
+                                                                 whole.selfPairs.end());
+    std::vector<SampledPair> others;
+    const auto size = static_cast<std::int32_t>(whole.linkTrees.size());
+    for (std::int32_t a = 0; a < size; ++a)
+    {
+        for (std::int32_t b = a + 1; b < size; ++b)
+        {
+            if (!tested.contains({a, b}))
+            {
+                others.push_back({.first = a, .second = b, .finding = PairFinding::Default});
+            }
+        }
+    }
+    std::ofstream out(folder / "robot.srdf");
+    out << disabledPairsSrdf(whole.robot.name, whole.robot.tree, others);
+    out.close();
+    if (!out)
+    {
+        throw std::runtime_error((folder / "robot.srdf").string() +
+                                 ": cannot be written: is the disk full?");
     }
 }
 

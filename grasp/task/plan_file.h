@@ -29,6 +29,14 @@ BULLET_CCD_API void writePlanYaml(std::ostream& out,
                                   const PickPlaceTask& task,
                                   const PickPlacePlan& plan);
 
+/// One leg as writePlanCsv() writes all of them.
+BULLET_CCD_API void writeLegCsv(std::ostream& out, const PickPlaceTask& task, const TaskLeg& leg);
+
+/// The robot as robot.urdf with its meshes (writeUrdf()), and the pairs of its links that are not
+/// tested as robot.srdf: what other programs need to read the trajectories. The folder must exist.
+/// Throws std::runtime_error if a file cannot be written.
+BULLET_CCD_API void writeRobot(const PickPlaceTask& task, const std::filesystem::path& folder);
+
 /// An animation of the whole task as binary glTF 2.0: a node a link, the object, the obstacles, all
 /// in W, z up turned to glTF's y up. Key frames are `interval` apart [s].
 /// @pre the plan is solved

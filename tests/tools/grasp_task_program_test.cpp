@@ -1,5 +1,7 @@
 // `grasp task pick-place`: the files of a plan, and what the program says about input that is
 // wrong.
+#include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tests/support/temp_folder.h"
 #include "tests/tools/run_program.h"
 
@@ -112,6 +114,60 @@ TEST_F(GraspTask, ShowsTheSceneAndTheReasonsWhereThereIsNoPlan)
     EXPECT_FALSE(fs::exists(folder / "plan.png"));
 }
 
+/// A plan, and what the other program says of its legs.
+TEST_F(GraspTask, LegsAreCertifiedByTheOtherProgram)
+{
+    writeObj(makeBox({0.02, 0.03, 0.04}), m_temp.path() / "block.obj");
+    const fs::path folder = m_temp.path() / "out";
+    const Outcome planned =
+        run("box: [0.04, 0.06, 0.08]", "mesh: block.obj", "-o '" + folder.string() + "'");
+    ASSERT_EQ(planned.exitCode, 0) << planned.err;
+    const auto certify = [&](const std::string& legs, const std::string& more)
+    {
+        const std::string base = "'" + folder.string() + "/";
+        std::string files;
+        std::istringstream names(legs);
+        for (std::string name; names >> name;)
+        {
+            files += " " + base + name + "'";
+        }
+        return runProgram(std::string(BULLET_CCD_PROGRAM) + " certify " + base +
+                          "robot.urdf' --srdf " + base + "robot.srdf' --trajectory" + files +
+                          " --obstacles '" + m_scene.string() + "' --no-distance " + more);
+    };
+    const Outcome coming = certify("leg_1_transit.csv leg_2_approach.csv", "");
+    EXPECT_EQ(coming.exitCode, 0) << coming.out << coming.err;
+    const auto grasp = nlohmann::json::parse(contentOf(folder / "plan.json")).at("grasp");
+    const auto& pose = grasp.at("object_pose_in_hand");
+    std::string attached = (m_temp.path() / "block.obj").string() + "@" +
+                           grasp.at("hand_link").get<std::string>() + "@";
+    for (const auto* list : {&pose.at("quaternion_wxyz"), &pose.at("position_m")})
+    {
+        for (const auto& number : *list)
+        {
+            attached += (attached.back() == '@' ? "" : ",") + number.dump();
+        }
+    }
+    const std::string attach = "--attach '" + attached + "' ";
+    const std::string carrying = "leg_4_lift.csv leg_5_carry.csv leg_6_place.csv";
+    const Outcome carried = certify(carrying, attach + "--without block");
+    EXPECT_EQ(carried.exitCode, 0) << carried.out << carried.err;
+    EXPECT_EQ(certify(carrying, attach).exitCode, 1) << "it is where it is taken from";
+    const Outcome none = certify(carrying, attach + "--without blocks");
+    EXPECT_EQ(none.exitCode, 3);
+    EXPECT_THAT(none.err, HasSubstr("there is no obstacle blocks"));
+
+    // The robot that was written is one that tasks take.
+    const Outcome again =
+        runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " task pick-place '" + m_scene.string() +
+                   "' --arm '" + folder.string() + "/robot.urdf' --object block -n 24 -q");
+    EXPECT_EQ(again.exitCode, 0) << again.out << again.err;
+    const Outcome wrong = runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " task pick-place '" +
+                                     m_scene.string() + "' --object block --arm seven_joint_arm");
+    EXPECT_EQ(wrong.exitCode, 3);
+    EXPECT_THAT(wrong.err, HasSubstr("does not divide into fingers"));
+}
+
 TEST_F(GraspTask, NamesWhatIsWrongWithAScene)
 {
     expectRefused("elbow_joint", "elbow_joynt", "did you mean elbow_joint?");
@@ -173,6 +229,31 @@ TEST(GraspTaskBimanual, WritesThePlanAsJsonModelAndPicture)
         "5,0,0.4");
     EXPECT_EQ(far.exitCode, 1);
     EXPECT_THAT(far.out, HasSubstr("brings its hand to no candidate"));
+}
+
+TEST(GraspTaskClutter, ScenesThatShipCanBeReadByBothPrograms)
+{
+    for (const std::string scene : {"clutter_10", "clutter_20", "clutter_40", "narrow_shelf"})
+    {
+        const Outcome read =
+            runGrasp("task pick-place " + scene +
+                     " --arm seven_joint_arm --hand parallel_gripper --object apple "
+                     "--time-limit 1e-6");
+        EXPECT_EQ(read.exitCode, 1) << read.err;
+        EXPECT_THAT(read.err, HasSubstr("stopped after 0 of 1 objects"));
+        const fs::path share =
+            fs::path(BULLET_CCD_GRASP_PROGRAM).parent_path().parent_path() / "share/bullet_ccd";
+        const tests::TempFolder temp;
+        std::ofstream(temp.path() / "rest.csv")
+            << "time,shoulder_turn_joint,shoulder_bend_joint,elbow_joint,wrist_bend_joint\n"
+               "0,0,-0.3,-1.6,1.2\n1,0.1,-0.3,-1.6,1.2\n";
+        const Outcome certified =
+            runProgram(std::string(BULLET_CCD_PROGRAM) + " certify '" +
+                       (share / "robots/arms/seven_joint_arm.urdf").string() + "' --trajectory '" +
+                       (temp.path() / "rest.csv").string() + "' --no-distance --obstacles '" +
+                       (share / "robots/scenes" / (scene + ".yaml")).string() + "'");
+        EXPECT_EQ(certified.exitCode, 0) << certified.out << certified.err;
+    }
 }
 
 TEST(GraspTaskClutter, WritesASceneThatCanBeRead)

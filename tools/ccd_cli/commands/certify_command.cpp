@@ -31,6 +31,7 @@ struct CertifyArguments
     std::vector<std::string> obstacles;
     std::vector<std::string> attached;
     std::vector<std::string> allowed;
+    std::vector<std::string> without;
     bool self = false;
     double jointReach = kDefaultJointReach;
     double tolerance = ToiOptions{}.tolerance;
@@ -135,6 +136,14 @@ Surroundings loadSurroundings(const CertifyArguments& a)
         attach(world.links, text, testsSelf);
     }
     world.obstacles = loadObstacles(a.obstacles);
+    for (const std::string& name : a.without)
+    {
+        if (std::erase_if(world.obstacles,
+                          [&](const Obstacle& obstacle) { return obstacle.name == name; }) == 0)
+        {
+            throw std::runtime_error("--without: there is no obstacle " + name);
+        }
+    }
     world.bodies = bodiesOf(world.obstacles);
     for (const std::string& text : a.allowed)
     {
@@ -301,6 +310,12 @@ void addTestedOptions(CLI::App& command, CertifyArguments& a)
                     "Two links, attached objects or obstacles that may touch each other.")
         ->type_name("NAME,NAME...")
         ->check(parsedBy(allowedFrom))
+        ->group(group);
+    command
+        .add_option("--without",
+                    a.without,
+                    "Obstacles of these names are left out, such as the object that is attached.")
+        ->type_name("NAME...")
         ->group(group);
     command
         .add_option("--joint-reach",

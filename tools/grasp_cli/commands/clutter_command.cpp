@@ -7,6 +7,7 @@
 #include "tools/grasp_cli/plan/output_folder.h"
 #include "tools/support/text_table.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <fmt/format.h>
 #include <fstream>
@@ -31,26 +32,74 @@ struct ClutterArguments
                                      "wine_glass",
                                      "jug"};
     int count = 12;
+    double rim = 0.0;  // height [m]
     std::string output;
     grasp::ClutterOptions options{.from = {0.35, -0.55}, .to = {0.8, 0.1}};
 };
 
-/// The scene, with a table and a free target at its left.
+/// What stands there: its name, its extents and its middle, W [m].
+struct Box
+{
+    const char* name;
+    Eigen::Vector3d extents;
+    Eigen::Vector3d center;
+};
+
+/// A table, and on it a rim around what is let go, if it has a height.
+std::vector<Box> boxesOf(const ClutterArguments& a)
+{
+    std::vector<Box> boxes{{"table", {0.9, 1.3, 0.04}, {0.62, 0.0, -0.02}}};
+    if (a.rim > 0.0)
+    {
+        constexpr double kThick = 0.01;
+        constexpr double kAway = 0.06;  // of the middles of the outermost objects
+        const Eigen::Vector2d middle = 0.5 * (a.options.from + a.options.to);
+        const Eigen::Vector2d half =
+            0.5 * (a.options.to - a.options.from) + Eigen::Vector2d::Constant(kAway);
+        const double z = 0.5 * a.rim + 1e-3;
+        const Eigen::Vector3d along(2.0 * (half.x() + kThick), kThick, a.rim);
+        const Eigen::Vector3d across(kThick, 2.0 * half.y(), a.rim);
+        const double x = half.x() + 0.5 * kThick;
+        const double y = half.y() + 0.5 * kThick;
+        boxes.push_back({"left rim", along, {middle.x(), middle.y() + y, z}});
+        boxes.push_back({"right rim", along, {middle.x(), middle.y() - y, z}});
+        boxes.push_back({"near rim", across, {middle.x() - x, middle.y(), z}});
+        boxes.push_back({"far rim", across, {middle.x() + x, middle.y(), z}});
+    }
+    return boxes;
+}
+
+/// The scene, with a free target at the left.
 void writeScene(std::ostream& out,
                 const ClutterArguments& a,
+                const std::vector<Box>& boxes,
                 const std::vector<std::string>& meshes,
                 const std::vector<std::string>& names,
                 const grasp::SettledObjects& settled)
 {
-    out << fmt::format("# {} objects on a table: grasp task clutter --count {} --seed {}\n",
+    out << fmt::format("# {} objects on a table: grasp task clutter --count {} --seed {}{}\n",
                        meshes.size(),
                        a.count,
-                       a.options.seed)
+                       a.options.seed,
+                       a.rim > 0.0 ? fmt::format(" --rim {}", a.rim) : "")
         << "robot:\n"
            "  start: {shoulder_bend_joint: -0.3, elbow_joint: -1.6, wrist_bend_joint: 1.2}\n"
-           "obstacles:\n"
-           "  - {name: table, box: [0.9, 1.3, 0.04], position: [0.62, 0, -0.02]}\n"
-           "objects:\n";
+           "obstacles:\n";
+    for (const Box& box : boxes)
+    {
+        const Eigen::Vector3d& e = box.extents;
+        const Eigen::Vector3d& c = box.center;
+        out << fmt::format(
+            "  - {{name: {}, box: [{:g}, {:g}, {:g}], position: [{:g}, {:g}, {:g}]}}\n",
+            box.name,
+            e.x(),
+            e.y(),
+            e.z(),
+            c.x(),
+            c.y(),
+            c.z());
+    }
+    out << "objects:\n";
     for (std::size_t i = 0; i < meshes.size(); ++i)
     {
         const Eigen::Vector3d p = settled.X_WO[i].translation();
@@ -91,13 +140,20 @@ int runClutter(const ClutterArguments& a)
         names.push_back(found->second.object.name + (turn > 1 ? fmt::format(" {}", turn) : ""));
         objects.push_back(&found->second.object);
     }
-    const SsvTree table = buildSsvTree(makeBox({0.45, 0.65, 0.02}));
-    const RigidBody top{
-        .tree = &table,
-        .motion = restAt(Eigen::Isometry3d(Eigen::Translation3d(0.62, 0.0, -0.02)))};
-    const grasp::SettledObjects settled = grasp::settle(objects, std::span(&top, 1), a.options);
+    const std::vector<Box> boxes = boxesOf(a);
+    std::vector<SsvTree> trees;
+    std::vector<RigidBody> obstacles;
+    trees.reserve(boxes.size());
+    for (const Box& box : boxes)
+    {
+        trees.push_back(buildSsvTree(makeBox(0.5 * box.extents)));
+        obstacles.push_back(
+            {.tree = &trees.back(),
+             .motion = restAt(Eigen::Isometry3d(Eigen::Translation3d(box.center)))});
+    }
+    const grasp::SettledObjects settled = grasp::settle(objects, obstacles, a.options);
     std::ofstream out(a.output);
-    writeScene(out, a, meshes, names, settled);
+    writeScene(out, a, boxes, meshes, names, settled);
     out.close();
     if (!out)
     {
@@ -107,13 +163,17 @@ int runClutter(const ClutterArguments& a)
     }
     const std::filesystem::path picture = std::filesystem::path(a.output).replace_extension(".png");
     drawScene(readTaskScene(a.output), picture);
+    const bool areOn = std::ranges::all_of(
+        settled.X_WO, [](const Eigen::Isometry3d& X_WO) { return X_WO.translation().z() > -0.1; });
     fmt::print("{} objects {} after {:.1f} s\nwritten:  {}, {}\n",
                objects.size(),
-               settled.atRest ? "are at rest" : "still move",
+               !areOn           ? "have not all stayed on the table"
+               : settled.atRest ? "are at rest"
+                                : "still move",
                settled.seconds,
                a.output,
                picture.string());
-    return settled.atRest ? kDone : kNothingFound;
+    return settled.atRest && areOn ? kDone : kNothingFound;
 }
 
 struct SceneArguments
@@ -189,6 +249,12 @@ void addClutter(CLI::App& task, int& exitCode)
         ->capture_default_str();
     command
         ->add_option(
+            "--rim", a->rim, "The height of a rim around the objects [m]; 0: there is none.")
+        ->type_name("H")
+        ->check(within(0.0, 1.0))
+        ->capture_default_str();
+    command
+        ->add_option(
             "-o,--output",
             a->output,
             "The scene file to write (YAML); a picture of that name stands beside it (.png).")
@@ -199,7 +265,8 @@ void addClutter(CLI::App& task, int& exitCode)
         "on the right half of the table, else above the others, and fall in a Bullet world. The "
         "same options write the same bytes.\n"
         "\n"
-        "Exit codes: 0 if all came to rest, 1 if one still moves after 4 s, 2 for wrong options, 3 "
+        "Exit codes: 0 if all came to rest on the table, 1 if one still moves after 6 s or fell "
+        "off, 2 for wrong options, 3 "
         "for bad input.\n"
         "\n"
         "Example:\n"

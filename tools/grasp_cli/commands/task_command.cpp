@@ -176,9 +176,21 @@ void writeOutputs(const std::string& folder, const grasp::PickPlaceTask& task, c
         grasp::drawPlan(task, plan, output.stage("plan.png"));
         extras.files.insert(extras.files.end(),
                             {"trajectory.csv", "trajectory.yaml", "plan.glb", "plan.png"});
+        for (std::size_t i = 0; i < plan.legs.size(); ++i)
+        {
+            extras.files.push_back(fmt::format("leg_{}_{}.csv", i + 1, plan.legs[i].name));
+            write(extras.files.back(),
+                  [&](std::ostream& out, const auto&, const auto&)
+                  { grasp::writeLegCsv(out, task, plan.legs[i]); });
+        }
+        extras.files.insert(extras.files.end(), {"robot.urdf", "robot.srdf"});
     }
     grasp::writeTaskPage(task, plan, extras, output.stage("report.html"));
     output.commit();
+    if (plan.solved)
+    {
+        grasp::writeRobot(task, folder);
+    }
     fmt::print("written:  {}/report.html, {}\n", folder, joined(extras.files, ", "));
 }
 
@@ -463,8 +475,10 @@ void addPickPlace(CLI::App& task, int& exitCode)
             "-o,--output",
             a->output,
             "A folder for report.html (a page in three dimensions), plan.json, trajectory.csv, "
-            "trajectory.yaml, plan.glb (an animation) and plan.png; for more than one object, one "
-            "in it for each, and a page of all with scene.png.")
+            "trajectory.yaml, each leg in CSV, the robot (robot.urdf, robot.srdf), plan.glb (an "
+            "animation) and plan.png; for more than one object, one in it for each, and a page of "
+            "all "
+            "with scene.png.")
         ->type_name("FOLDER");
     command
         ->add_option(

@@ -3,6 +3,7 @@
 
 #include "grasp/grasp_types.h"
 #include "grasp/hand/hand_model.h"
+#include "tools/support/obstacles/share_folder.h"
 
 #include <filesystem>
 #include <string>
@@ -10,11 +11,6 @@
 
 namespace bullet_ccd::tools
 {
-/// Folder with robots/ and objects/: $BULLET_CCD_SHARE if set, else share/bullet_ccd beside the
-/// folder of the program (the same in the build tree and where it is installed), else that of the
-/// installation. Empty if none exists.
-[[nodiscard]] std::filesystem::path shareFolder();
-
 /// A page in three dimensions without its data, of grasps or of tasks; empty if it was not built.
 inline constexpr const char* kTaskViewer = "task_viewer.html";
 [[nodiscard]] std::filesystem::path viewerFile(const std::string& name = "viewer.html");

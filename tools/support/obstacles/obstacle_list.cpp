@@ -1,6 +1,7 @@
 #include "tools/support/obstacles/obstacle_list.h"
 
 #include "bullet_ccd/io/mesh_file.h"
+#include "bullet_ccd/mesh/triangle_mesh.h"
 #include "tools/support/obstacles/scene_manifest.h"
 
 #include <algorithm>
@@ -69,9 +70,10 @@ private:
         }
         try
         {
-            m_list.inReach.push_back({.name = placed.name,
-                                      .tree = treeOf(placed.mesh, placed.scale),
-                                      .X_WO = placed.X_WO});
+            m_list.inReach.push_back(
+                {.name = placed.name,
+                 .tree = placed.box ? boxOf(*placed.box) : treeOf(placed.mesh, placed.scale),
+                 .X_WO = placed.X_WO});
         }
         catch (const std::runtime_error& error)
         {
@@ -86,6 +88,11 @@ private:
                std::any_of(m_reach->begin(),
                            m_reach->end(),
                            [&](const Eigen::AlignedBox3d& swept) { return swept.intersects(box); });
+    }
+
+    static std::shared_ptr<const SsvTree> boxOf(const Eigen::Vector3d& extents)
+    {
+        return std::make_shared<const SsvTree>(buildSsvTree(makeBox(0.5 * extents)));
     }
 
     std::shared_ptr<const SsvTree> treeOf(const fs::path& file, double scale)

@@ -24,7 +24,8 @@ struct MeshFacts
 struct PlacedMesh
 {
     std::filesystem::path mesh;
-    std::string name;  ///< if the scene gives none, that of the mesh file
+    std::optional<Eigen::Vector3d> box{};  ///< its extents [m], in place of a mesh
+    std::string name;                      ///< if the scene gives none, that of the mesh file
     double scale = 1.0;
     Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
     std::string where;                 ///< "<file>:<line>: mesh: " of the scene
@@ -49,7 +50,10 @@ struct PlacedMesh
 ///   quaternion  [qw, qx, qy, qz], or
 ///   rpy         [roll, pitch, yaw] about the fixed axes x, y, z in that order, as in URDF [rad]
 ///
-/// and, if all that is asked of the scene is to be within an accuracy [m], the key `accuracy`.
+/// or `box`, three extents [m], in place of the mesh. A mesh may also be the name of an object that
+/// ships. `objects` is another such list, and `robot` and `target` are left to those who plan
+/// tasks. If all that is asked of the scene is to be within an accuracy [m], it has the key
+/// `accuracy`.
 ///
 /// Throws std::runtime_error as above, for keys that do not exist too.
 [[nodiscard]] std::vector<PlacedMesh> readYamlScene(const std::filesystem::path& path);

@@ -73,6 +73,11 @@ std::string manifestText(const fs::path& scene,
     for (std::size_t k = 0; k < placed.size(); ++k)
     {
         const PlacedMesh& mesh = placed[k];
+        if (mesh.box)
+        {
+            throw std::runtime_error(mesh.where +
+                                     "a manifest lists files, and this has none: write its mesh");
+        }
         const std::pair key(mesh.mesh.string(), mesh.scale);
         if (!known.contains(key))
         {

@@ -1,4 +1,5 @@
 #include "tools/support/obstacles/obstacle_scene.h"
+#include "tools/support/obstacles/share_folder.h"
 #include "tools/support/yaml_file.h"
 #include "tools/support/yaml_pose.h"
 
@@ -22,7 +23,7 @@ public:
         {
             m_file.fail(file, "", "not a map: write obstacles: and a list below it");
         }
-        m_file.checkKeys(file, {"obstacles", "accuracy"});
+        m_file.checkKeys(file, {"obstacles", "accuracy", "objects", "robot", "target"});
         const YAML::Node list = file["obstacles"];
         if (!list.IsDefined() || !list.IsSequence())
         {
@@ -34,6 +35,13 @@ public:
         for (const YAML::Node& obstacle : list)
         {
             scene.push_back(placedMesh(obstacle));
+        }
+        if (const YAML::Node objects = file["objects"]; objects.IsDefined())
+        {
+            for (const YAML::Node& object : objects)
+            {
+                scene.push_back(placedMesh(object));
+            }
         }
         return scene;
     }
@@ -64,18 +72,34 @@ private:
         {
             m_file.fail(node, "obstacles: ", "an item is not a map: write - mesh: FILE");
         }
-        m_file.checkKeys(node, {"mesh", "name", "scale", "position", "quaternion", "rpy"});
+        m_file.checkKeys(node, {"mesh", "box", "name", "scale", "position", "quaternion", "rpy"});
         const YAML::Node mesh = node["mesh"];
-        if (!mesh.IsDefined())
+        const YAML::Node box = node["box"];
+        if (mesh.IsDefined() == box.IsDefined())
         {
-            m_file.fail(node, "mesh: ", "no such key in the item: name the file of the obstacle");
+            m_file.fail(node,
+                        "mesh: ",
+                        box.IsDefined() ? "the item has a box, too: drop one of them"
+                                        : "no such key in the item: name the file of the obstacle");
         }
-        const std::filesystem::path file =
-            m_file.path().parent_path() / m_file.textOf(mesh, "mesh");
-        PlacedMesh placed{.mesh = file,
-                          .name = file.filename().string(),
-                          .X_WO = yamlPose(m_file, node),
-                          .where = m_file.place(mesh) + "mesh: "};
+        PlacedMesh placed;
+        placed.X_WO = yamlPose(m_file, node);
+        if (box.IsDefined())
+        {
+            const std::vector<double> extents = m_file.numbersOf(box, "box", 3);
+            placed.box = Eigen::Vector3d(extents[0], extents[1], extents[2]);
+            placed.name = "box";
+            placed.where = m_file.place(box) + "box: ";
+            if (!(placed.box->minCoeff() > 0.0) || node["scale"].IsDefined())
+            {
+                m_file.fail(box, "box: ", "three extents above 0 are needed, and no scale");
+            }
+        }
+        else
+        {
+            placeMesh(m_file.textOf(mesh, "mesh"), placed);
+            placed.where = m_file.place(mesh) + "mesh: ";
+        }
         if (const YAML::Node name = node["name"]; name.IsDefined())
         {
             placed.name = m_file.textOf(name, "name");
@@ -91,6 +115,20 @@ private:
             }
         }
         return placed;
+    }
+
+    /// A file beside the scene, or an object that ships.
+    void placeMesh(const std::string& text, PlacedMesh& placed) const
+    {
+        placed.mesh = m_file.path().parent_path() / text;
+        placed.name = placed.mesh.filename().string();
+        const std::filesystem::path shipped = shareFolder() / "objects" / (text + ".obj");
+        if (!std::filesystem::is_regular_file(placed.mesh) &&
+            std::filesystem::is_regular_file(shipped))
+        {
+            placed.mesh = shipped;
+            placed.name = text;
+        }
     }
 
     YamlFile m_file;
