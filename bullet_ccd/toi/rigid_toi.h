@@ -92,6 +92,9 @@ public:
         return m_marksA[static_cast<std::size_t>(triangleA)] != 0 &&
                m_marksB[static_cast<std::size_t>(triangleB)] != 0;
     }
+    /// The marks of the triangles.
+    [[nodiscard]] std::span<const std::uint8_t> marksA() const { return m_marksA; }
+    [[nodiscard]] std::span<const std::uint8_t> marksB() const { return m_marksB; }
     /// The marks of the nodes, as treeDistance() takes them.
     [[nodiscard]] NodeMarks nodeMarks() const { return {.a = m_nodesA, .b = m_nodesB}; }
     /// True if no pair is exempt.

@@ -672,6 +672,21 @@ private:
         return rows;
     }
 
+    /// The lift with the object where it was given, which is lower by what it was raised by.
+    std::optional<Obstruction> liftFromWhereItStands(const TaskLeg& lift)
+    {
+        const Isometry3d X_HW = m_plan.X_HO * m_plan.X_WOStart.inverse();
+        RobotBody standing(m_task.robot);
+        standing.carry(m_task.robot, m_task.object, X_HW * m_task.X_WO);
+        const double raise = m_plan.X_WOStart.translation().z() - m_task.X_WO.translation().z();
+        Parting parting = certifyParting(
+            standing, m_task.X_WR, m_scene, lift, m_options.gap, raise + m_options.gap, m_work);
+        m_plan.partsFrom = std::move(parting.from);
+        return parting.objection.empty()
+                   ? std::nullopt
+                   : std::optional(Obstruction{"lift", std::move(parting.objection)});
+    }
+
     std::optional<Obstruction> tryPosture(const Grasp& grasp, const JointPositions& posture)
     {
         m_plan.legs.assign(9, {});
@@ -707,6 +722,10 @@ private:
             return failed;
         }
         m_plan.legs[3] = lift.leg;
+        if (const auto failed = liftFromWhereItStands(lift.leg))
+        {
+            return failed;
+        }
         const std::vector<Placement> placements = placementsFrom(lift.path.back());
         if (placements.empty())
         {

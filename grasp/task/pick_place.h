@@ -117,6 +117,9 @@ struct PickPlacePlan
     Eigen::Isometry3d X_HO = Eigen::Isometry3d::Identity();  ///< object in the hand's root link
     Eigen::Isometry3d X_WOStart = Eigen::Isometry3d::Identity();  ///< raised by the gap
     Eigen::Isometry3d X_WOEnd = Eigen::Isometry3d::Identity();
+    /// What the object stands on, as far as it touches it where it was given. It is lifted from
+    /// there, too: see the guarantee of planPickPlace().
+    std::vector<std::string> partsFrom;
     std::vector<TaskLeg> legs;
 };
 
@@ -130,9 +133,11 @@ struct PickPlacePlan
 /// Guarantee: every leg of a plan is certified by trajectoryToi() as it is timed: no link and no
 /// carried object comes within a micrometre of anything that it moves relative to, except that
 /// while the hand closes and opens, its links and the object come within the closing tolerance.
-/// Speeds stay below the limits of the joints.
-/// Throws std::invalid_argument if the object intersects an obstacle or is inside one where it
-/// starts, the arm does at its start, the sizes do not fit, or a number is not finite.
+/// Speeds stay below the limits of the joints. The legs are those of the object where it is raised.
+/// From where it was given the lift is certified, too: without the triangles with which it and what
+/// it stands on touch, until the first waypoint, up to which they are shown to part. Throws
+/// std::invalid_argument if the object intersects an obstacle or is inside one where it starts, the
+/// arm does at its start, the sizes do not fit, or a number is not finite.
 [[nodiscard]] BULLET_CCD_API PickPlacePlan planPickPlace(const PickPlaceTask& task,
                                                          const PickPlaceOptions& options = {});
 

@@ -127,6 +127,7 @@ void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlace
     if (plan.solved)
     {
         json["object_end"] = poseJson(plan.X_WOEnd);
+        json["parts_from"] = plan.partsFrom;
         json["grasp"] = {
             {"candidate", plan.grasp.candidate},
             {"preshape", plan.grasp.preshape},

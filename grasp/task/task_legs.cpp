@@ -1,9 +1,14 @@
 #include "grasp/task/task_legs.h"
 
+#include "bullet_ccd/distance/tree_distance.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <list>
 #include <numeric>
+#include <set>
 
 namespace bullet_ccd::grasp
 {
@@ -228,6 +233,172 @@ std::string touchedOnLeg(const RobotBody& body,
                                                   std::span(&work, 1));
     return toi.status == ToiStatus::Separated ? std::string()
                                               : touchText(body, around, toi, trajectory);
+}
+
+namespace
+{
+/// The vertices of marked triangles, each once.
+std::vector<Eigen::Vector3d> verticesOf(const SsvTree& tree, std::span<const std::uint8_t> marks)
+{
+    std::set<std::int32_t> used;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+    {
+        if (marks[i] != 0)
+        {
+            const auto& triangle = tree.mesh().triangles[i];
+            used.insert(triangle.begin(), triangle.end());
+        }
+    }
+    std::vector<Eigen::Vector3d> vertices;
+    for (const std::int32_t k : used)
+    {
+        vertices.push_back(tree.mesh().vertices[static_cast<std::size_t>(k)]);
+    }
+    return vertices;
+}
+
+/// Bound of the second derivative of a point of the last link over s in [0, 1], if all joints move
+/// linearly in s from one configuration to the other: that of chains of turns and slides.
+double bendOfLastLink(const KinematicTree& tree,
+                      const std::vector<double>& from,
+                      const std::vector<double>& to,
+                      double radius)
+{
+    double reach = radius;  // of the point from any joint of its chain
+    double turns = 0.0;
+    double slides = 0.0;
+    for (std::int32_t link = static_cast<std::int32_t>(tree.size()) - 1; link != kNone;
+         link = tree.links[static_cast<std::size_t>(link)].parent)
+    {
+        const auto i = static_cast<std::size_t>(link);
+        const Link& each = tree.links[i];
+        reach += each.X_PL0.translation().norm();
+        if (each.joint.type == JointType::Prismatic)
+        {
+            reach += std::max(std::abs(from[i]), std::abs(to[i]));
+            slides += std::abs(to[i] - from[i]);
+        }
+        else
+        {
+            turns += std::abs(to[i] - from[i]);
+        }
+    }
+    return turns * turns * reach + 2.0 * turns * slides;
+}
+
+/// True if all points of the last link rise at all times of the motion from one configuration to
+/// another in which all joints move linearly.
+bool allRise(const RobotBody& body,
+             const Eigen::Isometry3d& X_WR,
+             const std::vector<double>& from,
+             const std::vector<double>& to,
+             const std::vector<Eigen::Vector3d>& points)
+{
+    constexpr int kSteps = 128;
+    double radius = 0.0;
+    for (const Eigen::Vector3d& point : points)
+    {
+        radius = std::max(radius, point.norm());
+    }
+    // A difference of heights is the rate of rising somewhere in its step, and the rate changes by
+    // no more than this until the end of the step.
+    const double change = bendOfLastLink(body.tree, from, to, radius) / kSteps;
+    std::vector<double> q(from.size());
+    std::vector<double> heights(points.size(), -std::numeric_limits<double>::infinity());
+    for (int step = 0; step <= kSteps; ++step)
+    {
+        for (std::size_t i = 0; i < q.size(); ++i)
+        {
+            q[i] = std::lerp(from[i], to[i], double(step) / kSteps);
+        }
+        const Eigen::Isometry3d X_WO = linkPoses(body.tree, X_WR, q).back();
+        for (std::size_t i = 0; i < points.size(); ++i)
+        {
+            const double height = (X_WO * points[i]).z();
+            if (!(kSteps * (height - heights[i]) > change))
+            {
+                return false;
+            }
+            heights[i] = height;
+        }
+    }
+    return true;
+}
+}  // namespace
+
+Parting certifyParting(const RobotBody& body,
+                       const Eigen::Isometry3d& X_WR,
+                       const NamedSurroundings& around,
+                       const TaskLeg& leg,
+                       double reach,
+                       double overlap,
+                       ToiWorkspace& work)
+{
+    TaskLeg begin = leg;
+    begin.waypoints.resize(std::min<std::size_t>(begin.waypoints.size(), 2));
+    if (begin.waypoints.size() < 2)
+    {
+        return {};
+    }
+    const Trajectory trajectory = trajectoryOf(body, X_WR, begin);
+    const std::vector<double> from = positionsAt(trajectory, trajectory.times.front());
+    const std::vector<double> to = positionsAt(trajectory, trajectory.times.back());
+    const SsvTree& object = *body.linkTrees.back();
+    const Eigen::Isometry3d X_WO = linkPoses(body.tree, X_WR, from).back();
+    Parting parting;
+    std::list<PairMask> masks;
+    std::vector<LinkMask> linkMasks;
+    for (std::size_t i = 0; i < around.bodies.size(); ++i)
+    {
+        const SsvTree& other = *around.bodies[i].tree;
+        const Eigen::Isometry3d& X_WB = around.bodies[i].motion.X_W0;
+        const Eigen::Isometry3d X_BO = X_WB.inverse() * X_WO;
+        const double near = std::nextafter(reach, 2.0 * reach);
+        if (treeDistance(object, other, X_BO, near).distance > reach)
+        {
+            continue;
+        }
+        const PairMask& mask =
+            masks.emplace_back(maskNear(object, other, std::span(&X_BO, 1), overlap));
+        linkMasks.push_back({.link = static_cast<std::int32_t>(body.tree.size()) - 1,
+                             .obstacle = static_cast<std::int32_t>(i),
+                             .mask = &mask});
+        parting.from.push_back(around.names[i]);
+        const std::vector<Eigen::Vector3d> points = verticesOf(object, mask.marksA());
+        double lowest = std::numeric_limits<double>::infinity();
+        double highest = -lowest;
+        for (const Eigen::Vector3d& point : points)
+        {
+            lowest = std::min(lowest, (X_WO * point).z());
+        }
+        for (const Eigen::Vector3d& point : verticesOf(other, mask.marksB()))
+        {
+            highest = std::max(highest, (X_WB * point).z());
+        }
+        if (highest > lowest + overlap || !allRise(body, X_WR, from, to, points))
+        {
+            parting.objection = body.tree.links.back().name + " does not part from " +
+                                around.names[i] + ", on which it stands or leans";
+            return parting;
+        }
+    }
+    if (linkMasks.empty())
+    {
+        return parting;
+    }
+    ArticulatedBody moving = body.body();
+    moving.masks = linkMasks;
+    const TrajectoryToiResult toi =
+        trajectoryToi(moving,
+                      around.environment,
+                      trajectory,
+                      {.toi = {.tolerance = kLegTolerance, .strategy = ToiStrategy::Interval}},
+                      std::span(&work, 1));
+    if (toi.status != ToiStatus::Separated)
+    {
+        parting.objection = touchText(body, around, toi, trajectory);
+    }
+    return parting;
 }
 
 double clearanceOf(const RobotBody& body,

@@ -1,6 +1,7 @@
 /// Motions of a robot in time, and their certificates.
 #pragma once
 
+#include "bullet_ccd/export.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/report/closing_spans.h"
 #include "grasp/task/arm_kinematics.h"
@@ -13,7 +14,7 @@
 namespace bullet_ccd::grasp
 {
 /// Obstacles by name, and the environment made of them.
-struct NamedSurroundings
+struct BULLET_CCD_API NamedSurroundings
 {
     std::vector<RigidBody> bodies;
     std::vector<std::string> names;
@@ -24,7 +25,7 @@ struct NamedSurroundings
 };
 
 /// The robot, with or without the object in its hand, as a body of queries.
-struct RobotBody
+struct BULLET_CCD_API RobotBody
 {
     KinematicTree tree;
     std::vector<const SsvTree*> linkTrees;
@@ -79,6 +80,30 @@ inline constexpr double kLegTolerance = 1e-6;
                                        const TaskLeg& leg,
                                        double margin,
                                        ToiWorkspace& work);
+
+/// What an object that is lifted touches when the leg begins.
+struct Parting
+{
+    std::vector<std::string> from;  ///< names of what it stands on, as far as that is near
+    std::string objection;          ///< what is touched, or does not part; empty: certified
+};
+
+/// Certifies the first motion of a leg on which the object, the last link of `body`, begins in
+/// contact with what it stands on. Of what is within `reach` [m] of the object then, the triangles
+/// of both that are within `overlap` [m] of each other are not tested against each other until the
+/// first waypoint; all else is.
+///
+/// Guarantee, unless there is an objection: nothing else is touched, and each of these triangles of
+/// the object rises at all times. When the motion begins, those of the other body reach no higher
+/// than `overlap` above the lowest of them: they part across a level plane.
+/// @pre overlap >= reach
+[[nodiscard]] BULLET_CCD_API Parting certifyParting(const RobotBody& body,
+                                                    const Eigen::Isometry3d& X_WR,
+                                                    const NamedSurroundings& around,
+                                                    const TaskLeg& leg,
+                                                    double reach,
+                                                    double overlap,
+                                                    ToiWorkspace& work);
 
 /// TaskLeg::clearance of a leg on which nothing is touched, which takes longer.
 [[nodiscard]] double clearanceOf(const RobotBody& body,

@@ -4,6 +4,7 @@
 #include "bullet_ccd/io/robot_file.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/task/plan_file.h"
+#include "grasp/task/task_legs.h"
 #include "grasp/trial/plan_execution.h"
 #include "tests/support/test_data.h"
 
@@ -15,6 +16,7 @@
 #include <functional>
 #include <gmock/gmock.h>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -166,6 +168,81 @@ TEST(PickPlace, LegsFollowOnEachOtherWithinTheLimits)
             plan.legs.front().waypoints.front().positions[joint], kitchen().start[k], 1e-12);
         EXPECT_NEAR(plan.legs.back().waypoints.back().positions[joint], kitchen().start[k], 1e-12);
     }
+}
+
+/// A box of 4 x 6 x 8 cm that stands on the plane z = 0 and is carried along an axis by 2 cm.
+struct CarriedBox
+{
+    GraspObject object = makeGraspObject("box", makeBox({0.02, 0.03, 0.04}));
+    ArmRobot robot;
+    NamedSurroundings around;
+
+    [[nodiscard]] Parting part(const Eigen::Vector3d& axis, double overlap = 1e-4)
+    {
+        robot.tree.links = {{.name = "base"}, {.name = "slide", .parent = 0}};
+        robot.tree.links[1].joint.type = JointType::Prismatic;
+        robot.tree.links[1].joint.axis = axis.normalized();
+        robot.linkTrees = {nullptr, nullptr};
+        robot.handRoot = 1;
+        around.finish();
+        RobotBody body(robot);
+        body.carry(robot, object, at(0.0, 0.0, 0.04));
+        TaskLeg leg;
+        for (const double time : {0.0, 1.0})
+        {
+            leg.waypoints.push_back({.time = time,
+                                     .positions = {0.0, 0.02 * time},
+                                     .velocities = {0.0, 0.0},
+                                     .accelerations = {0.0, 0.0}});
+        }
+        ToiWorkspace work;
+        return certifyParting(
+            body, Eigen::Isometry3d::Identity(), around, leg, 1e-4, overlap, work);
+    }
+};
+
+/// Surfaces that touch where the object stands may part, and nothing else is left out.
+TEST(CertifyParting, LeavesOutOnlyWhatTouchesAndParts)
+{
+    const SsvTree table = buildSsvTree(makeBox({0.45, 1.1, 0.02}));
+    const SsvTree block = buildSsvTree(makeBox({0.1, 0.1, 0.1}));
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+    const auto boxOn = [&](const Eigen::Isometry3d& X_WT)
+    {
+        auto box = std::make_unique<CarriedBox>();
+        box->around.add(table, X_WT, "table");
+        return box;
+    };
+    const Eigen::Isometry3d below = at(0.0, 0.0, -0.02);
+    for (const Eigen::Isometry3d& X_WT : {below, at(0.45, 0.0, -0.02), at(0.44, 0.3, -0.02)})
+    {
+        const Parting lifted = boxOn(X_WT)->part(up);  // also over an edge of the table
+        EXPECT_EQ(lifted.objection, "");
+        EXPECT_EQ(lifted.from, std::vector<std::string>{"table"});
+    }
+    EXPECT_EQ(boxOn(below)->part(x + 0.2 * up).objection, "");
+    EXPECT_THAT(boxOn(below)->part(-up).objection, HasSubstr("does not part from table"));
+    EXPECT_THAT(boxOn(below)->part(x).objection, HasSubstr("does not part from table"));
+    // Half a millimetre inside.
+    const Eigen::Isometry3d inside = at(0.0, 0.0, -0.0195);
+    EXPECT_THAT(boxOn(inside)->part(up).objection, HasSubstr("does not part from table"));
+    EXPECT_EQ(boxOn(inside)->part(up, 1e-3).objection, "");
+    // Where it touches nothing, there is nothing to part from.
+    EXPECT_TRUE(boxOn(at(0.0, 0.0, -0.021))->part(-up).from.empty());
+    const auto under = boxOn(below);
+    under->around.add(block, at(0.0, 0.0, 0.19), "shelf");  // a centimetre above
+    EXPECT_THAT(under->part(up).objection, HasSubstr("box touches shelf"));
+    const auto leaning = boxOn(below);
+    leaning->around.add(block, at(0.12, 0.0, 0.1), "wall");
+    EXPECT_THAT(leaning->part(up).objection, HasSubstr("does not part from wall"));
+}
+
+TEST(PickPlace, IsLiftedFromWhereItStands)
+{
+    const PickPlacePlan& plan = thePlan();
+    ASSERT_TRUE(plan.solved) << plan.failure;
+    EXPECT_EQ(plan.partsFrom, std::vector<std::string>{"table"});
 }
 
 TEST(PickPlace, TheObjectStandsInTheTarget)
