@@ -232,17 +232,27 @@ private:
         }
     }
 
-    void requireOutside(const Isometry3d& X_WO)
+    void requireOutside(const Isometry3d& X_WO) const
+    {
+        const std::size_t i = whatItIsInside(X_WO);
+        require(i == m_scene.bodies.size(),
+                "pick and place: " + m_task.object.name + " is inside " +
+                    (i < m_scene.names.size() ? m_scene.names[i] : std::string()) +
+                    " where it starts: correct its pose");
+    }
+
+    /// The obstacle that the object is inside of, or that is inside of it; their number if none is.
+    [[nodiscard]] std::size_t whatItIsInside(const Isometry3d& X_WO) const
     {
         const SsvTree& tree = m_task.object.tree;
-        for (std::size_t i = 0; i < m_scene.bodies.size(); ++i)
-        {
-            const SsvTree& other = *m_scene.bodies[i].tree;
-            const Isometry3d& X_WB = m_scene.bodies[i].motion.X_W0;
-            require(!isInside(tree, X_WO, other, X_WB) && !isInside(other, X_WB, tree, X_WO),
-                    "pick and place: " + m_task.object.name + " is inside " + m_scene.names[i] +
-                        " where it starts: correct its pose");
-        }
+        const auto found = std::ranges::find_if(m_scene.bodies,
+                                                [&](const RigidBody& body)
+                                                {
+                                                    const Isometry3d& X_WB = body.motion.X_W0;
+                                                    return isInside(tree, X_WO, *body.tree, X_WB) ||
+                                                           isInside(*body.tree, X_WB, tree, X_WO);
+                                                });
+        return static_cast<std::size_t>(found - m_scene.bodies.begin());
     }
 
     static bool isAfterLift(const std::string& leg)
@@ -353,7 +363,8 @@ private:
         X_WO.translation().z() -= 2.0 * kPutDown * toi.time;
         m_isAboveSomething = m_isAboveSomething || toi.status != ToiStatus::Separated;
         if (toi.status == ToiStatus::Hit &&
-            std::abs(lowestOf(m_task.object, X_WO) - m_task.target.center.z()) < kSameHeight)
+            std::abs(lowestOf(m_task.object, X_WO) - m_task.target.center.z()) < kSameHeight &&
+            whatItIsInside(X_WO) == m_scene.bodies.size())
         {
             const double off =
                 (X_WO * m_task.object.centerOfMass - m_task.target.center).head<2>().norm();

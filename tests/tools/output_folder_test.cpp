@@ -111,5 +111,14 @@ TEST_F(OutputFolderTest, AFileInThePlaceOfTheFolderIsAnError)
     EXPECT_THROW(OutputFolder{m_folder}, std::runtime_error);
     EXPECT_THROW(OutputFolder{m_folder / "below"}, std::runtime_error);
 }
+
+/// What a scene calls an object does not lead out of the output folder.
+TEST(FolderNameOf, StaysInside)
+{
+    EXPECT_EQ(folderNameOf("my red mug"), "my red mug");
+    EXPECT_EQ(folderNameOf("../../escape"), "_._.._escape");
+    EXPECT_EQ(folderNameOf("/tmp"), "_tmp");
+    EXPECT_EQ(folderNameOf(".."), "_.");
+}
 }  // namespace
 }  // namespace bullet_ccd::tools

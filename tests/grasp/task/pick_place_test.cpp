@@ -394,6 +394,13 @@ TEST(PickPlace, SaysWhyThereIsNoPlan)
     under.target.center = {0.6, 0.05, 0.0};  // within the wall
     under.target.size = {0.0, 0.0};
     EXPECT_THAT(planPickPlace(under, k.options).failure, HasSubstr("no room"));
+    const SsvTree block = buildSsvTree(makeBox({0.15, 0.15, 0.15}));
+    PickPlaceTask inside = k.task();
+    std::vector<RigidBody> covered = k.obstacles;
+    covered.push_back({.tree = &block, .motion = restAt(at(0.5, 0.3, 0.149))});
+    inside.obstacles = covered;
+    inside.obstacleNames = {"table", "wall", "block"};
+    EXPECT_THAT(planPickPlace(inside, k.options).failure, HasSubstr("no room"));
     const std::atomic<bool> cancelled = true;
     PickPlaceOptions stopped = k.options;
     stopped.stop.isCancelled = &cancelled;

@@ -188,7 +188,7 @@ BimanualRow planOne(const BimanualArguments& a,
     }
     if (!a.output.empty())
     {
-        writeOutputs(isOnly ? a.output : a.output + "/" + row.object, task, row);
+        writeOutputs(isOnly ? a.output : a.output + "/" + folderNameOf(row.object), task, row);
     }
     return row;
 }
@@ -273,10 +273,11 @@ void writeOverview(const BimanualArguments& a,
     grasp::MotionPage page{.title = "Two hands"};
     for (const BimanualRow& row : rows)
     {
-        page.files.push_back(row.object + "/report.html");
+        page.files.push_back(folderNameOf(row.object) + "/report.html");
         if (row.plan.solved)
         {
-            pictures.push_back(std::filesystem::path(a.output) / row.object / "plan.png");
+            pictures.push_back(std::filesystem::path(a.output) / folderNameOf(row.object) /
+                               "plan.png");
         }
     }
     page.subtitle = fmt::format(

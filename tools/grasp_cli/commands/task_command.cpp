@@ -263,7 +263,7 @@ TaskRow planOne(const PickPlaceArguments& a,
     }
     if (!a.output.empty())
     {
-        writeOutputs(isOnly ? a.output : a.output + "/" + chosen.name, task, row);
+        writeOutputs(isOnly ? a.output : a.output + "/" + folderNameOf(chosen.name), task, row);
     }
     return row;
 }
@@ -341,7 +341,7 @@ void writeOverview(const PickPlaceArguments& a,
     grasp::MotionPage page{.title = scene.file.stem().string()};
     for (const TaskRow& row : rows)
     {
-        page.files.push_back(row.object + "/report.html");
+        page.files.push_back(folderNameOf(row.object) + "/report.html");
     }
     const auto good = std::ranges::count_if(rows, [](const TaskRow& row) { return row.isGood(); });
     page.subtitle =

@@ -56,6 +56,16 @@ void removeAbandoned(const fs::path& folder)
 }
 }  // namespace
 
+std::string folderNameOf(std::string name)
+{
+    std::ranges::replace(name, '/', '_');
+    if (name.starts_with('.'))
+    {
+        name.front() = '_';
+    }
+    return name;
+}
+
 OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))
 {
     std::error_code error;

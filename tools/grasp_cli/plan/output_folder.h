@@ -7,6 +7,10 @@
 
 namespace bullet_ccd::tools
 {
+/// The name of a folder for what is called `name`, inside of another one: without slashes, and not
+/// hidden.
+[[nodiscard]] std::string folderNameOf(std::string name);
+
 /// Files are written into a hidden folder inside the output folder and moved to their places by
 /// commit(); without it nothing that was there before is touched, but for hidden folders of
 /// processes that were killed.
