@@ -589,6 +589,21 @@ class AccuracyCost:
     def microseconds(self) -> float:
         """Of a query, median."""
     @property
+    def warm_microseconds(self) -> float:
+        """Of a query of the bodies themselves, median."""
+    @property
+    def pairs(self) -> float:
+        """Of nodes and of triangles that it looks at, mean."""
+    @property
+    def triangles_seen(self) -> int:
+        """That all those queries together looked at."""
+    @property
+    def cold_milliseconds(self) -> float:
+        """For building as far as one query needs, and that query, median."""
+    @property
+    def triangles_built(self) -> int:
+        """For that query, median."""
+    @property
     def largest_gap(self) -> float:
         """Of the meshes themselves, where a query stopped [m]."""
     @property
