@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
@@ -114,7 +113,6 @@ public:
     [[nodiscard]] const std::vector<std::string>& names() const { return m_names; }
     /// True if every vertex is above the floor and between the walls.
     [[nodiscard]] bool isInside(std::size_t object) const;
-    [[nodiscard]] int countInside() const;
     /// Of the centres of mass [m/s].
     [[nodiscard]] double meanSpeed() const;
     [[nodiscard]] std::size_t size() const { return m_objects.size(); }
@@ -205,16 +203,6 @@ bool HouseholdBin::isInside(std::size_t object) const
                                });
 }
 
-int HouseholdBin::countInside() const
-{
-    int inside = 0;
-    for (std::size_t i = 0; i < m_objects.size(); ++i)
-    {
-        inside += isInside(i) ? 1 : 0;
-    }
-    return inside;
-}
-
 double HouseholdBin::meanSpeed() const
 {
     double sum = 0.0;
@@ -239,29 +227,6 @@ std::map<std::string, std::int64_t> countsOf(const btCcdControl& control, const 
             {"poses looked at", seen.poses},
             {"pairs of bodies near each other", seen.pairs},
             {"intersections", seen.intersecting}};
-}
-
-void printWorld(const std::string& what,
-                const WorldAudit::Busiest& busiest,
-                const std::vector<std::string>& names,
-                const std::map<std::string, std::int64_t>& counts)
-{
-    fmt::print("{}\n", what);
-    if (busiest.bodyA != kNone && busiest.bodyB != kNone)
-    {
-        fmt::print("  most impacts: {} of {} and {}\n",
-                   busiest.impacts,
-                   names[static_cast<std::size_t>(busiest.bodyA)],
-                   names[static_cast<std::size_t>(busiest.bodyB)]);
-    }
-    std::string line = " ";
-    for (const auto& [name, number] : counts)
-    {
-        line += fmt::format(" {} {},", name, number);
-    }
-    line.back() = '\n';
-    fmt::print("{}", line);
-    std::fflush(stdout);
 }
 
 /// Nothing may intersect, and nothing else be wrong.
@@ -324,14 +289,7 @@ SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
     }
     SoakAnswer answer{.judgement = judgementOf(seen, bin.names(), restOf(bin, soak.restSpeed)),
                       .counts = countsOf(world.ccd(), seen)};
-    printWorld(fmt::format("seed {}: {} of {} objects in the bin, mean speed {:.4f} m/s",
-                           seed,
-                           bin.countInside(),
-                           soak.objects,
-                           bin.meanSpeed()),
-               audit.busiestPair(),
-               bin.names(),
-               answer.counts);
+    answer.counts["mean speed at the end [um/s]"] = std::llround(1e6 * bin.meanSpeed());
     return answer;
 }
 }  // namespace

@@ -358,8 +358,22 @@ void btCcdStep::takeBack(btScalar timeStep)
             m_stepper.refresh();
             m_triggers.changed(m_stepper, event.m_time);
         }
+        slowDownJammed();
         releaseStopped();
         countQueries();
+    }
+}
+
+/// What is jammed and has been held gathers no speed, though the others push on it in every step.
+void btCcdStep::slowDownJammed()
+{
+    for (const auto& [body, stuck] : m_stuck)
+    {
+        if (stuck.m_jamStep == m_step && stuck.m_jams > kJammed && body.m_rigidBody != nullptr &&
+            m_fates[body].m_yield == btCcdYield::Held)
+        {
+            body.setVelocity(kDrag * body.velocity(), kDrag * body.spin(btCcdBody::kBase));
+        }
     }
 }
 

@@ -115,6 +115,7 @@ private:
     void takeStarts();
     void takeBackPushes(btScalar timeStep);
     void suspendStockClamping();
+    void slowDownJammed();
     void releaseStopped();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer);
