@@ -33,7 +33,7 @@ constexpr btScalar kInstant = btScalar(1e-6);
 /// So many impacts are remembered.
 constexpr std::size_t kMostSeen = 1000;
 /// The action: a body that meets something in more than so many steps is stuck, until it has met
-/// nothing in as many steps as this.
+/// nothing in as many steps as this. The worlds: the same of what met its limit.
 constexpr int kStuck = 2;
 constexpr int kForgotten = 16;
 /// If that came within the first part of the step, in more steps in a row, it is jammed between
@@ -358,22 +358,8 @@ void btCcdStep::takeBack(btScalar timeStep)
             m_stepper.refresh();
             m_triggers.changed(m_stepper, event.m_time);
         }
-        slowDownJammed();
         releaseStopped();
         countQueries();
-    }
-}
-
-/// What is jammed and has been held gathers no speed, though the others push on it in every step.
-void btCcdStep::slowDownJammed()
-{
-    for (const auto& [body, stuck] : m_stuck)
-    {
-        if (stuck.m_jamStep == m_step && stuck.m_jams > kJammed && body.m_rigidBody != nullptr &&
-            m_fates[body].m_yield == btCcdYield::Held)
-        {
-            body.setVelocity(kDrag * body.velocity(), kDrag * body.spin(btCcdBody::kBase));
-        }
     }
 }
 
@@ -644,6 +630,20 @@ bool btCcdStep::liesOnDriver(const btCcdImpact& impact)
            countStuck(impact, impact.m_time < kFirstPart * m_timeStep).m_jams > kHeld;
 }
 
+/// True for what met its limit at once in several steps in a row: two that have come so near that
+/// they cannot even slide need their distance back.
+bool btCcdStep::isJammed(const btCcdImpact& impact)
+{
+    const auto isOf = [this](btCollisionObject* object)
+    {
+        const auto known = m_stuck.find(btCcdBody::of(object));
+        return known != m_stuck.end() && known->second.m_jams > kHeld &&
+               known->second.m_jamStep >= m_step - 1;
+    };
+    return impact.m_time < kFirstPart * m_timeStep &&
+           (isOf(impact.m_objectA) || isOf(impact.m_objectB));
+}
+
 /// In how many steps the body of the impact that met more has met something.
 btCcdStep::Stuck btCcdStep::countStuck(const btCcdImpact& impact, bool isEarly)
 {
@@ -732,6 +732,14 @@ void btCcdStep::releaseStopped()
         {
             fate.m_own->restore();
         }
+        // What is jammed and was held gathers no speed, though it falls and others push on it.
+        const auto stuck = m_stuck.find(body);
+        if (fate.m_yield == btCcdYield::Held && body.m_rigidBody != nullptr &&
+            stuck != m_stuck.end() && stuck->second.m_jamStep == m_step &&
+            stuck->second.m_jams > kJammed)
+        {
+            body.setVelocity(kDrag * body.velocity(), kDrag * body.spin(btCcdBody::kBase));
+        }
     }
     m_fates.clear();
 }
@@ -771,7 +779,8 @@ void btCcdStep::respond(const btCcdStepper::Event& event, btScalar remaining)
         {
             const int met = m_pairEvents[std::minmax<const btCollisionObject*>(impact.m_objectA,
                                                                                impact.m_objectB)]++;
-            (liesOnDriver(impact) ? lying : met < kBounces ? bouncing : again).push_back(impact);
+            const bool lies = liesOnDriver(impact) || isJammed(impact);
+            (lies ? lying : met < kBounces ? bouncing : again).push_back(impact);
         }
     }
     solve(lying, btCcdAnswer::Part);
@@ -806,6 +815,10 @@ bool btCcdStep::isDone(const btCcdImpact& impact, btScalar remaining)
     const bool stoppedA = stopWatchedLink(impact.m_objectA, impact.m_linkA);
     const bool stoppedB = stopWatchedLink(impact.m_objectB, impact.m_linkB);
     const bool limit = meetsLimit(impact);
+    if (limit)
+    {
+        (void)countStuck(impact, impact.m_time < kFirstPart * m_timeStep);
+    }
     if (limit && answer != btCcdAfterImpact::Hold && settle(impact))
     {
         return true;

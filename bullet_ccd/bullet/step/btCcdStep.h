@@ -91,7 +91,8 @@ private:
     std::map<btCcdBody, double> m_lostTimes;
     std::set<std::pair<btMultiBody*, int>> m_stopLinks;
     std::map<btCcdBody, Fate> m_fates;  // of this step
-    /// What meets something again and again: under the action, and kinematic objects in the worlds.
+    /// What meets something again and again: under the action, in the worlds kinematic objects and
+    /// what meets its limit.
     struct Stuck
     {
         int m_count = 0;  // of steps,
@@ -115,7 +116,6 @@ private:
     void takeStarts();
     void takeBackPushes(btScalar timeStep);
     void suspendStockClamping();
-    void slowDownJammed();
     void releaseStopped();
     void respond(const btCcdStepper::Event& event, btScalar remaining);
     void solve(const std::vector<btCcdImpact>& impacts, btCcdAnswer answer);
@@ -126,6 +126,7 @@ private:
     bool settle(const btCcdImpact& impact);
     void part(const btCcdImpact& impact, btScalar drag);
     [[nodiscard]] bool liesOnDriver(const btCcdImpact& impact);
+    [[nodiscard]] bool isJammed(const btCcdImpact& impact);
     void forgetStuck();
     [[nodiscard]] Stuck countStuck(const btCcdImpact& impact, bool isEarly);
     [[nodiscard]] bool countSolving(const btCcdImpact& impact);
