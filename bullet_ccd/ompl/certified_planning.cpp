@@ -1,13 +1,14 @@
 #include "bullet_ccd/ompl/certified_planning.h"
 
-#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/ompl/moved_pairs.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <numbers>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tbb/enumerable_thread_specific.h>
@@ -18,33 +19,10 @@ namespace ob = ::ompl::base;
 
 namespace
 {
-/// A link, and an obstacle or another link, that the planned joints move relative to each other.
-struct TestedPair
-{
-    std::int32_t link = kNone;
-    std::int32_t obstacle = kNone;
-    std::int32_t otherLink = kNone;
-    const PairMask* mask = nullptr;
-    Eigen::Vector3d centerOfObstacle = Eigen::Vector3d::Zero();  ///< of its sphere, in W [m]
-    double radii = 0.0;                                          ///< of the spheres around both [m]
-};
-
 /// Between samples of a motion the joints turn by more than half of this together [rad], or there
 /// are twice as many samples less one.
 constexpr double kSampleStep = 0.6;
 constexpr int kMostSamples = 8;
-
-const PairMask* maskOf(const ArticulatedBody& body, const TestedPair& pair)
-{
-    const auto mask = std::ranges::find_if(body.masks,
-                                           [&](const LinkMask& each)
-                                           {
-                                               return each.link == pair.link &&
-                                                      each.obstacle == pair.obstacle &&
-                                                      each.otherLink == pair.otherLink;
-                                           });
-    return mask == body.masks.end() ? nullptr : mask->mask;
-}
 
 std::span<const double> valuesOf(const ob::State* state, std::size_t count)
 {
@@ -84,12 +62,11 @@ struct CertifiedRobot::Impl
     {
         ToiWorkspace work;
         JointMotion motion;
-        std::vector<Eigen::Isometry3d> X_W;    ///< of all links
-        std::vector<Eigen::Vector3d> centers;  ///< of the spheres around their hierarchies, in W
+        MovedPairs::Scratch state;
     };
 
-    std::vector<TestedPair> pairs;  ///< ordered by link
-    mutable tbb::enumerable_thread_specific<Scratch> scratch;
+    std::optional<MovedPairs> pairs;
+    mutable tbb::enumerable_thread_specific<Scratch> scratches;
 };
 
 CertifiedRobot::CertifiedRobot(PlanningScene scene)
@@ -129,45 +106,12 @@ CertifiedRobot::CertifiedRobot(PlanningScene scene)
         require(joint.type != JointType::Spherical,
                 "certified planning: the robot has a spherical joint, which is not supported");
     }
+    applyMimics(tree, motion.positions);
     ArticulatedBody body = m_scene.body;
     body.motion = &motion;
     ToiWorkspace work;
     (void)articulatedToi(body, Environment(), {.toi = m_scene.toi}, work);
-    for (std::size_t i = 0; i < tree.size(); ++i)
-    {
-        const auto link = static_cast<std::int32_t>(i);
-        if (body.linkTrees[i] == nullptr || !moves(tree, motion, kNone, link))
-        {
-            continue;
-        }
-        for (std::size_t k = 0; k < m_scene.environment->bodies().size(); ++k)
-        {
-            const RigidBody& obstacle = m_scene.environment->bodies()[k];
-            m_impl->pairs.push_back(
-                {.link = link,
-                 .obstacle = static_cast<std::int32_t>(k),
-                 .centerOfObstacle = obstacle.motion.X_W0 * obstacle.tree->origin()});
-        }
-    }
-    for (const auto& [a, b] : body.selfPairs)
-    {
-        const std::int32_t base = commonAncestor(tree, a, b);
-        if (moves(tree, motion, base, a) || moves(tree, motion, base, b))
-        {
-            m_impl->pairs.push_back({.link = a, .otherLink = b});
-        }
-    }
-    for (TestedPair& pair : m_impl->pairs)
-    {
-        pair.mask = maskOf(body, pair);
-        const auto radiusOf = [&](std::int32_t link)
-        { return body.linkTrees[static_cast<std::size_t>(link)]->radius(); };
-        const std::span<const RigidBody> obstacles = m_scene.environment->bodies();
-        pair.radii = radiusOf(pair.link) +
-                     (pair.otherLink != kNone
-                          ? radiusOf(pair.otherLink)
-                          : obstacles[static_cast<std::size_t>(pair.obstacle)].tree->radius());
-    }
+    m_impl->pairs.emplace(body, *m_scene.environment, m_scene.X_WR);
 }
 
 CertifiedRobot::~CertifiedRobot() = default;
@@ -193,76 +137,21 @@ bool CertifiedRobot::isFree(std::span<const double> q) const
 {
     // Less than a query leaves at the end of a motion that it stops, more than rounding.
     const double touching = m_scene.toi.minimumSeparation + 1e-3 * m_scene.toi.tolerance;
-    return clearance(q, touching) == touching;
+    constexpr bool kAny = true;
+    return leastDistance(q, touching, kAny) == touching;
 }
 
 double CertifiedRobot::clearance(std::span<const double> q, double enough) const
 {
-    const ArticulatedBody& body = m_scene.body;
-    Impl::Scratch& scratch = m_impl->scratch.local();
-    setPositions(q, scratch.motion.positions);
-    placeLinks(scratch.motion.positions, scratch.X_W, scratch.centers);
-    const std::vector<Eigen::Isometry3d>& X_W = scratch.X_W;
-    const std::span<const RigidBody> obstacles = m_scene.environment->bodies();
-    double least = enough;
-    for (const TestedPair& pair : m_impl->pairs)
-    {
-        const auto a = static_cast<std::size_t>(pair.link);
-        const bool isSelf = pair.otherLink != kNone;
-        const Eigen::Vector3d& centerB =
-            isSelf ? scratch.centers[static_cast<std::size_t>(pair.otherLink)]
-                   : pair.centerOfObstacle;
-        const double reach = pair.radii + least;
-        if ((scratch.centers[a] - centerB).squaredNorm() < reach * reach)
-        {
-            const auto b = static_cast<std::size_t>(isSelf ? pair.otherLink : pair.obstacle);
-            const SsvTree& treeA = *body.linkTrees[a];
-            const SsvTree& treeB = isSelf ? *body.linkTrees[b] : *obstacles[b].tree;
-            const Eigen::Isometry3d& X_WB = isSelf ? X_W[b] : obstacles[b].motion.X_W0;
-            least = treeDistance(treeA,
-                                 treeB,
-                                 X_WB.inverse() * X_W[a],
-                                 least,
-                                 pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{})
-                        .distance;
-            if (least <= 0.0)
-            {
-                break;
-            }
-        }
-    }
-    return least;
+    constexpr bool kAny = false;
+    return leastDistance(q, enough, kAny);
 }
 
-void CertifiedRobot::placeLinks(const std::vector<double>& positions,
-                                std::vector<Eigen::Isometry3d>& X_W,
-                                std::vector<Eigen::Vector3d>& centers) const
+double CertifiedRobot::leastDistance(std::span<const double> q, double enough, bool any) const
 {
-    const KinematicTree& tree = *m_scene.body.tree;
-    X_W.resize(tree.size());
-    centers.resize(tree.size());
-    for (std::size_t i = 0; i < tree.size(); ++i)
-    {
-        const Link& link = tree.links[i];
-        if (link.parent == kNone)
-        {
-            X_W[i] = m_scene.X_WR;
-        }
-        else
-        {
-            // By parts, which is faster than the product of the two transforms.
-            const Eigen::Isometry3d& X_WP = X_W[static_cast<std::size_t>(link.parent)];
-            const Eigen::Isometry3d X_PL = linkInParent(link, positions[i]);
-            X_W[i].translation().noalias() =
-                X_WP.linear() * X_PL.translation() + X_WP.translation();
-            X_W[i].linear().noalias() = X_WP.linear() * X_PL.linear();
-            X_W[i].makeAffine();
-        }
-        if (const SsvTree* geometry = m_scene.body.linkTrees[i]; geometry != nullptr)
-        {
-            centers[i] = X_W[i] * geometry->origin();
-        }
-    }
+    Impl::Scratch& scratch = m_impl->scratches.local();
+    setPositions(q, scratch.motion.positions);
+    return m_impl->pairs->leastDistance(scratch.motion.positions, enough, any, scratch.state);
 }
 
 bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const double> to) const
@@ -295,7 +184,9 @@ bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const 
         }
         part *= 0.5;
     }
-    return motionToi(from, to).status == ToiStatus::Separated;
+    ToiOptions toi = m_scene.toi;
+    toi.anyContact = true;
+    return motionToi(from, to, toi).status == ToiStatus::Separated;
 }
 
 ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
@@ -319,7 +210,7 @@ ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
                                                std::span<const double> to,
                                                const ToiOptions& toi) const
 {
-    Impl::Scratch& scratch = m_impl->scratch.local();
+    Impl::Scratch& scratch = m_impl->scratches.local();
     JointMotion& motion = scratch.motion;
     motion.root = restAt(m_scene.X_WR);
     setPositions(from, motion.positions);

@@ -66,7 +66,7 @@ public:
     /// all times; false if it does not, comes within the tolerance of it, or the query gave up.
     ///
     /// The answer of motionToi(), mostly sooner: of a motion that is blocked a few states are
-    /// looked at first, and nobody asks when it is.
+    /// looked at first, and nobody asks when it is (ToiOptions::anyContact).
     [[nodiscard]] bool isFreeMotion(std::span<const double> from, std::span<const double> to) const;
 
     /// The linear motion from one configuration to another.
@@ -87,9 +87,7 @@ private:
                                                  std::span<const double> to,
                                                  const ToiOptions& toi) const;
     void setPositions(std::span<const double> q, std::vector<double>& positions) const;
-    void placeLinks(const std::vector<double>& positions,
-                    std::vector<Eigen::Isometry3d>& X_W,
-                    std::vector<Eigen::Vector3d>& centers) const;
+    [[nodiscard]] double leastDistance(std::span<const double> q, double enough, bool any) const;
 
     PlanningScene m_scene;
     std::unique_ptr<Impl> m_impl;

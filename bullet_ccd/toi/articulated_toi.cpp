@@ -16,6 +16,10 @@ using Eigen::Isometry3d;
 /// Intervals are not halved more often than this.
 constexpr int kDeepest = 6;
 
+/// Surfaces that are apart by no more than the minimum separation are searched for up to this part
+/// of the tolerance beyond it.
+constexpr double kCertain = 1e-3;
+
 /// One query. The bodies of the search are the links, by their slots, and the obstacles, which are
 /// added when they are needed.
 class ArticulatedQuery
@@ -40,7 +44,10 @@ public:
         const std::size_t count = m_scratch.candidates.size();
         try
         {
-            process(0.0, 1.0, 0, count, 0);
+            if (!findsAnyContact())
+            {
+                process(0.0, 1.0, 0, count, 0);
+            }
         }
         catch (const GaveUp& end)
         {
@@ -85,6 +92,35 @@ private:
                                       .link = link.link,
                                       .frames = &m_culling.frames()}});
         }
+    }
+
+    /// Where any contact will do: looks at the pairs halfway between the times from and until which
+    /// they may meet, where what comes near and leaves again is nearest.
+    bool findsAnyContact()
+    {
+        const ToiOptions& toi = m_options.toi;
+        if (!toi.anyContact || toi.strategy != ToiStrategy::Interval)
+        {
+            return false;
+        }
+        for (const Candidate& candidate : m_scratch.candidates)
+        {
+            const BodyPair pair = bodiesOf(candidate);
+            const double middle = 0.5 * (candidate.from + candidate.until);
+            const TrianglePair found =
+                closest(pair,
+                        poseAt(pair.bodyB, middle).inverse() * poseAt(pair.bodyA, middle),
+                        toi.minimumSeparation + kCertain * toi.tolerance,
+                        toi.tolerance);
+            if (found.triangleA != kNone && found.distance <= toi.minimumSeparation)
+            {
+                m_result.status = ToiStatus::Hit;
+                m_result.time = middle;
+                m_result.contacts.push_back(contactOf(pair, middle));
+                return true;
+            }
+        }
+        return false;
     }
 
     [[nodiscard]] bool maySubdivide(int depth) const
@@ -133,17 +169,20 @@ private:
         return index;
     }
 
+    BodyPair bodiesOf(const Candidate& candidate)
+    {
+        const bool isSelf = candidate.slotB != kNone;
+        return {.bodyA = candidate.slotA,
+                .bodyB = isSelf ? candidate.slotB : bodyOf(candidate.obstacle),
+                .mask = candidate.mask};
+    }
+
     void search(double from, double to, std::size_t begin, std::size_t end)
     {
         m_scratch.pairs.clear();
         for (std::size_t i = begin; i < end; ++i)
         {
-            const Candidate& candidate = m_scratch.candidates[i];
-            const bool isSelf = candidate.slotB != kNone;
-            m_scratch.pairs.push_back(
-                {.bodyA = candidate.slotA,
-                 .bodyB = isSelf ? candidate.slotB : bodyOf(candidate.obstacle),
-                 .mask = candidate.mask});
+            m_scratch.pairs.push_back(bodiesOf(m_scratch.candidates[i]));
         }
         m_state.begin = from;
         m_state.end = to;
@@ -330,7 +369,7 @@ private:
         contact.triangleLink = first.triangleA;
         contact.triangleOther = first.triangleB;
         m_result.contacts.push_back(contact);
-        if (first.status != ToiStatus::Hit)
+        if (first.status != ToiStatus::Hit || m_options.toi.anyContact)
         {
             return;
         }

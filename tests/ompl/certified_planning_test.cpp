@@ -125,6 +125,35 @@ TEST(CertifiedRobot, DistancesOfStatesAreThoseOfTheirPairs)
     }
 }
 
+/// Joints that are not planned stand where the scene says, and those that follow them, too.
+TEST(CertifiedRobot, JointsThatFollowStandWhereTheyFollow)
+{
+    PlanarArm arm;
+    arm.tree.links[3].joint.mimicOf = 2;
+    arm.tree.links[3].joint.mimicMultiplier = -1.5;
+    arm.tree.links[3].joint.mimicOffset = 0.2;
+    Random random(5);
+    for (int i = 0; i < 50; ++i)
+    {
+        const std::array<double, 3> drawn = randomPlace(random);
+        const std::array<double, 3> q{drawn[0], drawn[1], 0.2 - 1.5 * drawn[1]};
+        PlanningScene scene = arm.scene();
+        scene.joints = {1, 2};
+        const double distance = arm.distanceAt(q);
+        EXPECT_NEAR(CertifiedRobot(scene).clearance(std::span(q).first(2), 10.0),
+                    distance,
+                    1e-6 * distance + 1e-12);
+        // Where the first joint alone is planned, the links do not move relative to each other.
+        scene.body.selfPairs = {};
+        const double toPost = CertifiedRobot(scene).clearance(std::span(q).first(2), 10.0);
+        scene.joints = {1};
+        scene.positions = {0.0, 0.0, q[1], 0.0};
+        EXPECT_NEAR(CertifiedRobot(scene).clearance(std::span(q).first(1), 10.0),
+                    toPost,
+                    1e-6 * toPost + 1e-12);
+    }
+}
+
 /// Both forms agree with dense samples: what is free has no sample in contact, and up to the last
 /// valid state there is none either; that state is valid.
 TEST(CertifiedMotionValidator, AgreesWithDenseSamples)

@@ -7,6 +7,7 @@
 #include "benchmarks/reference/scenes/random_scenes.h"
 #include "benchmarks/reference/scenes/random_trees.h"
 #include "benchmarks/reference/scenes/shapes.h"
+#include "bullet_ccd/distance/tree_distance.h"
 
 #include <gtest/gtest.h>
 
@@ -97,6 +98,69 @@ TEST(ArticulatedToi, StagesSwitchedOffGiveTheSameAnswer)
     }
     EXPECT_GT(hits[0], 100);
     EXPECT_GT(subdivided, 100);
+}
+
+/// Any contact will do: the same answer to whether there is one, and the named pair is in contact
+/// at the time that is given, which is mostly not the first.
+TEST(ArticulatedToi, AnyContactIsOneAndSaysWhetherThereIsAny)
+{
+    Random random(2503);
+    int hits = 0;
+    int later = 0;
+    int separated = 0;
+    std::int64_t trianglesOfAny = 0;
+    std::int64_t trianglesOfFirst = 0;
+    for (int i = 0; i < 600; ++i)
+    {
+        const ArticulatedScene scene =
+            randomChain(random, random.integer(2, 8), random.logUniform(0.5, 6.0));
+        const BuiltScene built(scene);
+        const Environment environment(built.obstacles());
+        ToiWorkspace work;
+        ToiOptions toi{.tolerance = 1e-6, .aim = 0.5, .strategy = ToiStrategy::Interval};
+        toi.minimumSeparation = random.chance(0.3) ? 0.01 : 0.0;
+        const ArticulatedToiResult first =
+            articulatedToi(built.body(), environment, {.toi = toi}, work);
+        toi.anyContact = true;
+        const ArticulatedToiResult any =
+            articulatedToi(built.body(), environment, {.toi = toi}, work);
+        ASSERT_EQ(isContact(any.status), isContact(first.status)) << i;
+        trianglesOfAny += any.counters.trianglePairs;
+        trianglesOfFirst += first.counters.trianglePairs;
+        if (!isContact(any.status))
+        {
+            EXPECT_EQ(any.status, first.status) << i;
+            ++separated;
+            continue;
+        }
+        ++hits;
+        later += any.time > first.time + 1e-3 ? 1 : 0;
+        EXPECT_GE(any.time, first.time - 1e-4) << i;
+        ASSERT_EQ(any.contacts.size(), 1U) << i;
+        const LinkContact& contact = any.contacts[0];
+        EXPECT_EQ(contact.time, any.time) << i;
+        const ArticulatedBody& body = built.body();
+        const auto poseOfLink = [&](std::int32_t link)
+        { return linkStateAt(*body.tree, *body.motion, kNone, link, any.time).X_W; };
+        const bool isSelf = contact.otherLink != kNone;
+        const RigidBody* obstacle =
+            isSelf ? nullptr : &built.obstacles()[static_cast<std::size_t>(contact.obstacle)];
+        const Eigen::Isometry3d X_WB =
+            isSelf ? poseOfLink(contact.otherLink) : obstacle->motion.at(any.time).X_W;
+        const SsvTree& treeB =
+            isSelf ? *body.linkTrees[static_cast<std::size_t>(contact.otherLink)] : *obstacle->tree;
+        EXPECT_LE(treeDistance(*body.linkTrees[static_cast<std::size_t>(contact.link)],
+                               treeB,
+                               X_WB.inverse() * poseOfLink(contact.link),
+                               1.0)
+                      .distance,
+                  toi.minimumSeparation + toi.tolerance * (1.0 + 1e-6))
+            << i;
+    }
+    EXPECT_GT(hits, 150);
+    EXPECT_GT(later, 100);
+    EXPECT_GT(separated, 100);
+    EXPECT_LT(trianglesOfAny, trianglesOfFirst / 2);
 }
 
 TEST(ArticulatedToi, AThousandObstaclesOutOfReachCostNothing)

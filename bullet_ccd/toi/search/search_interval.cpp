@@ -20,17 +20,23 @@ public:
     void run(double begin)
     {
         process(begin, m_state.end, 0, m_state.front.size(), 0);
-        if (m_state.hit.found() && answer() < m_state.hit.time)
+        const ToiOptions& options = m_state.options;
+        if (m_state.hit.found() && options.anyWithin && m_state.hit.enough < m_state.hit.time)
         {
-            moveHit(m_state, answer());
+            moveHit(m_state, m_state.hit.enough);
         }
     }
 
 private:
-    /// Nothing later matters. Where any distance within the tolerance will do, the contact that was
-    /// found may as well be named where it begins to be as near as that.
+    /// Nothing later matters, and nothing at all where any contact will do. Where any distance
+    /// within the tolerance will do, the contact that was found may as well be named where it
+    /// begins to be as near as that.
     [[nodiscard]] double answer() const
     {
+        if (m_state.options.anyContact && m_state.hit.found())
+        {
+            return -1.0;
+        }
         return m_state.options.anyWithin ? m_state.hit.enough : m_state.hit.time;
     }
     [[nodiscard]] double last(double end) const { return std::min(end, answer()); }
