@@ -22,7 +22,7 @@ struct SqueezeOptions
     /// Half of this times its weight may pull in any direction before a contact slips, with fingers
     /// that answer like springs (elastic_hold.h), and the normal forces add up to this times weight
     /// / friction at least, of which two opposite fingers need 1, where the efforts allow it.
-    double firmness = 4.0;
+    double firmness = 12.0;
     /// Efforts of the independent joints in place of those of the hand [N m or N]; empty: none.
     std::vector<double> efforts{};
 };

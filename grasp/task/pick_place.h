@@ -57,8 +57,7 @@ struct PickPlaceOptions
     /// and leaves, and on all ways but those of the object to and from what it stands on.
     /// Where there is room, ways of the arm keep five times as much, or half of that.
     double margin = 2e-3;
-    /// SqueezeOptions::firmness: more than for a hand at rest, since the arm accelerates.
-    double firmness = 12.0;
+    double firmness = 12.0;  ///< SqueezeOptions::firmness
     /// Where no grasp leads to a plan with the object put down as it stood, turned about the
     /// vertical only, it may also stand on another face of its convex hull (stablePoses()).
     bool placesOnOtherFaces = true;

@@ -230,7 +230,7 @@ def _mass(grasp: Grasp, mass: Optional[float]) -> float:
 
 
 def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction: float = 0.5,
-            firmness: float = 4.0, efforts: Optional[Dict[str, float]] = None) -> Squeeze:
+            firmness: float = 12.0, efforts: Optional[Dict[str, float]] = None) -> Squeeze:
     """The torques, within the joints' efforts, that press a grasp's contacts together so that half
     of firmness times the weight may pull in any direction before a contact slips, and the normal
     forces add up to firmness times weight / friction at least. efforts [N m or N] by joint count in
@@ -241,7 +241,7 @@ def squeeze(hand: Hand, grasp: Grasp, *, mass: Optional[float] = None, friction:
 
 
 def trial(hand: Hand, object: GraspObject, grasp: Grasp, protocol: str = "six", *,
-          mass: Optional[float] = None, friction: float = 0.5, firmness: float = 4.0,
+          mass: Optional[float] = None, friction: float = 0.5, firmness: float = 12.0,
           efforts: Optional[Dict[str, float]] = None, surface_friction: Optional[float] = None,
           rate: float = 120.0, up: Union[Sequence[float], Array] = (0.0, 0.0, 1.0),
           seed: int = 1) -> Trial:

@@ -47,7 +47,8 @@ protected:
     /// By a squeeze that counts on a friction of 0.5.
     [[nodiscard]] TrialOutcome liftBy(double friction)
     {
-        const grasp::Squeeze squeeze = squeezeOf(m_hand, m_grasp, {.mass = 0.3, .friction = 0.5});
+        const grasp::Squeeze squeeze =
+            squeezeOf(m_hand, m_grasp, {.mass = 0.3, .friction = 0.5, .firmness = 4.0});
         return reference::MujocoTrials(m_hand, m_cube, m_grasp, squeeze, m_pieces)
             .run(m_grasp, squeeze, grasp::shippedProtocol("lift"), 0.3, friction, 0.0)
             .outcome;
@@ -56,7 +57,7 @@ protected:
     [[nodiscard]] TrialOutcome outcomeOf(double share, double mass, double friction)
     {
         const grasp::Squeeze squeeze =
-            squeezeOf(m_hand, m_grasp, {.mass = mass, .friction = friction});
+            squeezeOf(m_hand, m_grasp, {.mass = mass, .friction = friction, .firmness = 4.0});
         EXPECT_TRUE(squeeze.exists()) << squeeze.reason;
         grasp::TrialPhase load;
         load.direction = Eigen::Vector3d::UnitY();

@@ -63,7 +63,7 @@ struct PinchedCube
     }
 };
 
-const SqueezeOptions kThreeHundredGrams{.mass = 0.3, .friction = 0.5};
+const SqueezeOptions kThreeHundredGrams{.mass = 0.3, .friction = 0.5, .firmness = 4.0};
 
 TEST(Squeeze, OfTwoJawsIsHalfOfTheForceEach)
 {

@@ -56,7 +56,8 @@ TEST(Refinement, HoldsABarAtItsCentreAfterItTurnedBesideIt)
 {
     const HandModel hand = strongGripper(false);
     const GraspObject bar = makeGraspObject("bar", makeBox({0.02, 0.08, 0.02}));
-    const TrialOptions options{.squeeze = {.mass = 0.3, .friction = 0.5}, .friction = 0.15};
+    const TrialOptions options{.squeeze = {.mass = 0.3, .friction = 0.5, .firmness = 4.0},
+                               .friction = 0.15};
     const TrialProtocol six = shippedProtocol("six");
     Grasp beside = closedAt(hand, bar, {0.0, 0.05, 0.0}, {});
     ASSERT_EQ(beside.reject, RejectReason::None);
