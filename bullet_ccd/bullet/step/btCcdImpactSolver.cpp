@@ -29,7 +29,7 @@ constexpr btScalar kSolved = btScalar(1e-6);
 constexpr std::size_t kMostHit = 8;
 constexpr std::size_t kMostPressed = 32;
 /// Slower ones press [m/s].
-constexpr btScalar kHit = btScalar(10);
+constexpr btScalar kHit = btScalar(3);
 /// Cosine between the normals of an impact and of its contacts.
 constexpr btScalar kSameDirection = btScalar(0.5);
 

@@ -7,6 +7,7 @@
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
@@ -19,6 +20,7 @@
 #include <LinearMath/btTransformUtil.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 
@@ -148,6 +150,39 @@ bool areConvex(const btCcdTracked& a, const btCcdTracked& b)
     return a.m_collisionShape->isConvex() && b.m_collisionShape->isConvex();
 }
 
+bool areBoxes(const btCcdTracked& a, const btCcdTracked& b)
+{
+    return a.m_collisionShape->getShapeType() == BOX_SHAPE_PROXYTYPE &&
+           b.m_collisionShape->getShapeType() == BOX_SHAPE_PROXYTYPE;
+}
+
+/// Of the six normals of two boxes the one along which they are farthest apart; zero if they
+/// overlap along all.
+btVector3 directionOfBoxes(const btCcdTracked& a, const btCcdTracked& b)
+{
+    const std::array poses{&a.m_object->getWorldTransform(), &b.m_object->getWorldTransform()};
+    const std::array halves{
+        static_cast<const btBoxShape*>(a.m_collisionShape)->getHalfExtentsWithMargin(),
+        static_cast<const btBoxShape*>(b.m_collisionShape)->getHalfExtentsWithMargin()};
+    const btVector3 between = poses[1]->getOrigin() - poses[0]->getOrigin();
+    btScalar farthest = 0;
+    btVector3 direction(0, 0, 0);
+    for (const std::size_t box : {0, 1})
+    {
+        const btMatrix3x3 turn = poses[box]->getBasis().transpose();
+        const btMatrix3x3 others = (turn * poses[1 - box]->getBasis()).absolute();
+        const btVector3 along = turn * between;
+        const btVector3 apart = along.absolute() - halves[box] - others * halves[1 - box];
+        const int axis = apart.maxAxis();
+        if (apart[axis] > farthest)
+        {
+            farthest = apart[axis];
+            direction = (along[axis] < btScalar(0) ? btScalar(-1) : btScalar(1)) * turn[axis];
+        }
+    }
+    return direction;
+}
+
 /// As Bullet finds the cores of convex shapes apart.
 btVector3 directionOfCores(const btCcdTracked& a, const btCcdTracked& b)
 {
@@ -267,7 +302,9 @@ btCcdApproach::btCcdApproach(const btCcdContext& context,
         look(tolerance, a, b, directionOfMiddles(a, b), false);
         if (freeTime() < kUnlimited && areConvex(a, b))
         {
-            look(tolerance, a, b, directionOfCores(a, b), false);
+            const btVector3 direction =
+                areBoxes(a, b) ? directionOfBoxes(a, b) : btVector3(0, 0, 0);
+            look(tolerance, a, b, direction.isZero() ? directionOfCores(a, b) : direction, false);
         }
     }
     else

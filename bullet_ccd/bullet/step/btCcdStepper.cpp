@@ -41,6 +41,18 @@ double norm(const btVector3& v)
     return double(v.length());
 }
 
+bool meetQuickly(const btCcdBox& a, const btCcdBox& b)
+{
+    for (int k = 0; k < 3; ++k)
+    {
+        if (a.m_low[k] > b.m_high[k] || b.m_low[k] > a.m_high[k])
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
 bullet_ccd::RigidMotion withoutTurn(bullet_ccd::RigidMotion motion)
 {
     motion.w_W.setZero();
@@ -253,9 +265,11 @@ void btCcdStepper::findPairs(std::vector<btCcdNeighbourPair>& neighbours)
         {
             continue;
         }
-        if (const double time = earliestTime(a, b); time < kNever)
+        // Once one pair may meet, it is early enough to look at the others when it is their turn.
+        const bool isLooked = m_pairs.empty();
+        if (const double time = isLooked ? earliestTime(a, b) : boxesMeet(a, b); time < kNever)
         {
-            push(indexOf(a), indexOf(b), time);
+            push(indexOf(a), indexOf(b), time).m_isLooked = isLooked;
         }
     }
 }
@@ -374,9 +388,11 @@ bool btCcdStepper::seesStockClamping() const
 void btCcdStepper::findFast()
 {
     m_slowMotion = 0.0;
+    m_swept.clear();
     std::vector<btCcdTracked>& objects = m_tracker->objects();
     for (btCcdTracked& tracked : objects)
     {
+        tracked.m_sweptAt = -1;
         if (const btRigidBody* body = btRigidBody::upcast(tracked.m_object))
         {
             const btVector3& spin =
@@ -546,6 +562,10 @@ void btCcdStepper::sweep(btCcdTracked& tracked)
     box.m_high.setMax(to);
     box.m_low -= around;
     box.m_high += around;
+    if (tracked.m_sweptAt >= 0)
+    {
+        m_swept[std::size_t(tracked.m_sweptAt)] = box;
+    }
 }
 
 /// What the object, which has changed, may meet now: by the lists of neighbours while it keeps to
@@ -638,17 +658,35 @@ bool btCcdStepper::sweepsBox(const btCcdTracked& tracked) const
     return m_tracker->isInBoxes() ? tracked.m_isStray : tracked.m_fast;
 }
 
+/// Many boxes are gone through for everything that changes: side by side, so that most of them are
+/// seen to be elsewhere by a look at one number.
+void btCcdStepper::listSwept(const std::vector<int>& objects)
+{
+    for (std::size_t i = m_swept.size(); i < objects.size(); ++i)
+    {
+        btCcdTracked& tracked = at(objects[i]);
+        tracked.m_sweptAt = int(i);
+        m_swept.push_back(tracked.m_sweep);
+    }
+}
+
 void btCcdStepper::addSwept(int index)
 {
     const btCcdTracked& tracked = at(index);
     const bool isInBoxes = m_tracker->isInBoxes();
-    for (const int other : isInBoxes ? m_tracker->strays() : m_fast)
+    const std::vector<int>& others = isInBoxes ? m_tracker->strays() : m_fast;
+    listSwept(others);
+    for (std::size_t i = 0; i < others.size(); ++i)
     {
+        if (!meetQuickly(tracked.m_sweep, m_swept[i]))
+        {
+            continue;
+        }
+        const int other = others[i];
         const btCcdTracked& b = at(other);
         // Of two objects that come this way, the pair comes once.
         const bool first = ((tracked.m_fast || isInBoxes) && index < other) || !b.m_changed;
-        if (other != index && first && b.m_tracked && (tracked.m_fast || b.m_fast) &&
-            tracked.m_sweep.meets(b.m_sweep))
+        if (other != index && first && b.m_tracked && (tracked.m_fast || b.m_fast))
         {
             addPair(index, other);
         }

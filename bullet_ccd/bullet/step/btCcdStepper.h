@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdControl.h"
+#include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
@@ -163,9 +164,10 @@ private:
     std::size_t m_multiBodyCount = 0;
     std::unordered_map<const btCollisionObject*, btTransform> m_starts;
     std::vector<int> m_fast;
-    std::vector<int> m_slow;     // the others, if they are few
-    std::vector<int> m_changed;  // since the last refresh(), and what that saw
-    std::vector<int> m_near;     // by the lists, of all objects, one after the other
+    std::vector<int> m_slow;        // the others, if they are few
+    std::vector<btCcdBox> m_swept;  // of the fast ones, or of the strays, one after the other
+    std::vector<int> m_changed;     // since the last refresh(), and what that saw
+    std::vector<int> m_near;        // by the lists, of all objects, one after the other
     std::vector<std::size_t> m_nearEnds;
     std::vector<Pair> m_pairs;
     Counts m_counts;
@@ -198,6 +200,7 @@ private:
     void addCandidates(int index);
     void addNear(int index);
     void addSwept(int index);
+    void listSwept(const std::vector<int>& objects);
     [[nodiscard]] bool sweepsBox(const btCcdTracked& tracked) const;
     void listNear();
     void addPair(int a, int b);

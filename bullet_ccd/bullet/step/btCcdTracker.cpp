@@ -32,6 +32,10 @@ constexpr double kPartOfReach = 0.35;
 constexpr double kPartOfReachOfFew = 1.0;
 constexpr std::size_t kPairsOfObject = 16;
 constexpr std::size_t kMorePairs = 1024;
+/// A list of too many pairs is made anew for so many times fewer steps, and not for more again
+/// before so many others: one that is given up costs as much as a good one.
+constexpr double kTooManyPairs = 8.0;
+constexpr int kPatience = 4;
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 constexpr double kFarthest = 1e15;
 /// So many objects, at most, say what most objects do.
@@ -845,10 +849,18 @@ template <typename Make>
 void btCcdTracker::makeList(List& list, const Make& make) const
 {
     const std::size_t most = kPairsOfObject * m_objects.size() + kMorePairs;
-    list.m_steps = std::clamp(2.0 * list.m_steps, 1.0, kSteps);
+    if (list.m_patience > 0)
+    {
+        --list.m_patience;
+    }
+    else
+    {
+        list.m_steps = std::clamp(2.0 * list.m_steps, 1.0, kSteps);
+    }
     while (!make(list.m_steps, list.m_steps > 0.0 ? most : kAnyNumber))
     {
-        list.m_steps = list.m_steps > 1.0 ? 0.5 * list.m_steps : 0.0;
+        list.m_steps = list.m_steps > 1.0 ? list.m_steps / kTooManyPairs : 0.0;
+        list.m_patience = kPatience;
     }
 }
 

@@ -83,7 +83,8 @@ struct btCcdTracked
     btCcdListed m_listed;                   // among what was at rest then,
     btCcdListed m_along;                    // and among the movers, which may move along together
     const btCcdBox* m_listedBox = nullptr;  // of what was at rest then
-    btCcdBox m_sweep;  // what it passes through from its last impact on, if it is fast
+    btCcdBox m_sweep;    // what it passes through from its last impact on, if it is fast
+    int m_sweptAt = -1;  // among those that btCcdStepper goes through
 
     [[nodiscard]] const btCcdShapeOutline& outline() const { return m_shape->m_outline; }
     /// How far from its place in the step Bullet's contacts may have it: what it moves itself, or
@@ -259,6 +260,7 @@ private:
     {
         btCcdNeighbours m_boxes;
         double m_steps = kSteps;
+        int m_patience = 0;  // lists to be made before one for more steps is tried
     };
     List m_restList;                   // of movers and what is at rest; of few objects all
     List m_moverList;                  // of movers, as seen from what most of them move along with
