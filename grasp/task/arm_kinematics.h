@@ -38,6 +38,12 @@ public:
     /// The links below the joints of the chain.
     [[nodiscard]] const std::vector<std::int32_t>& joints() const { return m_joints; }
 
+    /// The link's origin is no farther from the first joint of the chain than this, in whatever
+    /// posture [m].
+    [[nodiscard]] double reach() const { return m_reach; }
+    /// The first joint, which nothing moves, in W [m].
+    [[nodiscard]] const Eigen::Vector3d& shoulder() const { return m_shoulder; }
+
     /// Pose of the link.
     [[nodiscard]] Eigen::Isometry3d poseAt(const std::vector<double>& q) const;
 

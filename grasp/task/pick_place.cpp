@@ -78,6 +78,45 @@ bool isInside(const SsvTree& inner,
                .contains(X_WO.inverse() * (X_W * inner.mesh().vertices.front()));
 }
 
+/// No point of a hand is farther from the origin of its root in any posture [m].
+double sizeOf(const HandModel& hand)
+{
+    std::vector<double> farthest;  // origins of the links
+    double size = 0.0;
+    for (std::size_t i = 0; i < hand.robot.tree.size(); ++i)
+    {
+        const Link& link = hand.robot.tree.links[i];
+        const bool slides = link.joint.type == JointType::Prismatic;
+        farthest.push_back(link.parent == kNone ? 0.0
+                                                : farthest[static_cast<std::size_t>(link.parent)] +
+                                                      link.X_PL0.translation().norm() +
+                                                      (slides ? std::max(std::abs(link.joint.lower),
+                                                                         std::abs(link.joint.upper))
+                                                              : 0.0));
+        if (const SsvTree* tree = hand.linkTrees[i]; tree != nullptr)
+        {
+            size = std::max(size, farthest.back() + tree->origin().norm() + tree->radius());
+        }
+    }
+    return size;
+}
+
+/// The same of an object and its centre of mass.
+double sizeOf(const GraspObject& object)
+{
+    double size = 0.0;
+    for (const Vector3d& vertex : object.tree.mesh().vertices)
+    {
+        size = std::max(size, (vertex - object.centerOfMass).norm());
+    }
+    return size;
+}
+
+std::string millimetres(double metres)
+{
+    return std::to_string(std::lround(1e3 * metres)) + " mm";
+}
+
 /// A leg cannot be: its name and why.
 struct Obstruction
 {
@@ -105,6 +144,11 @@ public:
     PickPlacePlan run()
     {
         m_plan.X_WOStart = raised();
+        constexpr double kDeep = 10.0;
+        const FirstContactResult fall = fallOf(m_plan.X_WOStart, kDeep);
+        m_plan.startHeight = fall.status == ToiStatus::Separated
+                                 ? std::numeric_limits<double>::infinity()
+                                 : kDeep * fall.time;
         m_before = m_scene;
         m_before.add(m_task.object.tree, m_plan.X_WOStart, m_task.object.name);
         m_before.finish();
@@ -125,6 +169,11 @@ public:
             return std::move(m_plan);
         }
         requireFreeStart();
+        m_plan.failure = outOfReach();
+        if (!m_plan.failure.empty())
+        {
+            return std::move(m_plan);
+        }
         int tried = 0;
         std::array<std::vector<Grasp>, kSources.size()> known;
         std::int64_t candidates = m_options.grasps.candidates;
@@ -340,26 +389,51 @@ private:
         std::ranges::stable_sort(places, {}, &Places::value_type::first);
     }
 
-    void addPlace(Isometry3d X_WO, Places& places)
+    /// First contact of the object, kept off by the gap, with the scene on its way straight down.
+    FirstContactResult fallOf(const Isometry3d& X_WO, double depth)
     {
         std::vector<MovingBody> bodies{movingBody(
             RigidBody{.tree = &m_task.object.tree,
-                      .motion = motionBetween(X_WO, shifted(X_WO, {0.0, 0.0, -2.0 * kPutDown}))})};
+                      .motion = motionBetween(X_WO, shifted(X_WO, {0.0, 0.0, -depth}))})};
         std::vector<BodyPair> pairs;
         for (const RigidBody& body : m_scene.bodies)
         {
             pairs.push_back({.bodyA = 0, .bodyB = static_cast<std::int32_t>(bodies.size())});
             bodies.push_back(movingBody(body));
         }
-        if (pairs.empty())
+        return pairs.empty() ? FirstContactResult()
+                             : firstContact(bodies,
+                                            pairs,
+                                            {.tolerance = 0.1 * m_options.gap,
+                                             .minimumSeparation = m_options.gap},
+                                            m_work);
+    }
+
+    /// Why no posture of the arm brings the hand to the object, or to the target; or nothing.
+    [[nodiscard]] std::string outOfReach() const
+    {
+        const double size = sizeOf(m_task.object);
+        const double reach = m_kinematics.reach() + sizeOf(m_task.hand);
+        const auto missing = [&](const std::string& what, const Vector3d& where, double extent)
         {
-            return;
-        }
-        const FirstContactResult toi =
-            firstContact(bodies,
-                         pairs,
-                         {.tolerance = 0.1 * m_options.gap, .minimumSeparation = m_options.gap},
-                         m_work);
+            const double distance = (where - m_kinematics.shoulder()).norm();
+            return distance <= reach + extent
+                       ? std::string()
+                       : what + " is out of reach: it is " + millimetres(distance) +
+                             " from the first joint of the arm, which comes to " +
+                             millimetres(reach) + " with its hand: move it or the robot";
+        };
+        std::string why =
+            missing(m_task.object.name, m_task.X_WO * m_task.object.centerOfMass, size);
+        return !why.empty() ? why
+                            : missing("the target region",
+                                      m_task.target.center,
+                                      0.5 * m_task.target.size.norm() + 2.0 * size);
+    }
+
+    void addPlace(Isometry3d X_WO, Places& places)
+    {
+        const FirstContactResult toi = fallOf(X_WO, 2.0 * kPutDown);
         X_WO.translation().z() -= 2.0 * kPutDown * toi.time;
         m_isAboveSomething = m_isAboveSomething || toi.status != ToiStatus::Separated;
         if (toi.status == ToiStatus::Hit &&

@@ -116,6 +116,9 @@ struct PickPlacePlan
     Eigen::Isometry3d X_HO = Eigen::Isometry3d::Identity();  ///< object in the hand's root link
     Eigen::Isometry3d X_WOStart = Eigen::Isometry3d::Identity();  ///< raised by the gap
     Eigen::Isometry3d X_WOEnd = Eigen::Isometry3d::Identity();
+    /// How far the object falls from where it was given until it is as near as
+    /// PickPlaceOptions::gap to what is below it [m]; infinite if nothing is.
+    double startHeight = 0.0;
     /// What the object stands on, as far as it touches it where it was given. It is lifted from
     /// there, too: see the guarantee of planPickPlace().
     std::vector<std::string> partsFrom;

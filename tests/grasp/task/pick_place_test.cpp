@@ -387,6 +387,21 @@ TEST(PickPlace, SaysWhyThereIsNoPlan)
         EXPECT_FALSE(attempt.leg.empty());
         EXPECT_FALSE(attempt.reason.empty());
     }
+    PickPlaceTask farther = k.task();
+    farther.target.center = {0.8, 2.9, 0.0};
+    const SsvTree ground = buildSsvTree(makeBox({4.0, 4.0, 0.05}));
+    std::vector<RigidBody> onGround{{.tree = &ground, .motion = restAt(at(0.0, 0.0, -0.05))}};
+    farther.obstacles = onGround;
+    farther.obstacleNames = {"ground"};
+    farther.X_WR.translation().z() += 0.01;
+    const PickPlacePlan outOfReach = planPickPlace(farther, k.options);
+    EXPECT_THAT(outOfReach.failure, HasSubstr("the target region is out of reach"));
+    EXPECT_TRUE(outOfReach.attempts.empty());
+    EXPECT_NEAR(outOfReach.startHeight, 0.0, 1e-4);
+    farther.X_WO = at(0.8, 2.9, 0.09);
+    const PickPlacePlan floating = planPickPlace(farther, k.options);
+    EXPECT_THAT(floating.failure, HasSubstr("box is out of reach"));
+    EXPECT_NEAR(floating.startHeight, 0.05, 2e-4);  // less the gap
     PickPlaceTask beside = k.task();
     beside.target.center = {0.5, 2.0, 0.0};  // there is no table
     EXPECT_THAT(planPickPlace(beside, k.options).failure, HasSubstr("nothing below"));

@@ -225,7 +225,10 @@ void addHandCheckCommand(CLI::App& hand, int& exitCode)
         "  grasp hand check my_hand.urdf --samples 10000 --write-srdf my_hand.srdf");
     const auto arguments = std::make_shared<HandCheckArguments>();
     arguments->reasons = reasonNames();
-    command->add_option("hand", arguments->hand, "A URDF, xacro or MJCF file, or the name of a hand that ships.")
+    command
+        ->add_option("hand",
+                     arguments->hand,
+                     "A URDF, xacro or MJCF file, or the name of a hand that ships.")
         ->type_name("HAND")
         ->required();
     command

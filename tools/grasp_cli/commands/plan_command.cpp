@@ -433,7 +433,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
                      "What ranks force closures: epsilon, or score, the chance that a simulated "
                      "trial holds by what the efforts hold and how far apart the contacts are.")
         ->type_name("WHAT")
-        ->check(CLI::IsMember({"epsilon", "score"}))
+        ->check(CLI::IsMember({"epsilon", "score"}).description(""))
         ->capture_default_str()
         ->group("Squeeze");
     command

@@ -44,9 +44,29 @@ struct PickPlaceArguments
     grasp::PickPlaceOptions options;
 };
 
-/// Positions of the arm's joints where the scene says, else 0 within the limits.
+/// Positions of the arm's joints where the scene says, else 0 within the limits. A scene that names
+/// none of them was made for another arm.
 std::vector<double> startOf(const TaskScene& scene, const grasp::ArmRobot& robot)
 {
+    const auto isOfArm = [&](const auto& named)
+    {
+        return std::ranges::any_of(robot.joints,
+                                   [&](std::int32_t link)
+                                   {
+                                       const auto i = static_cast<std::size_t>(link);
+                                       return robot.tree.links[i].joint.name == named.first;
+                                   });
+    };
+    if (!scene.start.empty() && std::ranges::none_of(scene.start, isOfArm))
+    {
+        fmt::print(stderr,
+                   "note: {}: start is of another arm: {} has no joint {}: its joints start at 0, "
+                   "or at the limit next to it\n",
+                   scene.file.string(),
+                   robot.name,
+                   scene.start.front().first);
+        return grasp::startPositions(robot, {});
+    }
     try
     {
         return grasp::startPositions(robot, scene.start);
@@ -250,6 +270,18 @@ TaskRow planOne(const PickPlaceArguments& a,
     const Stopwatch watch;
     row.plan = grasp::planPickPlace(task, options);
     row.seconds = watch.seconds();
+    constexpr double kFloats = 2e-3;
+    if (row.plan.startHeight > kFloats)
+    {
+        fmt::print(stderr,
+                   "note: {} {}: the plan takes it from there, but it would fall: correct its "
+                   "position\n",
+                   chosen.name,
+                   std::isinf(row.plan.startHeight)
+                       ? "has nothing below it"
+                       : fmt::format("floats {:.1f} mm above what is below it",
+                                     1e3 * row.plan.startHeight));
+    }
     row.sampled = std::numeric_limits<double>::infinity();
     for (std::size_t leg = 0; row.plan.solved && a.samples > 0 && leg < row.plan.legs.size(); ++leg)
     {
@@ -318,9 +350,10 @@ TextTable rowsTable(const PickPlaceArguments& a, const std::vector<TaskRow>& row
         }
         if (a.executes)
         {
-            cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->missed) : "");
-            cells.push_back(row.result ? fmt::format("{:.2f}", 1e3 * row.result->othersMoved) : "");
-            cells.push_back(row.result ? fmt::format("{:.1f}", 1e2 * row.result->inexact) : "");
+            const bool isWhole = row.result && !row.result->stopped;
+            cells.push_back(isWhole ? fmt::format("{:.2f}", 1e3 * row.result->missed) : "");
+            cells.push_back(isWhole ? fmt::format("{:.2f}", 1e3 * row.result->othersMoved) : "");
+            cells.push_back(isWhole ? fmt::format("{:.1f}", 1e2 * row.result->inexact) : "");
         }
         cells.push_back(!plan.solved                           ? plan.failure
                         : row.result && !row.result->succeeded ? row.result->reason
@@ -490,10 +523,10 @@ void addPickPlace(CLI::App& task, int& exitCode)
         ->capture_default_str();
     command->add_flag(
         "--execute", a->executes, "Carry the plan out in a simulation, and judge it.");
-    command->add_flag("--rehearse,!--no-rehearsal",
-                      a->rehearses,
-                      "Lift the object in a simulation of the hand alone before a grasp is tried "
-                      "(default).");
+    command->add_flag_callback(
+        "--no-rehearsal",
+        [a] { a->rehearses = false; },
+        "Do not lift the object in a simulation of the hand alone before a grasp is tried.");
     command
         ->add_option(
             "--place-pose",
@@ -501,7 +534,7 @@ void addPickPlace(CLI::App& task, int& exitCode)
             "How the object is put down: as it stood (keep), or also on another face of its "
             "convex hull if no grasp leads to a plan otherwise (stable).")
         ->type_name("keep|stable")
-        ->check(CLI::IsMember({"keep", "stable"}))
+        ->check(CLI::IsMember({"keep", "stable"}).description(""))
         ->capture_default_str();
     addMassOption(
         *command, a->mass, 1e-3, fmt::format("The mass of each object [kg]. {}", kMassDefault));
