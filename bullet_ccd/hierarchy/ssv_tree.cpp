@@ -90,12 +90,18 @@ std::vector<SsvCorners> SsvTree::place(std::span<const std::int32_t> triangles)
 void SsvTree::refit(std::span<const Eigen::Vector3d> vertices)
 {
     require(vertices.size() == m_mesh.vertices.size(),
-            "refit: " + std::to_string(vertices.size()) + " vertices for a mesh of " +
-                std::to_string(m_mesh.vertices.size()) + ": give one for each");
+            [&]
+            {
+                return "refit: " + std::to_string(vertices.size()) + " vertices for a mesh of " +
+                       std::to_string(m_mesh.vertices.size()) + ": give one for each";
+            });
     for (std::size_t i = 0; i < vertices.size(); ++i)
     {
         require(vertices[i].allFinite(),
-                "refit: vertex " + std::to_string(i) + " is not finite: repair the deformation");
+                [&] {
+                    return "refit: vertex " + std::to_string(i) +
+                           " is not finite: repair the deformation";
+                });
     }
     openAll();
     m_blocks = {};

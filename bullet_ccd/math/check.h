@@ -5,6 +5,7 @@
 /// promises; it is active in debug builds and wherever BULLET_CCD_ASSERTIONS is defined.
 #pragma once
 
+#include <concepts>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
@@ -27,6 +28,17 @@ inline void require(bool condition, const char* message)
     if (!condition)
     {
         throw std::invalid_argument(message);
+    }
+}
+
+/// Same, for a function that makes the message where the condition does not hold: for what queries
+/// ask often.
+template <std::invocable Message>
+void require(bool condition, const Message& message)
+{
+    if (!condition)
+    {
+        throw std::invalid_argument(message());
     }
 }
 }  // namespace bullet_ccd

@@ -47,8 +47,11 @@ std::vector<Eigen::Isometry3d> linkPoses(const KinematicTree& tree,
                                          std::span<const double> positions)
 {
     require(positions.size() == tree.size(),
-            "linkPoses: " + std::to_string(positions.size()) + " positions for " +
-                std::to_string(tree.size()) + " links: give one entry a link");
+            [&]
+            {
+                return "linkPoses: " + std::to_string(positions.size()) + " positions for " +
+                       std::to_string(tree.size()) + " links: give one entry a link";
+            });
     std::vector<Eigen::Isometry3d> poses;
     poses.reserve(tree.size());
     for (std::size_t i = 0; i < tree.size(); ++i)

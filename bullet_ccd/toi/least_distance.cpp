@@ -302,11 +302,17 @@ private:
 void checkOptions(const LeastDistanceOptions& options, bool hasPairs)
 {
     require(options.tolerance > 0.0 && std::isfinite(options.tolerance),
-            "leastDistance: the tolerance is " + std::to_string(options.tolerance) +
-                " m: it must be above 0");
-    require(
-        options.enough > 0.0,
-        "leastDistance: `enough` is " + std::to_string(options.enough) + " m: it must be above 0");
+            [&]
+            {
+                return "leastDistance: the tolerance is " + std::to_string(options.tolerance) +
+                       " m: it must be above 0";
+            });
+    require(options.enough > 0.0,
+            [&]
+            {
+                return "leastDistance: `enough` is " + std::to_string(options.enough) +
+                       " m: it must be above 0";
+            });
     require(hasPairs || std::isfinite(options.enough),
             "leastDistance: without pairs there is no distance: give `enough`, which is the answer "
             "then");

@@ -202,8 +202,11 @@ void checkTimes(const Trajectory& trajectory)
     for (std::size_t i = 1; i < times.size(); ++i)
     {
         require(times[i] > times[i - 1] && std::isfinite(times[i] - times[i - 1]),
-                "trajectory: time " + std::to_string(i) + ", " + std::to_string(times[i]) +
-                    " s, is not after the one before");
+                [&]
+                {
+                    return "trajectory: time " + std::to_string(i) + ", " +
+                           std::to_string(times[i]) + " s, is not after the one before";
+                });
     }
 }
 
@@ -335,9 +338,13 @@ void checkTrajectory(const Trajectory& trajectory)
         }
         const std::int32_t joint = jumpBetween(before, after);
         require(joint == kNone,
-                "trajectory: the joint above link " + std::to_string(joint) + " jumps at " +
-                    std::to_string(trajectory.times[k]) + " s, from segment " +
-                    std::to_string(k - 1) + " to the next: let each begin where the last one ends");
+                [&]
+                {
+                    return "trajectory: the joint above link " + std::to_string(joint) +
+                           " jumps at " + std::to_string(trajectory.times[k]) +
+                           " s, from segment " + std::to_string(k - 1) +
+                           " to the next: let each begin where the last one ends";
+                });
     }
 }
 }  // namespace bullet_ccd
