@@ -130,7 +130,7 @@ RoomFinding RoomJudge::look(const btRigidBody& body)
     const double speed(velocity.length());
     const bool isHeld = !isNew && speed > 0.1 &&
                         velocity.dot(seen.velocity) > seen.velocity.length2() &&
-                        double((place - seen.place).length()) < 0.1 * speed * m_timeStep;
+                        double((place - seen.place).length()) < kStill * speed * m_timeStep;
     seen.held = isHeld ? seen.held + 1 : 0;
     seen.place = place;
     seen.velocity = velocity;

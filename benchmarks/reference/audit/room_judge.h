@@ -35,6 +35,8 @@ class RoomJudge
 {
 public:
     static constexpr int kHeldSteps = 8;
+    /// Of what its speed says: what a motor presses on something goes forth and back in a step.
+    static constexpr double kStill = 0.01;
     static constexpr double kTimeToComeOut = 1.0;  ///< [s]
     static constexpr double kOut = 1e-3;  ///< as deep as Bullet leaves bodies that rest [m]
 

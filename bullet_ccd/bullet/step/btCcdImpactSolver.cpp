@@ -26,8 +26,10 @@ constexpr int kThoroughIterations = 10;  // for contacts that come again
 constexpr btScalar kSolved = btScalar(1e-6);
 /// So many objects of a heap take part, and what is joined to them: fewer where something hits it,
 /// which goes on to others by impacts of its own, than where it lies and presses.
-constexpr std::size_t kMostHit = 8;
+constexpr std::size_t kMostHit = 4;
 constexpr std::size_t kMostPressed = 32;
+/// Under an action, which answers for a body only so often.
+constexpr std::size_t kMostHitOfAction = 8;
 /// Slower ones press [m/s].
 constexpr btScalar kHit = btScalar(3);
 /// Cosine between the normals of an impact and of its contacts.
@@ -544,7 +546,7 @@ void btCcdImpactSolver::findContacts(const std::vector<btCcdImpact>& impacts)
 }
 
 /// What takes part in the impacts: objects, multibodies and manifolds.
-void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
+void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts, bool rigid)
 {
     list();
     for (const int index : m_reached)
@@ -553,7 +555,8 @@ void btCcdImpactSolver::collect(const std::vector<btCcdImpact>& impacts)
     }
     m_reached.clear();
     m_contacts.clear();
-    m_most = std::any_of(impacts.begin(), impacts.end(), isHit) ? kMostHit : kMostPressed;
+    const std::size_t mostHit = rigid ? kMostHitOfAction : kMostHit;
+    m_most = std::any_of(impacts.begin(), impacts.end(), isHit) ? mostHit : kMostPressed;
     for (const btCcdImpact& impact : impacts)
     {
         reach(*impact.m_objectA);
@@ -906,7 +909,7 @@ const std::vector<btCollisionObject*>& btCcdImpactSolver::solve(
     std::vector<SavedImpulses> saved;
     list();
     findContacts(impacts);
-    collect(impacts);
+    collect(impacts, rigid);
     if (rigid && !m_multiBodies.empty())
     {
         m_objects.clear();

@@ -39,7 +39,7 @@ public:
 
     void beginStep();
     /// Solves and returns one collider of every body that may have got another velocity.
-    /// @param rigid nothing is solved if a multibody takes part
+    /// @param rigid for an action: nothing is solved if a multibody takes part
     const std::vector<btCollisionObject*>& solve(const std::vector<btCcdImpact>& impacts,
                                                  btCcdAnswer answer,
                                                  bool rigid = false);
@@ -74,7 +74,7 @@ private:
     void list();
     void noteContact(const btCollisionObject& a, const btCollisionObject& b);
     void findContacts(const std::vector<btCcdImpact>& impacts);
-    void collect(const std::vector<btCcdImpact>& impacts);
+    void collect(const std::vector<btCcdImpact>& impacts, bool rigid);
     void reach(const btCollisionObject& object);
     void reachJoined(const btCollisionObject& object);
     void reachTouching(const btCollisionObject& object, bool met);
