@@ -132,8 +132,10 @@ RoomFinding RoomJudge::look(const btRigidBody& body)
                         velocity.dot(seen.velocity) > seen.velocity.length2() &&
                         double((place - seen.place).length()) < kStill * speed * m_timeStep;
     seen.held = isHeld ? seen.held + 1 : 0;
+    seen.freeSpeed = isHeld ? seen.freeSpeed : speed;
     seen.place = place;
     seen.velocity = velocity;
-    return seen.held < kHeldSteps ? RoomFinding::Nothing : RoomFinding::GathersSpeed;
+    return seen.held >= kHeldSteps && speed > seen.freeSpeed + kGathered ? RoomFinding::GathersSpeed
+                                                                         : RoomFinding::Nothing;
 }
 }  // namespace bullet_ccd::reference

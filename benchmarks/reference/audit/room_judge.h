@@ -37,6 +37,7 @@ public:
     static constexpr int kHeldSteps = 8;
     /// Of what its speed says: what a motor presses on something goes forth and back in a step.
     static constexpr double kStill = 0.01;
+    static constexpr double kGathered = 0.1;       ///< at least, over these steps [m/s]
     static constexpr double kTimeToComeOut = 1.0;  ///< [s]
     static constexpr double kOut = 1e-3;  ///< as deep as Bullet leaves bodies that rest [m]
 
@@ -58,7 +59,8 @@ private:
     {
         btVector3 place{0, 0, 0};
         btVector3 velocity{0, 0, 0};
-        int held = 0;  // steps in a row
+        int held = 0;            // steps in a row,
+        double freeSpeed = 0.0;  // and the speed before them [m/s]
         // Of the wall that it began in.
         int axis = 0;
         double side = 0.0;  // -1 or 1; 0: none
