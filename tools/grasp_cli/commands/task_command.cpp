@@ -105,15 +105,43 @@ std::vector<const TaskBody*> chosenObjects(const PickPlaceArguments& a, const Ta
     return chosen;
 }
 
+/// The grasps that failed for the same reason share a row, which names the first of them.
 std::string attemptsText(const grasp::PickPlacePlan& plan)
 {
-    TextTable table{.header = {"candidate", "failed leg", "reason"}, .rows = {}};
+    struct Failed
+    {
+        const grasp::TaskAttempt* first;
+        std::vector<std::string> candidates;
+    };
+    std::vector<Failed> failures;
     for (const grasp::TaskAttempt& attempt : plan.attempts)
     {
-        if (!attempt.leg.empty())
+        if (attempt.leg.empty())
         {
-            table.rows.push_back({std::to_string(attempt.candidate), attempt.leg, attempt.reason});
+            continue;
         }
+        auto same = std::ranges::find_if(
+            failures,
+            [&](const Failed& each)
+            { return each.first->leg == attempt.leg && each.first->reason == attempt.reason; });
+        if (same == failures.end())
+        {
+            same = failures.insert(same, {.first = &attempt, .candidates = {}});
+        }
+        same->candidates.push_back(std::to_string(attempt.candidate));
+    }
+    TextTable table{.header = {"failed leg", "reason", "grasps", "candidates"}, .rows = {}};
+    constexpr std::size_t kNamed = 4;
+    for (const Failed& failed : failures)
+    {
+        const std::size_t count = failed.candidates.size();
+        const std::vector<std::string> named(
+            failed.candidates.begin(),
+            failed.candidates.begin() + std::ptrdiff_t(std::min(count, kNamed)));
+        table.rows.push_back({failed.first->leg,
+                              failed.first->reason,
+                              std::to_string(count),
+                              joined(named, " ") + (count > kNamed ? " ..." : "")});
     }
     return table.rows.empty() ? std::string() : alignedText(table) + "\n";
 }
@@ -538,7 +566,7 @@ void addPickPlace(CLI::App& task, int& exitCode)
         ->capture_default_str();
     addMassOption(
         *command, a->mass, 1e-3, fmt::format("The mass of each object [kg]. {}", kMassDefault));
-    command->add_flag("-q,--quiet", a->quiet, "Do not list the grasps that failed.");
+    command->add_flag("-q,--quiet", a->quiet, "Do not list why grasps failed.");
     command->footer(kPickPlaceFooter);
     command->callback(
         [a, &exitCode]
