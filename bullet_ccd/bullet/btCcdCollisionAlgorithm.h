@@ -94,6 +94,7 @@ private:
                     const btCollisionObjectWrapper* body1,
                     const btDispatcherInfo& dispatchInfo,
                     btManifoldResult* result);
+    [[nodiscard]] Eigen::Vector3d wayOut(const btCollisionObject& body0) const;
 };
 
 /// Registers the algorithm for as long as it lives. Declare it after the dispatcher and before the

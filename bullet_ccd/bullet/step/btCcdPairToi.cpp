@@ -56,6 +56,7 @@ struct Parts
     Eigen::Isometry3d X_BG;
     bullet_ccd::ToiWorkspace& m_work;
     bool& m_isDeep;  // see btCcdPairToi
+    const Eigen::Vector3d& m_wayOut;
 };
 
 /// The surface of a part, or its core.
@@ -204,6 +205,35 @@ double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
     return a.m_margin + b.m_margin;
 }
 
+/// For surfaces that intersect, a convex one and one without an inside: the core of the convex one
+/// is on the side to which contacts push it, and does not come through.
+FirstContactResult askCore(const Parts& parts)
+{
+    const bool isA = parts.m_a.m_core != nullptr;
+    if (isA == (parts.m_b.m_core != nullptr) || parts.m_wayOut.isZero())
+    {
+        return overlapping();
+    }
+    const Layer a = coreOf(parts.m_a);
+    const Layer b = coreOf(parts.m_b);
+    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
+    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
+    const double most = parts.m_a.m_depth + parts.m_b.m_depth;
+    const bullet_ccd::TrianglePair nearest = bullet_ccd::treeDistance(
+        a.m_tree, b.m_tree, X_WB.inverse() * X_WA, a.m_radius + b.m_radius + most);
+    if (nearest.triangleA == bullet_ccd::kNone)
+    {
+        return overlapping();
+    }
+    const Eigen::Vector3d between = X_WB * nearest.pointB - X_WB * nearest.pointA;
+    if (!(between.dot(parts.m_wayOut) > 0.5 * between.norm()))
+    {
+        return overlapping();
+    }
+    const FirstContactResult first = askCloser(parts, a, b, most);
+    return first.status == ToiStatus::Hit ? first : overlapping();
+}
+
 /// The contacts are ours: zones of the shell.
 FirstContactResult askShell(const Parts& parts)
 {
@@ -223,7 +253,7 @@ FirstContactResult askShell(const Parts& parts)
     {
         first = askCloser(parts, a, b, (kSolverZone + kTarget) * shell);
     }
-    return first;
+    return first.status == ToiStatus::Overlapping ? askCore(parts) : first;
 }
 
 /// True if a corner of the first is inside the second, a convex polyhedron.
@@ -327,6 +357,7 @@ struct Pairs
     const btCcdObjectMotion& m_motionB;
     double m_tolerance;
     bullet_ccd::ToiWorkspace& m_work;
+    Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
     bool m_isTouch = false;  // see btCcdTimeOfTouch()
     btCcdPairToi m_result{};
 
@@ -343,7 +374,8 @@ struct Pairs
                           btCcdMeshPose(a, X_AB * middle(b)),
                           btCcdMeshPose(b, X_AB.inverse() * middle(a)),
                           m_work,
-                          m_result.m_isDeep};
+                          m_result.m_isDeep,
+                          m_wayOut};
         const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
                                          : btCcdHasOwnContacts(a, b) ? askShell(parts)
                                                                      : askStock(parts, m_tolerance);
@@ -497,9 +529,10 @@ btCcdPairToi askAllParts(Pairs pairs, const btCcdSide& a, const btCcdSide& b)
 btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                const btCcdSide& b,
                                double tolerance,
-                               bullet_ccd::ToiWorkspace& work)
+                               bullet_ccd::ToiWorkspace& work,
+                               const Eigen::Vector3d& wayOut)
 {
-    return askAllParts({a.m_motion, b.m_motion, tolerance, work}, a, b);
+    return askAllParts({a.m_motion, b.m_motion, tolerance, work, wayOut}, a, b);
 }
 
 btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
@@ -507,5 +540,6 @@ btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
                               double tolerance,
                               bullet_ccd::ToiWorkspace& work)
 {
-    return askAllParts({a.m_motion, b.m_motion, tolerance, work, true}, a, b);
+    return askAllParts(
+        {a.m_motion, b.m_motion, tolerance, work, Eigen::Vector3d::Zero(), true}, a, b);
 }

@@ -102,6 +102,34 @@ TEST_P(Recovery, HasAContactAtEveryCornerThatIsInside)
     EXPECT_NEAR(depths[3], -0.0105, 1e-4);
 }
 
+TEST_P(Recovery, OfAConvexShapeThatIsHitMeanwhile)
+{
+    // A box is put 5 mm deep into a floor of mesh, 10 cm thick, and a heavy ball hits it askew.
+    int through = 0;
+    for (const double speed : {5.0, 10.0, 20.0, 40.0, 80.0})
+    {
+        for (const double askew : {0.0, 0.03, 0.06, 0.09})
+        {
+            Scene scene(GetParam(), WorldClass::Rigid);
+            scene.world().setGravity(vec(0, 0, -10));
+            scene.body(scene.boxMesh(vec(5, 5, 0.05)), 0.0, poseAt(vec(0, 0, -0.05)));
+            btRigidBody* box =
+                scene.body(scene.box(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.095)));
+            btRigidBody* ball =
+                scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(0.1))),
+                           5.0,
+                           poseAt(vec(askew, 0.5 * askew, 0.4)));
+            ball->setLinearVelocity(vec(0, 0, -speed));
+            for (int step = 0; step < 90; ++step)
+            {
+                scene.step(2.0 * kStepOfRecovery);
+            }
+            through += box->getWorldTransform().getOrigin().z() > 0 ? 0 : 1;
+        }
+    }
+    EXPECT_EQ(through, 0);
+}
+
 TEST_P(Recovery, OfAHeapThatBeginsOnTheFloorToTheLastBit)
 {
     // A hundred cubes in each other push the lowest, which touch the floor without a gap, down.
