@@ -36,6 +36,9 @@ static_assert(kDeep * kCloser > 0.5);
 /// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart, and queries take long in either.
 constexpr double kSmallestGap = 1.0 / 32.0;
+/// A core that is nearer than this part of its depth to what intersects its shape is caught: held
+/// there, it would not come out.
+constexpr double kCaught = 1.0 / 8.0;
 /// Surfaces that are nearer than this, relative to the same, have no direction in which they could
 /// part: they count as intersecting, as they do for contacts.
 constexpr double kTouching = 1e-9;
@@ -226,7 +229,8 @@ FirstContactResult askCore(const Parts& parts)
         return overlapping();
     }
     const Eigen::Vector3d between = X_WB * nearest.pointB - X_WB * nearest.pointA;
-    if (!(between.dot(parts.m_wayOut) > 0.5 * between.norm()))
+    if (!(between.norm() - a.m_radius - b.m_radius > kCaught * most) ||
+        !(between.dot(parts.m_wayOut) > 0.5 * between.norm()))
     {
         return overlapping();
     }
