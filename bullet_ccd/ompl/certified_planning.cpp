@@ -156,6 +156,8 @@ double CertifiedRobot::leastDistance(std::span<const double> q, double enough, b
 
 bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const double> to) const
 {
+    require(from.size() == to.size(),
+            "certified planning: the motion has a start and an end of different sizes");
     if (!isFree(to))
     {
         return false;
@@ -184,15 +186,14 @@ bool CertifiedRobot::isFreeMotion(std::span<const double> from, std::span<const 
         }
         part *= 0.5;
     }
-    ToiOptions toi = m_scene.toi;
-    toi.anyContact = true;
-    return motionToi(from, to, toi).status == ToiStatus::Separated;
+    return motionToi(from, to, {.toi = m_scene.toi, .anyContact = true}).status ==
+           ToiStatus::Separated;
 }
 
 ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
                                                std::span<const double> to) const
 {
-    return motionToi(from, to, m_scene.toi);
+    return motionToi(from, to, {.toi = m_scene.toi});
 }
 
 double CertifiedRobot::freePart(std::span<const double> from, std::span<const double> to) const
@@ -203,12 +204,12 @@ double CertifiedRobot::freePart(std::span<const double> from, std::span<const do
     }
     ToiOptions toi = m_scene.toi;
     toi.minimumSeparation += kRoomOfLastValid * toi.tolerance;
-    return motionToi(from, to, toi).time;
+    return motionToi(from, to, {.toi = toi}).time;
 }
 
 ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
                                                std::span<const double> to,
-                                               const ToiOptions& toi) const
+                                               const ArticulatedToiOptions& options) const
 {
     Impl::Scratch& scratch = m_impl->scratches.local();
     JointMotion& motion = scratch.motion;
@@ -221,7 +222,7 @@ ArticulatedToiResult CertifiedRobot::motionToi(std::span<const double> from,
     }
     ArticulatedBody body = m_scene.body;
     body.motion = &motion;
-    return articulatedToi(body, *m_scene.environment, {.toi = toi}, scratch.work);
+    return articulatedToi(body, *m_scene.environment, options, scratch.work);
 }
 
 CertifiedStateChecker::CertifiedStateChecker(const ob::SpaceInformationPtr& information,
@@ -286,8 +287,14 @@ ob::StateSpacePtr jointSpace(const KinematicTree& tree, std::span<const std::int
     {
         const Joint& joint = tree.links[static_cast<std::size_t>(joints[k])].joint;
         const double widest = joint.type == JointType::Prismatic ? 1.0 : std::numbers::pi;
-        bounds.low[k] = std::isfinite(joint.lower) ? joint.lower : -widest;
-        bounds.high[k] = std::isfinite(joint.upper) ? joint.upper : widest;
+        const bool hasLower = std::isfinite(joint.lower);
+        const bool hasUpper = std::isfinite(joint.upper);
+        bounds.low[k] = hasLower   ? joint.lower
+                        : hasUpper ? std::min(-widest, joint.upper - 2.0 * widest)
+                                   : -widest;
+        bounds.high[k] = hasUpper   ? joint.upper
+                         : hasLower ? std::max(widest, joint.lower + 2.0 * widest)
+                                    : widest;
     }
     auto space = std::make_shared<ob::RealVectorStateSpace>(static_cast<unsigned>(joints.size()));
     space->setBounds(bounds);

@@ -66,7 +66,7 @@ public:
     /// all times; false if it does not, comes within the tolerance of it, or the query gave up.
     ///
     /// The answer of motionToi(), mostly sooner: of a motion that is blocked a few states are
-    /// looked at first, and nobody asks when it is (ToiOptions::anyContact).
+    /// looked at first, and nobody asks when it is (ArticulatedToiOptions::anyContact).
     [[nodiscard]] bool isFreeMotion(std::span<const double> from, std::span<const double> to) const;
 
     /// The linear motion from one configuration to another.
@@ -85,7 +85,7 @@ private:
     struct Impl;
     [[nodiscard]] ArticulatedToiResult motionToi(std::span<const double> from,
                                                  std::span<const double> to,
-                                                 const ToiOptions& toi) const;
+                                                 const ArticulatedToiOptions& options) const;
     void setPositions(std::span<const double> q, std::vector<double>& positions) const;
     [[nodiscard]] double leastDistance(std::span<const double> q, double enough, bool any) const;
 

@@ -65,6 +65,7 @@ private:
         const ToiOptions& toi = m_options.toi;
         m_culling.reset(m_body, m_environment, toi.minimumSeparation + toi.tolerance);
         m_state.reset(toi);
+        m_state.anyContact = m_options.anyContact;
         m_scratch.candidates.clear();
         m_scratch.relaxed.clear();
         m_scratch.bodies.clear();
@@ -99,7 +100,7 @@ private:
     bool findsAnyContact()
     {
         const ToiOptions& toi = m_options.toi;
-        if (!toi.anyContact || toi.strategy != ToiStrategy::Interval)
+        if (!m_options.anyContact || toi.strategy != ToiStrategy::Interval)
         {
             return false;
         }
@@ -111,7 +112,8 @@ private:
                 closest(pair,
                         poseAt(pair.bodyB, middle).inverse() * poseAt(pair.bodyA, middle),
                         toi.minimumSeparation + kCertain * toi.tolerance,
-                        toi.tolerance);
+                        toi.minimumSeparation + toi.tolerance,
+                        toi.stop);
             if (found.triangleA != kNone && found.distance <= toi.minimumSeparation)
             {
                 m_result.status = ToiStatus::Hit;
@@ -311,13 +313,14 @@ private:
     [[nodiscard]] TrianglePair closest(const BodyPair& pair,
                                        const Isometry3d& X_BA,
                                        double threshold,
-                                       double accuracy) const
+                                       double accuracy,
+                                       const StopCondition& stop = {}) const
     {
         const SsvTree& treeA = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyA)].tree;
         const SsvTree& treeB = *m_scratch.bodies[static_cast<std::size_t>(pair.bodyB)].tree;
         const NodeMarks exempt = pair.mask != nullptr ? pair.mask->nodeMarks() : NodeMarks{};
         return accuracy > 0.0
-                   ? distanceWithin(treeA, treeB, X_BA, accuracy, {}, exempt, threshold).nearest
+                   ? distanceWithin(treeA, treeB, X_BA, accuracy, stop, exempt, threshold).nearest
                    : treeDistance(treeA, treeB, X_BA, threshold, exempt);
     }
 
@@ -369,7 +372,7 @@ private:
         contact.triangleLink = first.triangleA;
         contact.triangleOther = first.triangleB;
         m_result.contacts.push_back(contact);
-        if (first.status != ToiStatus::Hit || m_options.toi.anyContact)
+        if (first.status != ToiStatus::Hit || m_options.anyContact)
         {
             return;
         }

@@ -161,13 +161,20 @@ struct ArticulatedToiOptions
     bool cullBySpace = true;  ///< boxes of the moving links, and trees over links and obstacles
     bool cullByTime = true;   ///< one queue for all pairs; otherwise one search per pair
     bool subdivide = true;    ///< halve intervals over which links sweep wide boxes
+    /// Only whether there is a contact is asked, as of a motion that a planner draws: the first
+    /// that is found ends the query. Separated says what it always says. Else there is a contact at
+    /// `time`, but perhaps an earlier one, too: nothing is certified before it, an overlap at the
+    /// start may come back as a later Hit, and one pair is named, with its points only if the
+    /// search met them. The strategy Interval makes use of it. It looks at some pairs before the
+    /// search, which heeds `stop` but is not counted.
+    bool anyContact = false;
 };
 
 /// First time in [0, 1] at which a link comes within `options.toi.tolerance` of an obstacle or of a
 /// link that it is paired with. Pairs without relative motion are skipped.
 ///
 /// Guarantee: no contact of any tested pair for t in [0, result.time); ToiStatus says what each
-/// outcome promises.
+/// outcome promises. With `options.anyContact` that holds of Separated.
 /// @param work scratch, reusable; one per thread
 /// Throws std::invalid_argument as rigidToi() does, and if sizes of the spans do not match the
 /// tree.

@@ -71,12 +71,6 @@ struct ToiOptions
     /// at no more of the meshes than that takes. The reported time is earlier than otherwise by
     /// what it takes to close that gap. `aim` has no part in this.
     bool anyWithin = false;
-    /// Only whether there is a contact is asked, as for a motion that a planner draws: the first
-    /// contact that is found ends the query. Separated says what it always says; of Hit the
-    /// contact is there at `time`, but there may be an earlier one; articulatedToi() names one
-    /// pair, and its points only if the search met them. Only the strategy Interval makes use of
-    /// it.
-    bool anyContact = false;
     ToiStrategy strategy = ToiStrategy::BestFirst;
     std::int64_t maxIterations = 20'000'000;  ///< node and triangle pairs examined
     StopCondition stop{};  ///< deadline and cancellation; the status is then Stopped

@@ -66,8 +66,20 @@ void addHand(const HandModel& hand, std::int32_t flange, const Eigen::Isometry3d
     {
         taken.insert({link.name, link.joint.name});
     }
+    std::set<std::string> ofHand;
+    for (const Link& link : hand.robot.tree.links)
+    {
+        ofHand.insert({link.name, link.joint.name});
+    }
     const auto own = [&](const std::string& name)
-    { return taken.contains(name) && !name.empty() ? "hand_" + name : name; };
+    {
+        std::string mine = name;
+        while (!name.empty() && (taken.contains(mine) || (mine != name && ofHand.contains(mine))))
+        {
+            mine = "hand_" + mine;
+        }
+        return mine;
+    };
     for (std::size_t i = 0; i < hand.robot.tree.size(); ++i)
     {
         Link link = hand.robot.tree.links[i];

@@ -8,6 +8,7 @@
 #include "grasp/task/task_page.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -144,6 +145,17 @@ void writePlanJson(std::ostream& out, const PickPlaceTask& task, const PickPlace
 
 namespace
 {
+/// As it is, or quoted where YAML would take it for something else; JSON's strings are YAML's.
+std::string yamlText(const std::string& name)
+{
+    const bool isPlain =
+        !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+        std::ranges::all_of(name,
+                            [](unsigned char c)
+                            { return std::isalnum(c) != 0 || c == '_' || c == '/' || c == '.'; });
+    return isPlain ? name : nlohmann::json(name).dump();
+}
+
 void writeRows(std::ostream& out,
                const KinematicTree& tree,
                const std::vector<const Waypoint*>& waypoints)
@@ -220,7 +232,7 @@ void writePlanYaml(std::ostream& out, const PickPlaceTask& task, const PickPlace
            "# of ROS move between them as was certified.\njoint_names:\n";
     for (const std::size_t joint : joints)
     {
-        out << "  - " << task.robot.tree.links[joint].joint.name << "\n";
+        out << "  - " << yamlText(task.robot.tree.links[joint].joint.name) << "\n";
     }
     std::string zeros;
     for (std::size_t k = 0; k < joints.size(); ++k)

@@ -91,7 +91,7 @@ struct Parting
 /// Certifies the first motion of a leg on which the object, the last link of `body`, begins in
 /// contact with what it stands on. Of what is within `reach` [m] of the object then, the triangles
 /// of both that are within `overlap` [m] of each other are not tested against each other until the
-/// first waypoint; all else is.
+/// first waypoint; all else is. If nothing is that near, nothing is certified, and `from` is empty.
 ///
 /// Guarantee, unless there is an objection: nothing else is touched, and each of these triangles of
 /// the object rises at all times. When the motion begins, those of the other body reach no higher

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/spaces/SO3StateSpace.h>
 #include <ompl/geometric/SimpleSetup.h>
@@ -152,6 +153,32 @@ TEST(CertifiedRobot, JointsThatFollowStandWhereTheyFollow)
                     toPost,
                     1e-6 * toPost + 1e-12);
     }
+}
+
+TEST(CertifiedRobot, RefusesMotionsBetweenDifferentSpaces)
+{
+    const PlanarArm arm;
+    const CertifiedRobot robot(arm.scene());
+    const std::array<double, 3> q{1.5, 0.0, 0.0};
+    const std::array<double, 4> longer{1.5, 0.0, 0.0, 0.0};
+    EXPECT_THROW((void)robot.isFreeMotion(longer, q), std::invalid_argument);
+    EXPECT_THROW((void)robot.isFreeMotion(q, longer), std::invalid_argument);
+}
+
+TEST(JointSpace, HasATurnWhereOneLimitIsMissing)
+{
+    KinematicTree tree = planarChain({0.4, 0.4});
+    tree.links[1].joint.lower = 5.0;
+    tree.links[1].joint.upper = std::numeric_limits<double>::infinity();
+    tree.links[2].joint.lower = -std::numeric_limits<double>::infinity();
+    tree.links[2].joint.upper = 1.0;
+    const std::array<std::int32_t, 2> joints{1, 2};
+    const ob::StateSpacePtr space = jointSpace(tree, joints);
+    const ob::RealVectorBounds& bounds = space->as<ob::RealVectorStateSpace>()->getBounds();
+    EXPECT_DOUBLE_EQ(bounds.low[0], 5.0);
+    EXPECT_DOUBLE_EQ(bounds.high[0], 5.0 + 2.0 * std::numbers::pi);
+    EXPECT_DOUBLE_EQ(bounds.low[1], 1.0 - 2.0 * std::numbers::pi);
+    EXPECT_DOUBLE_EQ(bounds.high[1], 1.0);
 }
 
 /// Both forms agree with dense samples: what is free has no sample in contact, and up to the last

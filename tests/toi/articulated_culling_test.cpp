@@ -121,9 +121,8 @@ TEST(ArticulatedToi, AnyContactIsOneAndSaysWhetherThereIsAny)
         toi.minimumSeparation = random.chance(0.3) ? 0.01 : 0.0;
         const ArticulatedToiResult first =
             articulatedToi(built.body(), environment, {.toi = toi}, work);
-        toi.anyContact = true;
         const ArticulatedToiResult any =
-            articulatedToi(built.body(), environment, {.toi = toi}, work);
+            articulatedToi(built.body(), environment, {.toi = toi, .anyContact = true}, work);
         ASSERT_EQ(isContact(any.status), isContact(first.status)) << i;
         trianglesOfAny += any.counters.trianglePairs;
         trianglesOfFirst += first.counters.trianglePairs;

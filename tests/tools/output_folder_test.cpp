@@ -120,5 +120,12 @@ TEST(FolderNameOf, StaysInside)
     EXPECT_EQ(folderNameOf("/tmp"), "_tmp");
     EXPECT_EQ(folderNameOf(".."), "_.");
 }
+
+TEST(FolderNameOf, IsNotSharedInSilence)
+{
+    EXPECT_NO_THROW(requireOwnFolders({"mug", "can", "a_b"}));
+    EXPECT_THROW(requireOwnFolders({"mug", "a/b", "a_b"}), std::runtime_error);
+    EXPECT_THROW(requireOwnFolders({"mug", "mug"}), std::runtime_error);
+}
 }  // namespace
 }  // namespace bullet_ccd::tools

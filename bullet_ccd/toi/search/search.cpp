@@ -361,6 +361,7 @@ void SearchState::reset(const ToiOptions& asked)
     end = 1.0;
     certified = 0.0;
     inOrder = true;
+    anyContact = false;
     options = asked;
     nextCheck = asked.stop.isGiven() ? -1 : asked.maxIterations;
 }

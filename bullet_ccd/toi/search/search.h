@@ -50,10 +50,11 @@ struct SearchState
     std::vector<NodePair> work;   ///< interval: pairs to be looked at
     EarliestHit hit;
     TouchingStart start;
-    double begin = 0.0;      ///< the search runs over [begin, end]; before it all is certified
-    double end = 1.0;        ///< later than 0 or earlier than 1 for best-first only
-    bool inOrder = true;     ///< what has been looked at is all that there is before that time
-    double certified = 0.0;  ///< all pairs keep their margin up to here
+    double begin = 0.0;       ///< the search runs over [begin, end]; before it all is certified
+    double end = 1.0;         ///< later than 0 or earlier than 1 for best-first only
+    bool anyContact = false;  ///< interval: any hit ends the search
+    bool inOrder = true;      ///< what has been looked at is all that there is before that time
+    double certified = 0.0;   ///< all pairs keep their margin up to here
     ToiCounters counters;
     std::int64_t nextCheck = 0;  ///< after so many pairs the limits are looked at
     WorthTrying slides;          ///< steps of triangles that slide

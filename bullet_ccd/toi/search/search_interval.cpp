@@ -33,7 +33,7 @@ private:
     /// begins to be as near as that.
     [[nodiscard]] double answer() const
     {
-        if (m_state.options.anyContact && m_state.hit.found())
+        if (m_state.anyContact && m_state.hit.found())
         {
             return -1.0;
         }

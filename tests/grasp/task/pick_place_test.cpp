@@ -18,6 +18,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -422,6 +423,21 @@ TEST(PickPlace, SaysWhyThereIsNoPlan)
     const PickPlacePlan ended = planPickPlace(k.task(), stopped);
     EXPECT_FALSE(ended.solved);
     EXPECT_TRUE(ended.stopped);
+}
+
+TEST(MountHand, GivesEachLinkANameOfItsOwn)
+{
+    const Kitchen& k = kitchen();
+    RobotModel arm = loadRobot(BULLET_CCD_SHARE "/robots/arms/seven_joint_arm.urdf");
+    const std::string& name = k.hand.robot.tree.links[1].name;
+    arm.tree.links[1].name = name;
+    arm.tree.links[2].name = "hand_" + name;
+    const ArmRobot robot = mountHand(arm, k.hand, "", Eigen::Isometry3d::Identity());
+    std::set<std::string> names;
+    for (const Link& link : robot.tree.links)
+    {
+        EXPECT_TRUE(names.insert(link.name).second) << link.name;
+    }
 }
 
 TEST(PickPlace, RefusesBadInput)

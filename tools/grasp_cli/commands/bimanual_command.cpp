@@ -341,6 +341,15 @@ int runBimanual(const BimanualArguments& a)
         {standing(robots.front(), 0.5 * a.apart), standing(robots.back(), -0.5 * a.apart)},
         isOne ? Prefixes{} : Prefixes{"left_", "right_"});
     const std::vector<std::string> objects = a.objects.empty() ? largeObjects() : a.objects;
+    if (!a.output.empty())
+    {
+        std::vector<std::string> names;
+        std::ranges::transform(objects,
+                               std::back_inserter(names),
+                               [](const std::string& object)
+                               { return std::filesystem::path(object).stem().string(); });
+        requireOwnFolders(names);
+    }
     const StopRequest stop(a.timeLimit);
     std::vector<BimanualRow> rows;
     for (const std::string& object : objects)

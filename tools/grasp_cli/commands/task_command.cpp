@@ -298,6 +298,15 @@ TaskRow planOne(const PickPlaceArguments& a,
     const Stopwatch watch;
     row.plan = grasp::planPickPlace(task, options);
     row.seconds = watch.seconds();
+    const double raised = row.plan.X_WOStart.translation().z() - chosen.X_WO.translation().z();
+    if (raised > 2.0 * options.gap)
+    {
+        fmt::print(stderr,
+                   "note: {} intersects what is below it by about {:.1f} mm where it starts: the "
+                   "plan takes it from as much above\n",
+                   chosen.name,
+                   1e3 * (raised - options.gap));
+    }
     constexpr double kFloats = 2e-3;
     if (row.plan.startHeight > kFloats)
     {
@@ -419,16 +428,42 @@ int runPickPlace(const PickPlaceArguments& a)
     const TaskScene scene = readTaskScene(resolveScene(a.scene));
     const LoadedRobot robot = loadRobot(a.robot);
     const std::vector<const TaskBody*> chosen = chosenObjects(a, scene);
+    if (!a.output.empty())
+    {
+        std::vector<std::string> names;
+        std::ranges::transform(
+            chosen, std::back_inserter(names), [](const TaskBody* object) { return object->name; });
+        requireOwnFolders(names);
+    }
     const StopRequest stop(a.timeLimit);
     std::vector<TaskRow> rows;
+    std::size_t refused = 0;
     for (const TaskBody* object : chosen)
     {
         if (!rows.empty() && stop.isDue())
         {
             break;
         }
-        rows.push_back(
-            planOne(a, scene, robot.hand, robot.robot, *object, chosen.size() == 1, stop));
+        try
+        {
+            rows.push_back(
+                planOne(a, scene, robot.hand, robot.robot, *object, chosen.size() == 1, stop));
+        }
+        catch (const std::invalid_argument& error)
+        {
+            if (chosen.size() == 1)
+            {
+                throw;
+            }
+            // The others may well be moved.
+            rows.emplace_back().object = object->name;
+            rows.back().plan.failure = error.what();
+            ++refused;
+        }
+    }
+    if (refused == chosen.size())
+    {
+        throw std::runtime_error(rows.front().plan.failure);
     }
     const bool isTable = chosen.size() > 1 || a.samples > 0 || a.executes;
     if (chosen.size() == 1)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <sys/file.h>
@@ -64,6 +65,24 @@ std::string folderNameOf(std::string name)
         name.front() = '_';
     }
     return name;
+}
+
+void requireOwnFolders(const std::vector<std::string>& names)
+{
+    std::map<std::string, std::string> nameOfFolder;
+    for (const std::string& name : names)
+    {
+        const auto [at, isNew] = nameOfFolder.emplace(folderNameOf(name), name);
+        if (!isNew)
+        {
+            throw std::runtime_error(
+                fmt::format("objects: {} and {} would both be written to a folder {}: give one of "
+                            "them another name, or run them one by one",
+                            at->second,
+                            name,
+                            at->first));
+        }
+    }
 }
 
 OutputFolder::OutputFolder(fs::path folder) : m_folder(std::move(folder))

@@ -11,6 +11,9 @@ namespace bullet_ccd::tools
 /// hidden.
 [[nodiscard]] std::string folderNameOf(std::string name);
 
+/// Throws std::runtime_error that names two of `names` for which there would be one folder.
+void requireOwnFolders(const std::vector<std::string>& names);
+
 /// Files are written into a hidden folder inside the output folder and moved to their places by
 /// commit(); without it nothing that was there before is touched, but for hidden folders of
 /// processes that were killed.
