@@ -331,6 +331,10 @@ TEST_F(GraspProgram, ShowsAHand)
     {
         EXPECT_THAT(shown.out, HasSubstr(word));
     }
+    // Its two jaws state 60 N each, and one motor moves both.
+    const Outcome coupled = run("hand parallel_gripper");
+    EXPECT_THAT(coupled.out, ::testing::ContainsRegex("left_jaw_joint .* 60 +120 +closes"));
+    EXPECT_THAT(coupled.out, ::testing::ContainsRegex("right_jaw_joint .* 60 +- +follows"));
 }
 
 TEST_F(GraspProgram, WhatTheUrdfLeavesOutIsSaidEverywhere)
@@ -351,6 +355,7 @@ TEST_F(GraspProgram, WhatTheUrdfLeavesOutIsSaidEverywhere)
         EXPECT_THAT(text, HasSubstr("no SRDF found"));
     }
     EXPECT_THAT(shown.out, HasSubstr("no SRDF is used"));
+    EXPECT_THAT(shown.out, ::testing::ContainsRegex("left_joint .* none +1[*] "));
     EXPECT_THAT(contentOf(m_folder / "out" / "grasps.jsonl"), HasSubstr("\"srdf\":null"));
     EXPECT_EQ(run(planOf + " -q").err, "");
 }

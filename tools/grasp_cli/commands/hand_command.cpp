@@ -1,11 +1,13 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
+#include "grasp/force/grasp_forces.h"
 #include "grasp/hand/hand_model.h"
 #include "grasp/hand/srdf_writer.h"
 #include "grasp/planner/grasp_planner.h"
 #include "grasp/report/grasp_picture.h"
 #include "grasp/report/viewer_page.h"
+#include "grasp/squeeze/squeeze.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/catalogue.h"
 #include "tools/support/text_file.h"
@@ -13,6 +15,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace bullet_ccd::tools
@@ -63,10 +66,20 @@ std::string closingText(const HandModel& hand, std::size_t link)
     }
 }
 
+/// The most that the motor of a joint presses by; with a star if the robot states none that it has.
+std::string effortText(const grasp::JointEffort& effort)
+{
+    return fmt::format("{:.3g}{}", effort.limit, effort.isAssumed ? "*" : "");
+}
+
 TextTable jointTable(const HandModel& hand)
 {
-    TextTable table{.header = {"joint", "link", "finger", "type", "lower", "upper", "closing"},
-                    .rows = {}};
+    TextTable table{
+        .header =
+            {"joint", "link", "finger", "type", "lower", "upper", "states", "presses", "closing"},
+        .rows = {}};
+    const std::vector<std::int32_t> motors = grasp::independentJoints(hand.robot.tree);
+    const std::vector<grasp::JointEffort> efforts = grasp::jointEfforts(hand);
     for (const grasp::Preshape& preshape : hand.preshapes)
     {
         table.header.push_back(preshape.name);
@@ -78,13 +91,21 @@ TextTable jointTable(const HandModel& hand)
         {
             continue;
         }
-        table.rows.push_back({itsLink.joint.name,
-                              itsLink.name,
-                              fingerOf(hand, static_cast<std::int32_t>(link)),
-                              itsLink.joint.type == JointType::Revolute ? "turns" : "slides",
-                              fmt::format("{:.3f}", itsLink.joint.lower),
-                              fmt::format("{:.3f}", itsLink.joint.upper),
-                              closingText(hand, link)});
+        const auto motor = std::ranges::find(motors, static_cast<std::int32_t>(link));
+        table.rows.push_back(
+            {itsLink.joint.name,
+             itsLink.name,
+             fingerOf(hand, static_cast<std::int32_t>(link)),
+             itsLink.joint.type == JointType::Revolute ? "turns" : "slides",
+             fmt::format("{:.3f}", itsLink.joint.lower),
+             fmt::format("{:.3f}", itsLink.joint.upper),
+             std::isfinite(itsLink.joint.maxEffort) ? fmt::format("{:g}", itsLink.joint.maxEffort)
+                                                    : "none",
+             motor == motors.end()
+                 ? "-"
+                 : effortText(
+                       efforts[static_cast<std::size_t>(std::distance(motors.begin(), motor))]),
+             closingText(hand, link)});
         for (const grasp::Preshape& preshape : hand.preshapes)
         {
             table.rows.back().push_back(fmt::format("{:.3f}", preshape.positions[link]));
@@ -254,8 +275,10 @@ int show(const HandArguments& arguments)
         triangles,
         linkName(hand, 0));
     printFingers(hand);
-    fmt::print("\njoints; the last columns are the preshapes [rad or m]\n{}",
-               alignedText(jointTable(hand)));
+    fmt::print(
+        "\njoints; the effort that the file states and that by which a motor presses [N m or N], "
+        "*: assumed;\nthe last columns are the preshapes [rad or m]\n{}",
+        alignedText(jointTable(hand)));
     fmt::print("\n");
     const bool isOne = std::ranges::none_of(
         hand.preshapes, [](const grasp::Preshape& preshape) { return preshape.X_RG.has_value(); });
@@ -400,7 +423,7 @@ void addHandCommand(CLI::App& app, int& exitCode)
     constexpr const char* kWhat = "Shows what is understood of a hand, and what was inferred.";
     auto* command = app.add_subcommand("hand", kWhat);
     command->footer(
-        "It prints the fingers, the joints with their preshapes, the grasp frame and the pairs of "
+        "It prints the fingers, the joints with their efforts and preshapes, the grasp frame and the pairs of "
         "links that are not tested against each other. 'grasp hand HAND' is short for 'grasp hand "
         "show HAND'.\n"
         "\n"
