@@ -423,7 +423,8 @@ void addHandCommand(CLI::App& app, int& exitCode)
     constexpr const char* kWhat = "Shows what is understood of a hand, and what was inferred.";
     auto* command = app.add_subcommand("hand", kWhat);
     command->footer(
-        "It prints the fingers, the joints with their efforts and preshapes, the grasp frame and the pairs of "
+        "It prints the fingers, the joints with their efforts and preshapes, the grasp frame and "
+        "the pairs of "
         "links that are not tested against each other. 'grasp hand HAND' is short for 'grasp hand "
         "show HAND'.\n"
         "\n"
