@@ -92,6 +92,35 @@ TEST_P(TwoJaws, LiftInMuJoCoFromATableWhatTheirFrictionHolds)
     EXPECT_EQ(liftBy(0.02), TrialOutcome::Slipped);  // it stays on the table, up to the palm
 }
 
+/// Jaws hold the last 3 mm of a plate of 2 mm, whose middle is 200 mm away. MPR gives a contact
+/// along the plate there, which would push it out.
+TEST_P(TwoJaws, HoldTheEndOfAPlateInMuJoCo)
+{
+    TriangleMesh plate = makeBox(Eigen::Vector3d(0.001, 0.02, 0.2));
+    transformMesh(plate, Eigen::Affine3d(Eigen::Translation3d(0.0, 0.0, 0.222)));
+    m_pieces.object = {.pieces = {plate}, .bulge = 0.0};
+    const grasp::GraspObject object = grasp::makeGraspObject("plate", std::move(plate));
+    m_grasp.positions = {0.0, 0.03895, 0.03895};
+    for (grasp::GraspContact& contact : m_grasp.contacts)
+    {
+        contact.point.x() *= 0.05;
+        contact.point.z() = contact.point.z() > 0.0 ? 0.0245 : 0.0225;
+    }
+    const grasp::Squeeze squeeze =
+        squeezeOf(m_hand, m_grasp, {.mass = 0.1, .friction = 0.5, .firmness = 80.0});
+    ASSERT_TRUE(squeeze.exists()) << squeeze.reason;
+    const grasp::TrialResult result =
+        reference::MujocoTrials(m_hand, object, m_grasp, squeeze, m_pieces)
+            .run(m_grasp,
+                 squeeze,
+                 {.name = "pull", .phases = {{.direction = Eigen::Vector3d::UnitZ()}}},
+                 0.1,
+                 0.5,
+                 0.0);
+    EXPECT_EQ(result.outcome, TrialOutcome::Held) << result.reason;
+    EXPECT_LT(result.slip, 1e-3);
+}
+
 INSTANTIATE_TEST_SUITE_P(AloneAndCoupled, TwoJaws, ::testing::Bool());
 }  // namespace
 }  // namespace bullet_ccd::benchmarks

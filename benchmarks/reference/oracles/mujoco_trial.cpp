@@ -55,6 +55,7 @@ constexpr int kOnTheWay = 4;                // postures of a closing hand
 constexpr double kFarBelow = 10.0;          // where a table is that nobody needs [m]
 constexpr const char* kFile = "grasp.xml";  // in memory
 constexpr double kClearlyApart = 1e-4;      // [m]
+constexpr double kSameWay = 0.9;            // cosine of normals of one contact
 
 /// Where the hand is in trials of a grasp: held, squeezed, and closing around the object.
 std::vector<grasp::TrialPosture> posturesOf(const grasp::HandModel& hand,
@@ -186,8 +187,53 @@ Meetings meetingsOf(const grasp::HandModel& hand,
 
 mjfCollision collideHulls = nullptr;  // MuJoCo's own
 
+/// The vertices of a hull in W, as columns.
+Eigen::Matrix3Xd verticesOf(const mjModel* model, const mjData* data, int geometry)
+{
+    const int mesh = model->geom_dataid[geometry];
+    const Eigen::Map<const Eigen::Matrix3Xf> own(
+        model->mesh_vert + 3 * model->mesh_vertadr[mesh], 3, model->mesh_vertnum[mesh]);
+    const Eigen::Map<const Eigen::Vector3d> place(data->geom_xpos + 3 * geometry);
+    return (Axes(data->geom_xmat + 9 * geometry) * own.cast<double>()).colwise() + place;
+}
+
+/// How a hull leaves another one that it meets.
+struct WayOut
+{
+    double depth = INFINITY;
+    Eigen::Vector3d normal;  ///< outwards, of the face through which it leaves, W
+};
+
+/// Through the face of `hull` that is the nearest for all of `other`.
+WayOut wayOut(const mjModel* model,
+              int geometry,
+              const Eigen::Matrix3Xd& hull,
+              const Eigen::Matrix3Xd& other)
+{
+    const int mesh = model->geom_dataid[geometry];
+    const Eigen::Map<const Eigen::Matrix3Xi> faces(
+        model->mesh_face + 3 * model->mesh_faceadr[mesh], 3, model->mesh_facenum[mesh]);
+    WayOut nearest;
+    for (const Eigen::Vector3i& face : faces.colwise())
+    {
+        const Eigen::Vector3d a = hull.col(face[0]);
+        const Eigen::Vector3d normal =
+            (hull.col(face[1]) - a).cross(hull.col(face[2]) - a).normalized();
+        const double depth = normal.dot(a) - (normal.transpose() * other).minCoeff();
+        if (normal.norm() > 0.5 && depth < nearest.depth)
+        {
+            nearest = {depth, normal};
+        }
+    }
+    return nearest;
+}
+
 /// Most hulls whose bounding spheres meet are apart by their boxes, and MuJoCo has no contact of
 /// what is apart. Its own answer takes tens of times as long as that of the boxes.
+///
+/// Of long or flat hulls that meet far from their middles, its own answer (MPR of libccd) may be
+/// centimetres too deep, along their length, and throws them apart. Where the way out through a
+/// face is shorter and another one, its points get the depth and the normal of that.
 int collideByBoxes(
     const mjModel* model, const mjData* data, mjContact* contact, int a, int b, mjtNum margin)
 {
@@ -204,9 +250,33 @@ int collideByBoxes(
     const Eigen::Array3d gapB =
         (R_WB.transpose() * way).cwiseAbs() - sizeB - shares.transpose() * sizeA;
     const double apart = std::max(margin, 0.0) + kClearlyApart;
-    return gapA.maxCoeff() > apart || gapB.maxCoeff() > apart
-               ? 0
-               : collideHulls(model, data, contact, a, b, margin);
+    if (gapA.maxCoeff() > apart || gapB.maxCoeff() > apart)
+    {
+        return 0;
+    }
+    const int count = collideHulls(model, data, contact, a, b, margin);
+    if (count == 0)
+    {
+        return 0;
+    }
+    const Eigen::Matrix3Xd hullA = verticesOf(model, data, a);
+    const Eigen::Matrix3Xd hullB = verticesOf(model, data, b);
+    WayOut out = wayOut(model, a, hullA, hullB);
+    WayOut other = wayOut(model, b, hullB, hullA);
+    other.normal *= -1.0;
+    out = other.depth < out.depth ? other : out;
+    const Point normal(contact->frame);
+    if (out.depth >= -contact->dist || normal.dot(out.normal) > kSameWay)
+    {
+        return count;
+    }
+    for (int k = 0; k < count; ++k)
+    {
+        contact[k].dist = -out.depth;
+        Eigen::Map<Eigen::Vector3d>(contact[k].frame) = out.normal;
+        Eigen::Map<Eigen::Vector3d>(contact[k].frame + 3).setZero();
+    }
+    return count;
 }
 
 /// Puts the vertices of pieces into a text behind `at`: files of them take longer than all else.
