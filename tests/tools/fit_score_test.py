@@ -21,7 +21,8 @@ def record(name, k):
     held = k >= 5
     points = [[0.01 * (k + 1), 0.0, 0.0], [-0.01 * (k + 1), 0.0, 0.0]]
     return {"reject": None,
-            "quality": {"weight": {"margin": 1.0 + k}, "epsilon": 0.2 - 0.01 * k, "volume": 0.5},
+            "quality": {"weight": {"margin": 1.0 + k}, "epsilon": 0.2 - 0.01 * k,
+                        "volume": 0.5 if k % 2 else None},  # not known
             "contacts": [{"point_m": point} for point in points],
             "hand": {"name": "hand"}, "object": {"name": name, "radius_m": 0.1},
             "squeeze": {"reason": None, "mass_kg": 0.1, "weights_held": 1.0 + k},
