@@ -187,42 +187,57 @@ Meetings meetingsOf(const grasp::HandModel& hand,
 
 mjfCollision collideHulls = nullptr;  // MuJoCo's own
 
-/// The vertices of a hull in W, as columns.
-Eigen::Matrix3Xd verticesOf(const mjModel* model, const mjData* data, int geometry)
+/// The vertices of a hull in its own frame, as columns.
+Eigen::Map<const Eigen::Matrix3Xf> verticesOf(const mjModel* model, int geometry)
 {
     const int mesh = model->geom_dataid[geometry];
-    const Eigen::Map<const Eigen::Matrix3Xf> own(
-        model->mesh_vert + 3 * model->mesh_vertadr[mesh], 3, model->mesh_vertnum[mesh]);
-    const Eigen::Map<const Eigen::Vector3d> place(data->geom_xpos + 3 * geometry);
-    return (Axes(data->geom_xmat + 9 * geometry) * own.cast<double>()).colwise() + place;
+    return {model->mesh_vert + 3 * model->mesh_vertadr[mesh], 3, model->mesh_vertnum[mesh]};
 }
 
 /// How a hull leaves another one that it meets.
 struct WayOut
 {
-    double depth = INFINITY;
+    double depth;
     Eigen::Vector3d normal;  ///< outwards, of the face through which it leaves, W
 };
 
-/// Through the face of `hull` that is the nearest for all of `other`.
+/// The shortest way of `other` out of `hull` through a face, if one is shorter than `depth`.
+/// @param point  in both of them, W: ways through faces that are farther from it are longer
 WayOut wayOut(const mjModel* model,
-              int geometry,
-              const Eigen::Matrix3Xd& hull,
-              const Eigen::Matrix3Xd& other)
+              const mjData* data,
+              int hull,
+              int other,
+              double depth,
+              const Eigen::Vector3d& point)
 {
-    const int mesh = model->geom_dataid[geometry];
+    using Point = Eigen::Map<const Eigen::Vector3d>;
+    const int mesh = model->geom_dataid[hull];
     const Eigen::Map<const Eigen::Matrix3Xi> faces(
         model->mesh_face + 3 * model->mesh_faceadr[mesh], 3, model->mesh_facenum[mesh]);
-    WayOut nearest;
+    const Eigen::Map<const Eigen::Matrix3Xf> vertices = verticesOf(model, hull);
+    const Axes R_WH(data->geom_xmat + 9 * hull);
+    const Axes R_WO(data->geom_xmat + 9 * other);
+    const Eigen::Vector3d inside = R_WH.transpose() * (point - Point(data->geom_xpos + 3 * hull));
+    const Eigen::Vector3d way =
+        R_WH.transpose() * (Point(data->geom_xpos + 3 * other) - Point(data->geom_xpos + 3 * hull));
+    WayOut nearest{depth, Eigen::Vector3d::Zero()};
     for (const Eigen::Vector3i& face : faces.colwise())
     {
-        const Eigen::Vector3d a = hull.col(face[0]);
-        const Eigen::Vector3d normal =
-            (hull.col(face[1]) - a).cross(hull.col(face[2]) - a).normalized();
-        const double depth = normal.dot(a) - (normal.transpose() * other).minCoeff();
-        if (normal.norm() > 0.5 && depth < nearest.depth)
+        const Eigen::Vector3d a = vertices.col(face[0]).cast<double>();
+        const Eigen::Vector3d normal = (vertices.col(face[1]).cast<double>() - a)
+                                           .cross(vertices.col(face[2]).cast<double>() - a);
+        const double size = normal.norm();
+        if (std::abs(normal.dot(a - inside)) >= nearest.depth * size)
         {
-            nearest = {depth, normal};
+            continue;
+        }
+        const Eigen::Vector3d outwards = normal / size;
+        const Eigen::Vector3f seen = (R_WO.transpose() * (R_WH * outwards)).cast<float>();
+        const double lowest = (seen.transpose() * verticesOf(model, other)).minCoeff();
+        const double out = outwards.dot(a - way) - lowest;
+        if (out < nearest.depth)
+        {
+            nearest = {out, R_WH * outwards};
         }
     }
     return nearest;
@@ -259,14 +274,11 @@ int collideByBoxes(
     {
         return 0;
     }
-    const Eigen::Matrix3Xd hullA = verticesOf(model, data, a);
-    const Eigen::Matrix3Xd hullB = verticesOf(model, data, b);
-    WayOut out = wayOut(model, a, hullA, hullB);
-    WayOut other = wayOut(model, b, hullB, hullA);
-    other.normal *= -1.0;
-    out = other.depth < out.depth ? other : out;
-    const Point normal(contact->frame);
-    if (out.depth >= -contact->dist || normal.dot(out.normal) > kSameWay)
+    const Point inside(contact->pos);
+    WayOut out = wayOut(model, data, a, b, -contact->dist, inside);
+    const WayOut back = wayOut(model, data, b, a, out.depth, inside);
+    out = back.depth < out.depth ? WayOut{back.depth, -back.normal} : out;
+    if (out.depth >= -contact->dist || Point(contact->frame).dot(out.normal) > kSameWay)
     {
         return count;
     }
