@@ -340,42 +340,21 @@ btScalar btCcdCollisionAlgorithm::calculateTimeOfImpact(btCollisionObject* body0
     {
         return btScalar(1);
     }
+    const Eigen::Vector3d wayOut = m_manifolds != nullptr
+                                       ? m_manifolds->wayOut(*body0,
+                                                             btCcdShapePoseAt(*motion0.get(), 0.0),
+                                                             btCcdShapePoseAt(*motion1.get(), 0.0))
+                                       : Eigen::Vector3d::Zero();
     const btCcdPairToi toi = btCcdTimeOfImpact({*model0, *motion0.get()},
                                                {*model1, *motion1.get()},
                                                m_context.toleranceOf(*body0, *body1),
                                                m_context.m_work,
-                                               wayOut(*body0));
+                                               wayOut);
     if (auto* impact = dynamic_cast<btCcdImpactResult*>(result))
     {
         impact->m_toi = toi;
     }
     return btCcdRoundDown(toi.m_fraction);
-}
-
-/// The normal of the deepest of our contacts, from body0 to the other one; zero without.
-Eigen::Vector3d btCcdCollisionAlgorithm::wayOut(const btCollisionObject& body0) const
-{
-    btManifoldArray manifolds;
-    if (m_manifolds != nullptr)
-    {
-        m_manifolds->appendTo(manifolds);
-    }
-    btScalar deepest = 0;
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    for (int i = 0; i < manifolds.size(); ++i)
-    {
-        const double side = manifolds[i]->getBody0() == &body0 ? -1.0 : 1.0;
-        for (int k = 0; k < manifolds[i]->getNumContacts(); ++k)
-        {
-            const btManifoldPoint& point = manifolds[i]->getContactPoint(k);
-            if (point.getDistance() < deepest)
-            {
-                deepest = point.getDistance();
-                normal = side * btCcdToEigen(point.m_normalWorldOnB);
-            }
-        }
-    }
-    return normal;
 }
 
 void btCcdCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)

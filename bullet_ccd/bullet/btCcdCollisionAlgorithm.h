@@ -94,7 +94,6 @@ private:
                     const btCollisionObjectWrapper* body1,
                     const btDispatcherInfo& dispatchInfo,
                     btManifoldResult* result);
-    [[nodiscard]] Eigen::Vector3d wayOut(const btCollisionObject& body0) const;
 };
 
 /// Registers the algorithm for as long as it lives. Declare it after the dispatcher and before the

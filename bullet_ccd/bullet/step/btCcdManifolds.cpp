@@ -26,8 +26,24 @@ using bullet_ccd::ContactSurface;
 
 /// Cosine of the angle by which the normal of a patch may turn from one update to the next.
 constexpr double kSamePatch = 0.8;
+/// A way out is known only for what is at most so much deeper than it was found for.
+constexpr double kCameSo = 1.5;
 /// Points farther from each other than that many reaches are never the same.
 constexpr double kSamePoint = 10.0;
+
+/// True for a mesh with an inside, wound so that it is below its triangles.
+bool hasInside(const bullet_ccd::TriangleMesh& mesh)
+{
+    double volume = 0.0;
+    const Eigen::Vector3d& origin = mesh.vertices.front();
+    for (const bullet_ccd::Triangle& t : mesh.triangles)
+    {
+        const auto corner = [&](std::size_t k) -> Eigen::Vector3d
+        { return mesh.vertices[std::size_t(t[k])] - origin; };
+        volume += corner(0).dot(corner(1).cross(corner(2)));
+    }
+    return volume > 0.0 && bullet_ccd::isWatertight(mesh);
+}
 
 /// What all pairs of a thread share, so that nothing is allocated once it is warm.
 struct Scratch
@@ -36,25 +52,26 @@ struct Scratch
     {
         std::weak_ptr<const bullet_ccd::SsvTree> m_tree;
         std::shared_ptr<const ContactSurface> m_surface;
+        bool m_hasInside = false;
     };
 
     std::unordered_map<const bullet_ccd::SsvTree*, Entry> m_surfaces;
     bullet_ccd::PatchWorkspace m_work;
     std::vector<btManifoldPoint> m_old;
 
-    std::shared_ptr<const ContactSurface> surfaceOf(
-        const std::shared_ptr<const bullet_ccd::SsvTree>& tree)
+    /// Valid while the tree lives.
+    const Entry& entryOf(const std::shared_ptr<const bullet_ccd::SsvTree>& tree)
     {
         const auto known = m_surfaces.find(tree.get());
         // Another tree may have lived at this address before.
         if (known != m_surfaces.end() && !known->second.m_tree.expired())
         {
-            return known->second.m_surface;
+            return known->second;
         }
         std::erase_if(m_surfaces, [](const auto& item) { return item.second.m_tree.expired(); });
         Entry& entry = m_surfaces[tree.get()];
-        entry = {tree, std::make_shared<const ContactSurface>(*tree)};
-        return entry.m_surface;
+        entry = {tree, std::make_shared<const ContactSurface>(*tree), hasInside(tree->mesh())};
+        return entry;
     }
 };
 
@@ -70,9 +87,77 @@ double shellOf(const btCcdShapePart& a, const btCcdShapePart& b)
     return sum > 0.0 ? sum : btCcdManifolds::kLeastShell;
 }
 
-/// Two hierarchies that intersect, or are so near that their contacts have no direction, are looked
-/// at where one of them has been moved out of the other: the shortest way out among some
-/// directions.
+/// A hierarchy as it lies in the world.
+struct Posed
+{
+    const bullet_ccd::SsvTree* m_tree;
+    Eigen::Isometry3d X_W;
+    bool m_hasInside;  // where nothing else may be
+
+    /// True if something that is nearest to a point of a triangle, in the direction, is inside.
+    [[nodiscard]] bool isInside(const Eigen::Vector3d& direction_W,
+                                const Eigen::Vector3d& point_W,
+                                std::int32_t triangle) const
+    {
+        if (!m_hasInside)
+        {
+            return false;
+        }
+        const Eigen::Vector3d direction = X_W.linear().transpose() * direction_W.stableNormalized();
+        const double first = slopeOf(triangle, direction);
+        if (!(first < -kBeside))
+        {
+            return false;
+        }
+        // At a sharp edge or corner the triangle that faces the direction most decides.
+        const bullet_ccd::TriangleMesh& mesh = m_tree->mesh();
+        const bullet_ccd::Triangle& nearest = mesh.triangles[std::size_t(triangle)];
+        const Eigen::Vector3d point = X_W.inverse() * point_W;
+        bullet_ccd::Triangle feature{bullet_ccd::kNone, bullet_ccd::kNone, bullet_ccd::kNone};
+        double most = first;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            // Not on the edge across from the corner.
+            const Eigen::Vector3d across = cornerOf(nearest, k + 2) - cornerOf(nearest, k + 1);
+            const Eigen::Vector3d to = cornerOf(nearest, k) - cornerOf(nearest, k + 1);
+            const Eigen::Vector3d up = to - across * (to.dot(across) / across.squaredNorm());
+            const double part = up.dot(point - cornerOf(nearest, k + 1)) / up.squaredNorm();
+            feature[k] = part > kBeside ? nearest[k] : bullet_ccd::kNone;
+        }
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        {
+            const bullet_ccd::Triangle& other = mesh.triangles[i];
+            const bool meetsThere = std::ranges::all_of(
+                feature,
+                [&](std::int32_t corner)
+                { return corner == bullet_ccd::kNone || std::ranges::count(other, corner) > 0; });
+            const double slope = meetsThere ? slopeOf(std::int32_t(i), direction) : 0.0;
+            most = std::abs(slope) > std::abs(most) ? slope : most;
+        }
+        return most < 0.0;
+    }
+
+private:
+    static constexpr double kBeside = 1e-6;
+
+    [[nodiscard]] const Eigen::Vector3d& cornerOf(const bullet_ccd::Triangle& t,
+                                                  std::size_t k) const
+    {
+        return m_tree->mesh().vertices[std::size_t(t[k % 3])];
+    }
+    /// Cosine of the angle between the normal of a triangle and a direction.
+    [[nodiscard]] double slopeOf(std::int32_t triangle, const Eigen::Vector3d& direction) const
+    {
+        const bullet_ccd::Triangle& t = m_tree->mesh().triangles[std::size_t(triangle)];
+        const Eigen::Vector3d normal =
+            (cornerOf(t, 1) - cornerOf(t, 0)).cross(cornerOf(t, 2) - cornerOf(t, 0));
+        return normal.stableNormalized().dot(direction);
+    }
+};
+
+/// Two hierarchies that intersect, or of which one is inside the other, or that are so near that
+/// their contacts have no direction, are looked at where one of them has been moved out of the
+/// other: the shortest way out among some directions.
 class WayOut
 {
 public:
@@ -81,15 +166,12 @@ public:
     static constexpr double kNear = 1.0 / 16.0;
     static constexpr double kApart = 1.0 / 4.0;
 
-    WayOut(const bullet_ccd::SsvTree& a,
-           const Eigen::Isometry3d& X_WA,
-           const bullet_ccd::SsvTree& b,
-           const Eigen::Isometry3d& X_WB,
-           double shell)
-        : m_treeA(a), m_treeB(b), m_A(X_WA), m_BW(X_WB.inverse()), m_shell(shell)
+    WayOut(const Posed& a, const Posed& b, double shell) : m_a(a), m_b(b), m_shell(shell)
     {
-        // Beyond that, what is caught is no more likely to come out than to go in.
-        m_limit = std::min(a.radius(), b.radius());
+        // Beyond that, what is caught is no more likely to come out than to go in, where nobody
+        // knows what is inside.
+        m_limit = (isKnown() ? 2.0 : 1.0) * std::min(a.m_tree->radius(), b.m_tree->radius());
+        m_farthest = isKnown() ? m_limit : 0.0;
     }
 
     /// Tries to move A against the normal.
@@ -114,9 +196,32 @@ public:
         m_way = m_limit = way;
         m_normal = normal;
     }
+    /// Where A is wholly inside, its surface is far from that of B. From so far out, against the
+    /// normal, it is moved back in until it meets B; not found if it comes to where it is.
+    void comeBack(const Eigen::Vector3d& normal, double from)
+    {
+        double way = from;
+        double distance = distanceAt(normal, way);
+        if (distance < kApart * m_shell)
+        {
+            return;
+        }
+        for (int i = 0; i < kRefinements && distance > m_shell && way > 0.0; ++i)
+        {
+            way -= distance - 0.5 * m_shell;
+            distance = way > 0.0 ? distanceAt(normal, way) : 0.0;
+        }
+        if (way > 0.0)
+        {
+            m_way = m_limit = way;
+            m_normal = normal;
+        }
+    }
     /// Others must be this much shorter than what was found.
     void prefer(double factor) { m_limit /= factor; }
 
+    /// It is known of one at least what is inside.
+    [[nodiscard]] bool isKnown() const { return m_a.m_hasInside || m_b.m_hasInside; }
     [[nodiscard]] bool isFound() const { return !m_normal.isZero(); }
     [[nodiscard]] double way() const { return m_way; }
     [[nodiscard]] double shell() const { return m_shell; }
@@ -124,29 +229,57 @@ public:
     [[nodiscard]] const Eigen::Vector3d& normal() const { return m_normal; }
     [[nodiscard]] Eigen::Isometry3d poseOfA() const { return moved(m_normal, m_way); }
 
+    /// Where one is wholly inside the other, the direction to the nearest surface; else zero.
+    [[nodiscard]] Eigen::Vector3d nearestOut() const
+    {
+        const bullet_ccd::TrianglePair nearest = nearestOf(m_a.X_W, m_limit);
+        return isInside(nearest, m_a.X_W)
+                   ? Eigen::Vector3d(m_b.X_W.linear() *
+                                     (nearest.pointA - nearest.pointB).normalized())
+                   : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    }
+
 private:
     static constexpr int kRefinements = 12;
 
     [[nodiscard]] Eigen::Isometry3d moved(const Eigen::Vector3d& normal, double way) const
     {
-        Eigen::Isometry3d pose = m_A;
+        Eigen::Isometry3d pose = m_a.X_W;
         pose.translation() -= way * normal;
         return pose;
     }
-    /// Far away does not matter.
+    [[nodiscard]] bullet_ccd::TrianglePair nearestOf(const Eigen::Isometry3d& X_WA,
+                                                     double bound) const
+    {
+        return bullet_ccd::treeDistance(*m_a.m_tree, *m_b.m_tree, m_b.X_W.inverse() * X_WA, bound);
+    }
+    [[nodiscard]] bool isInside(const bullet_ccd::TrianglePair& nearest,
+                                const Eigen::Isometry3d& X_WA) const
+    {
+        if (nearest.triangleA == bullet_ccd::kNone)
+        {
+            return false;
+        }
+        const Eigen::Vector3d onA = m_b.X_W * nearest.pointA;
+        const Eigen::Vector3d onB = m_b.X_W * nearest.pointB;
+        return m_b.isInside(onA - onB, onB, nearest.triangleB) ||
+               Posed{m_a.m_tree, X_WA, m_a.m_hasInside}.isInside(onB - onA, onA, nearest.triangleA);
+    }
+    /// Far away does not matter, where nobody knows what is inside; 0 where one is inside the
+    /// other.
     [[nodiscard]] double distanceAt(const Eigen::Vector3d& normal, double way) const
     {
-        return bullet_ccd::treeDistance(
-                   m_treeA, m_treeB, m_BW * moved(normal, way), way + 2.0 * m_shell)
-            .distance;
+        const Eigen::Isometry3d X_WA = moved(normal, way);
+        const bullet_ccd::TrianglePair nearest =
+            nearestOf(X_WA, std::max(way + 2.0 * m_shell, m_farthest));
+        return isInside(nearest, X_WA) ? 0.0 : nearest.distance;
     }
 
-    const bullet_ccd::SsvTree& m_treeA;
-    const bullet_ccd::SsvTree& m_treeB;
-    Eigen::Isometry3d m_A;
-    Eigen::Isometry3d m_BW;
+    Posed m_a;
+    Posed m_b;
     double m_shell;
     double m_limit;
+    double m_farthest;
     double m_way = 0.0;
     Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();
 };
@@ -156,11 +289,15 @@ private:
 class Collector
 {
 public:
-    /// @param former the normal of the last contacts of the two, zero if there were none
+    /// @param former    the normal of the last contacts of the two, zero if there were none
+    /// @param formerWay how far A was moved against it; 0 if they did not intersect
+    /// @param isFirst   nothing is known of the two
     Collector(const btCollisionObjectWrapper& a,
               const btCollisionObjectWrapper& b,
               double asked,
               const Eigen::Vector3d& former,
+              double formerWay,
+              bool isFirst,
               Scratch& scratch)
         : m_a(btCcdToEigen(a.getWorldTransform())),
           m_b(btCcdToEigen(b.getWorldTransform())),
@@ -168,6 +305,8 @@ public:
           m_processed(std::min(double(a.getCollisionObject()->getContactProcessingThreshold()),
                                double(b.getCollisionObject()->getContactProcessingThreshold()))),
           m_former(former),
+          m_formerWay(formerWay),
+          m_isFirst(isFirst),
           m_scratch(scratch)
     {
         m_scratch.m_work.raw.clear();
@@ -185,26 +324,59 @@ public:
         const Eigen::Vector3d middleB = m_b * (b.X_SG * b.m_tree->origin());
         const Eigen::Isometry3d X_WA = m_a * btCcdMeshPose(a, m_a.inverse() * middleB);
         const Eigen::Isometry3d X_WB = m_b * btCcdMeshPose(b, m_b.inverse() * middleA);
-        const std::shared_ptr<const ContactSurface> surfaceA = m_scratch.surfaceOf(a.m_tree);
-        const std::shared_ptr<const ContactSurface> surfaceB = m_scratch.surfaceOf(b.m_tree);
+        const Scratch::Entry& entryA = m_scratch.entryOf(a.m_tree);
+        const Scratch::Entry& entryB = m_scratch.entryOf(b.m_tree);
         const double around = reach + shell + a.m_radius + b.m_radius;
-        bullet_ccd::appendContacts(
-            *surfaceA, X_WA, *surfaceB, X_WB, around, m_scratch.m_work.search, raw, &kept);
-        const auto deepest =
-            std::min_element(raw.begin() + std::ptrdiff_t(first),
-                             raw.end(),
-                             [](const Contact& x, const Contact& y) { return x.gap < y.gap; });
-        if (deepest != raw.end() && deepest->gap <= WayOut::kNear * shell)
+        bullet_ccd::appendContacts(*entryA.m_surface,
+                                   X_WA,
+                                   *entryB.m_surface,
+                                   X_WB,
+                                   around,
+                                   m_scratch.m_work.search,
+                                   raw,
+                                   &kept);
+        const bool isNear = raw.size() > first && deepestOf(first).gap <= WayOut::kNear * shell;
+        if (isNear || m_isFirst || m_formerWay > shell)
         {
-            WayOut out(*a.m_tree, X_WA, *b.m_tree, X_WB, shell);
-            findWayOut(out, first);
+            const bool isSolidA = entryA.m_hasInside && a.m_core != nullptr;
+            const bool isSolidB = entryB.m_hasInside && b.m_core != nullptr;
+            const auto way = [&](bool hasInsideA, bool hasInsideB) {
+                return WayOut(
+                    {a.m_tree.get(), X_WA, hasInsideA}, {b.m_tree.get(), X_WB, hasInsideB}, shell);
+            };
+            WayOut out = way(isSolidA, isSolidB);
+            if (isNear)
+            {
+                findWayOut(out, first);
+                if (m_former.isZero() && entryA.m_hasInside && entryB.m_hasInside &&
+                    !(isSolidA && isSolidB))
+                {
+                    WayOut outOfMesh = way(true, true);
+                    findWayOut(outOfMesh, first);
+                    if (outOfMesh.isFound() &&
+                        !(out.isFound() && kPreferredForRooms * out.way() < outOfMesh.way()))
+                    {
+                        out = outOfMesh;
+                    }
+                }
+            }
+            else if (m_formerWay > shell)
+            {
+                out.comeBack(m_former, m_formerWay + kSameWay * shell);
+            }
+            else if (const Eigen::Vector3d normal = out.nearestOut(); !normal.isZero())
+            {
+                out.look(normal);
+            }
             if (out.isFound())
             {
+                m_way = out.way();
+                m_wayOut = (out.way() + a.m_radius + b.m_radius) * out.normal();
                 raw.resize(first);
                 // Of all that is inside, not of what is deepest alone.
-                bullet_ccd::appendContacts(*surfaceA,
+                bullet_ccd::appendContacts(*entryA.m_surface,
                                            out.poseOfA(),
-                                           *surfaceB,
+                                           *entryB.m_surface,
                                            X_WB,
                                            around + out.way(),
                                            m_scratch.m_work.search,
@@ -220,19 +392,34 @@ public:
             raw[i].pointB -= outB * raw[i].normal;
             raw[i].gap -= outA + outB;
         }
+        // Something round whose surface alone is inside.
+        const double gap = m_way > 0.0 || raw.size() == first ? 0.0 : deepestOf(first).gap;
+        if (gap < -shell)
+        {
+            m_wayOut = -gap * deepestOf(first).normal;
+        }
         m_reach = std::max(m_reach, reach);
     }
 
     /// Of the deepest contact; zero without.
     [[nodiscard]] Eigen::Vector3d normal() const
     {
-        const std::vector<Contact>& raw = m_scratch.m_work.raw;
-        const auto deepest =
-            std::min_element(raw.begin(),
-                             raw.end(),
-                             [](const Contact& x, const Contact& y) { return x.gap < y.gap; });
-        return deepest != raw.end() ? deepest->normal : Eigen::Vector3d(Eigen::Vector3d::Zero());
+        return m_scratch.m_work.raw.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                            : deepestOf(0).normal;
     }
+    /// @pre there are contacts from the first on
+    [[nodiscard]] const Contact& deepestOf(std::size_t first) const
+    {
+        const std::vector<Contact>& raw = m_scratch.m_work.raw;
+        return *std::min_element(raw.begin() + std::ptrdiff_t(first),
+                                 raw.end(),
+                                 [](const Contact& x, const Contact& y) { return x.gap < y.gap; });
+    }
+
+    /// How far the mesh of A has been moved out of that of B; 0 if they do not intersect.
+    [[nodiscard]] double way() const { return m_way; }
+    /// See btCcdManifolds.
+    [[nodiscard]] const Eigen::Vector3d& wayOut() const { return m_wayOut; }
     /// The largest depth of a point.
     [[nodiscard]] double reach() const { return m_reach; }
 
@@ -240,9 +427,12 @@ private:
     /// Cosine of the angle between directions that are worth trying both.
     static constexpr double kOtherDirection = 0.9;
     static constexpr std::size_t kMostDirections = 12;
-    /// Out the way that the two came, if that is not far, in shells.
+    /// Out the way that the two came, if that is not farther than it was by so many shells.
     static constexpr double kSameWay = 8.0;
     static constexpr double kPreferred = 4.0;
+    /// A closed mesh may be solid or a room: what begins in it goes out of the solid, unless the
+    /// way into the room is shorter by this factor.
+    static constexpr double kPreferredForRooms = 2.0;
 
     /// The normals of contacts between the first and last are those of faces that intersect.
     void findWayOut(WayOut& out, std::size_t first) const
@@ -262,7 +452,7 @@ private:
         if (!m_former.isZero())
         {
             look(m_former);
-            if (out.isFound() && out.way() <= kSameWay * out.shell())
+            if (out.isFound() && out.way() <= m_formerWay + kSameWay * out.shell())
             {
                 return;
             }
@@ -271,6 +461,10 @@ private:
         for (std::size_t i = first; i < raw.size(); ++i)
         {
             look(raw[i].normal);
+            if (out.isKnown())
+            {
+                look(-raw[i].normal);  // more than halfway inside
+            }
         }
     }
 
@@ -294,7 +488,11 @@ private:
     double m_asked;
     double m_processed;  ///< depths below minus that are of no use to the solver
     Eigen::Vector3d m_former;
+    double m_formerWay;
+    bool m_isFirst;
     Scratch& m_scratch;
+    double m_way = 0.0;
+    Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
     double m_reach = 0.0;
 };
 
@@ -539,7 +737,7 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     Scratch& mine = scratch();
     recall(a, b, mine.m_work);
     const double side = m_first == a.getCollisionObject() ? 1.0 : -1.0;
-    Collector collector(a, b, asked, side * m_normal, mine);
+    Collector collector(a, b, asked, side * m_normal, m_way, m_first == nullptr, mine);
     if (sides.m_partA.m_tree != nullptr && sides.m_partB.m_tree != nullptr)
     {
         if (m_kept.m_treeA != sides.m_partA.m_tree || m_kept.m_treeB != sides.m_partB.m_tree)
@@ -550,6 +748,15 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     }
     m_first = a.getCollisionObject();
     m_normal = collector.normal();
+    m_way = collector.way();
+    m_inside = {collector.wayOut()};
+    if (!m_inside.m_way.isZero() && !mine.m_work.raw.empty())
+    {
+        const Contact& deepest = collector.deepestOf(0);
+        m_inside.m_onA = btCcdToEigen(a.getWorldTransform()).inverse() * deepest.pointA;
+        m_inside.m_onB = btCcdToEigen(b.getWorldTransform()).inverse() * deepest.pointB;
+        m_inside.m_apart = deepest.pointA - deepest.pointB;
+    }
     bullet_ccd::reducePatches({.threshold = collector.reach(), .maxPatches = kMaxManifolds},
                               mine.m_work);
     if (shared == nullptr)
@@ -562,6 +769,25 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     {
         addPoint(contact, sides, isSwapped(*shared, a), result);
     }
+}
+
+Eigen::Vector3d btCcdManifolds::wayOut(const btCollisionObject& a,
+                                       const Eigen::Isometry3d& X_WA,
+                                       const Eigen::Isometry3d& X_WB) const
+{
+    if (m_inside.m_way.isZero())
+    {
+        return m_inside.m_way;
+    }
+    const bool isFirst = m_first == &a;
+    const Eigen::Vector3d apart =
+        (isFirst ? X_WA : X_WB) * m_inside.m_onA - (isFirst ? X_WB : X_WA) * m_inside.m_onB;
+    const double way = m_inside.m_way.norm();
+    const Eigen::Vector3d normal = m_inside.m_way / way;
+    const double left = way + (apart - m_inside.m_apart).dot(normal);
+    // What is much deeper now came another way, as a kinematic object that Bullet sees ahead.
+    return (isFirst ? 1.0 : -1.0) * (left > kCameSo * way ? 0.0 : std::clamp(left, 0.0, way)) *
+           normal;
 }
 
 /// Where the points would be now, if they went along with one body or the other.

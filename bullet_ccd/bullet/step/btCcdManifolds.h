@@ -30,7 +30,8 @@ struct btCollisionObjectWrapper;
 ///
 /// Surfaces that intersect, or are so near that their contacts have no direction, get the contacts
 /// that they have where one of them has been moved out of the other: the way that they came, or the
-/// shortest that is found, and as much deeper.
+/// shortest that is found, and as much deeper. So do those of which one has gone wholly into the
+/// other since the last update, where surfaces are far from each other.
 ///
 /// Points persist: one that is near an old one of its patch, in the frame of either body (a corner
 /// that slides stays where it is in its own), inherits its impulses, age and user data; what is no
@@ -70,6 +71,12 @@ public:
                 const btCcdShapeModel& modelB,
                 btPersistentManifold* shared,
                 btManifoldResult& result);
+    /// How A is inside B at these poses, as far as the last update tells, and at most as deep as
+    /// then. From A to B: moved as far against it, A is outside. Zero if they do not intersect, or
+    /// no way out was found.
+    [[nodiscard]] Eigen::Vector3d wayOut(const btCollisionObject& a,
+                                         const Eigen::Isometry3d& X_WA,
+                                         const Eigen::Isometry3d& X_WB) const;
     /// Appends the manifolds that this owns.
     void appendTo(btManifoldArray& manifolds) const;
 
@@ -90,6 +97,15 @@ private:
         bullet_ccd::KeptSlots m_slots;
     };
 
+    /// Of the last update, and where the deepest contact was then, in the frames of both objects.
+    struct Inside
+    {
+        Eigen::Vector3d m_way = Eigen::Vector3d::Zero();
+        Eigen::Vector3d m_onA = Eigen::Vector3d::Zero();
+        Eigen::Vector3d m_onB = Eigen::Vector3d::Zero();
+        Eigen::Vector3d m_apart = Eigen::Vector3d::Zero();  // from B to A, world
+    };
+
     void recall(const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b,
                 bullet_ccd::PatchWorkspace& work) const;
@@ -106,7 +122,9 @@ private:
     btManifoldArray m_manifolds;
     Kept m_kept;
     const btCollisionObject* m_first = nullptr;          // A of the last update,
-    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  // and the normal of its deepest contact
+    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  // the normal of its deepest contact,
+    double m_way = 0.0;  // how far its mesh was moved out of that of B,
+    Inside m_inside;     // and see wayOut()
 };
 
 #endif  // BT_CCD_MANIFOLDS_H

@@ -36,9 +36,6 @@ static_assert(kDeep * kCloser > 0.5);
 /// It does not move on once it is this near, relative to where it began to count as near: below,
 /// single-precision coordinates no longer tell the sides apart, and queries take long in either.
 constexpr double kSmallestGap = 1.0 / 32.0;
-/// A core that is nearer than this part of its depth to what intersects its shape is caught: held
-/// there, it would not come out.
-constexpr double kCaught = 1.0 / 8.0;
 /// Surfaces that are nearer than this, relative to the same, have no direction in which they could
 /// part: they count as intersecting, as they do for contacts.
 constexpr double kTouching = 1e-9;
@@ -208,34 +205,10 @@ double marginsOf(const btCcdShapePart& a, const btCcdShapePart& b)
     return a.m_margin + b.m_margin;
 }
 
-/// For surfaces that intersect, a convex one and one without an inside: the core of the convex one
-/// is on the side to which contacts push it, and does not come through.
-FirstContactResult askCore(const Parts& parts)
+double shellOf(const Parts& parts)
 {
-    const bool isA = parts.m_a.m_core != nullptr;
-    if (isA == (parts.m_b.m_core != nullptr) || parts.m_wayOut.isZero())
-    {
-        return overlapping();
-    }
-    const Layer a = coreOf(parts.m_a);
-    const Layer b = coreOf(parts.m_b);
-    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
-    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
-    const double most = parts.m_a.m_depth + parts.m_b.m_depth;
-    const bullet_ccd::TrianglePair nearest = bullet_ccd::treeDistance(
-        a.m_tree, b.m_tree, X_WB.inverse() * X_WA, a.m_radius + b.m_radius + most);
-    if (nearest.triangleA == bullet_ccd::kNone)
-    {
-        return overlapping();
-    }
-    const Eigen::Vector3d between = X_WB * nearest.pointB - X_WB * nearest.pointA;
-    if (!(between.norm() - a.m_radius - b.m_radius > kCaught * most) ||
-        !(between.dot(parts.m_wayOut) > 0.5 * between.norm()))
-    {
-        return overlapping();
-    }
-    const FirstContactResult first = askCloser(parts, a, b, most);
-    return first.status == ToiStatus::Hit ? first : overlapping();
+    const double margins = marginsOf(parts.m_a, parts.m_b);
+    return margins > 0.0 ? margins : btCcdManifolds::kLeastShell;
 }
 
 /// The contacts are ours: zones of the shell.
@@ -243,8 +216,7 @@ FirstContactResult askShell(const Parts& parts)
 {
     const Layer a = surfaceOf(parts.m_a);
     const Layer b = surfaceOf(parts.m_b);
-    const double margins = marginsOf(parts.m_a, parts.m_b);
-    const double shell = margins > 0.0 ? margins : btCcdManifolds::kLeastShell;
+    const double shell = shellOf(parts);
     const auto zone = [&](double floor, double width)
     { return ask(parts, a, b, floor * shell, width * shell); };
 
@@ -257,7 +229,36 @@ FirstContactResult askShell(const Parts& parts)
     {
         first = askCloser(parts, a, b, (kSolverZone + kTarget) * shell);
     }
-    return first.status == ToiStatus::Overlapping ? askCore(parts) : first;
+    return first;
+}
+
+/// The same; and what is inside comes no deeper: where A is moved out of B, the two meet.
+FirstContactResult askDeeper(const Parts& parts)
+{
+    // Nearer than the shell it may be outside, and farther wholly inside.
+    const bool isDeep =
+        parts.m_wayOut.norm() > shellOf(parts) + parts.m_a.m_radius + parts.m_b.m_radius;
+    const FirstContactResult known = isDeep ? overlapping() : askShell(parts);
+    const bool movesA = std::holds_alternative<bullet_ccd::RigidMotion>(parts.m_motionA.m_motion);
+    btCcdObjectMotion moved = movesA ? parts.m_motionA : parts.m_motionB;
+    auto* motion = std::get_if<bullet_ccd::RigidMotion>(&moved.m_motion);
+    if (known.status != ToiStatus::Overlapping || parts.m_wayOut.isZero() || motion == nullptr)
+    {
+        return known;
+    }
+    const Eigen::Vector3d way = movesA ? -parts.m_wayOut : parts.m_wayOut;
+    motion->X_W0.translation() += way;
+    FirstContactResult deeper = askShell({parts.m_a,
+                                          movesA ? moved : parts.m_motionA,
+                                          parts.m_b,
+                                          movesA ? parts.m_motionB : moved,
+                                          parts.X_AG,
+                                          parts.X_BG,
+                                          parts.m_work,
+                                          parts.m_isDeep,
+                                          parts.m_wayOut});
+    (movesA ? deeper.pointA : deeper.pointB) -= way;
+    return deeper.status == ToiStatus::Hit ? deeper : overlapping();
 }
 
 /// True if a corner of the first is inside the second, a convex polyhedron.
@@ -381,7 +382,7 @@ struct Pairs
                           m_result.m_isDeep,
                           m_wayOut};
         const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
-                                         : btCcdHasOwnContacts(a, b) ? askShell(parts)
+                                         : btCcdHasOwnContacts(a, b) ? askDeeper(parts)
                                                                      : askStock(parts, m_tolerance);
         if (m_isTouch && first.status == ToiStatus::Overlapping)
         {
@@ -396,7 +397,7 @@ struct Pairs
     {
         const double near = a.m_radius + b.m_radius +
                             2.0 * std::max(marginsOf(a, b), btCcdManifolds::kLeastShell) +
-                            4.0 * m_tolerance;
+                            4.0 * m_tolerance + m_wayOut.norm();
         const auto pieces = [near](const btCcdShapePart& part,
                                    const btCcdObjectMotion& motion,
                                    const btCcdShapePart& other,

@@ -23,16 +23,17 @@ struct btCcdSide
 ///
 /// Where contacts are the library's own, their solver keeps pairs at the shell m, the sum of the
 /// margins. A pair farther apart is stopped just above m; one within the shell belongs to the
-/// solver and is stopped at m / 4; one nearer still may lose a quarter of its distance. Where the
-/// surfaces of a convex shape and a mesh intersect, the core of the convex shape does not come to
-/// the mesh from the side to which contacts push it (`wayOut`); all else that intersects goes on.
+/// solver and is stopped at m / 4; one nearer still may lose a quarter of its distance. What
+/// intersects, or is wholly inside, is stopped where it would be if A were moved out of B
+/// (`wayOut`), so it comes at most 3 m / 4 deeper; where no way out is known it goes on.
 ///
 /// Where contacts are Bullet's, shapes come to rest at distance 0, or a little below. A pair apart
 /// is stopped within `tolerance` of touching; one that touches belongs to the solver, and is
 /// stopped when the cores of the shapes (btCcdShapePart::m_core) meet: so it can rest, slide and
 /// roll, but not pass.
 /// @param tolerance [m], for pairs with Bullet's contacts
-/// @param wayOut    of B: the normal of the deepest contact, from A to B; zero without contacts
+/// @param wayOut    A, moved as far against it, is outside of B; zero if it is not inside, or
+///                  nobody knows how
 [[nodiscard]] btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                              const btCcdSide& b,
                                              double tolerance,

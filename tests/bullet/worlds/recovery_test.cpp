@@ -112,7 +112,7 @@ TEST_P(Recovery, OfAConvexShapeThatIsHitMeanwhile)
         {
             Scene scene(GetParam(), WorldClass::Rigid);
             scene.world().setGravity(vec(0, 0, -10));
-            scene.body(scene.boxMesh(vec(5, 5, 0.05)), 0.0, poseAt(vec(0, 0, -0.05)));
+            scene.body(scene.boxMesh(vec(100, 100, 0.05)), 0.0, poseAt(vec(0, 0, -0.05)));
             btRigidBody* box =
                 scene.body(scene.box(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.095)));
             btRigidBody* ball =
@@ -128,6 +128,153 @@ TEST_P(Recovery, OfAConvexShapeThatIsHitMeanwhile)
         }
     }
     EXPECT_EQ(through, 0);
+}
+
+TEST_P(Recovery, OfThinPlatesThatAreHitMeanwhile)
+{
+    // A plate of 1 cm is put 3 or 6 mm deep into a floor, a mesh or the floor being one, and a
+    // heavy ball hits it askew. Its core is in the floor as well, or it has none.
+    int through = 0;
+    for (const bool isMesh : {false, true})
+    {
+        for (const double speed : {2.0, 10.0, 40.0})
+        {
+            for (const double askew : {0.0, 0.02, 0.04})
+            {
+                for (const double depth : {0.003, 0.006})
+                {
+                    Scene scene(GetParam(), WorldClass::Rigid);
+                    scene.world().setGravity(vec(0, 0, -10));
+                    const auto box = [&](const btVector3& half, bool mesh) {
+                        return mesh ? static_cast<btCollisionShape*>(scene.boxMesh(half))
+                                    : scene.box(half);
+                    };
+                    scene.body(box(vec(100, 100, 0.05), !isMesh), 0.0, poseAt(vec(0, 0, -0.05)));
+                    btRigidBody* plate = scene.body(
+                        box(vec(0.1, 0.1, 0.005), isMesh), 1.0, poseAt(vec(0, 0, 0.005 - depth)));
+                    btRigidBody* ball =
+                        scene.body(scene.keep(std::make_unique<btSphereShape>(btScalar(0.1))),
+                                   5.0,
+                                   poseAt(vec(askew, 0.5 * askew, 0.15)));
+                    ball->setLinearVelocity(vec(0, 0, -speed));
+                    for (int step = 0; step < 90; ++step)
+                    {
+                        scene.step(kStepOfRecovery);
+                    }
+                    through += plate->getWorldTransform().getOrigin().z() > 0 ? 0 : 1;
+                }
+            }
+        }
+    }
+    EXPECT_EQ(through, 0);
+}
+
+TEST_P(Recovery, OfPlatesThatTipWhollyInside)
+{
+    // A plate of 8 mm begins aslant, with one corner up to 25 mm deep, and falls over: then all of
+    // it is below the surface of the floor.
+    int left = 0;
+    for (const bool isMesh : {false, true})
+    {
+        for (const double tilt : {0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2})
+        {
+            for (const double depth : {0.01, 0.015, 0.02, 0.025})
+            {
+                Scene scene(GetParam(), WorldClass::Rigid);
+                scene.world().setGravity(vec(0, 0, -10));
+                const auto box = [&](const btVector3& half, bool mesh) {
+                    return mesh ? static_cast<btCollisionShape*>(scene.boxMesh(half))
+                                : scene.box(half);
+                };
+                scene.body(box(vec(100, 100, 0.05), !isMesh), 0.0, poseAt(vec(0, 0, -0.05)));
+                const double reach = 0.04 * std::sin(tilt) + 0.03 * 0.3 + 0.004 * std::cos(tilt);
+                btTransform pose = poseAt(vec(0, 0, std::max(reach - depth, -0.004)));
+                pose.setRotation(btQuaternion(vec(0, 1, 0), btScalar(tilt)) *
+                                 btQuaternion(vec(1, 0, 0), btScalar(0.3)));
+                btRigidBody* plate = scene.body(box(vec(0.04, 0.03, 0.004), isMesh), 0.3, pose);
+                plate->setFriction(btScalar(0.1));
+                for (int step = 0; step < 120; ++step)
+                {
+                    scene.step(kStepOfRecovery);
+                }
+                left += plate->getWorldTransform().getOrigin().z() > 0 ? 0 : 1;
+            }
+        }
+    }
+    EXPECT_EQ(left, 0);
+}
+
+TEST_P(Recovery, FromAnyDepth)
+{
+    // A cube of 20 cm on a floor of 50 cm, one of them a mesh. In a mesh, which may be a room as
+    // well, it may be up to five eighths.
+    enum class Pair
+    {
+        BoxInMesh,
+        MeshInBox,
+        MeshInMesh,
+    };
+    for (const Pair pair : {Pair::BoxInMesh, Pair::MeshInBox, Pair::MeshInMesh})
+    {
+        const double most = pair == Pair::MeshInBox ? 0.3 : 0.125;
+        for (double depth = 0.005; depth <= most; depth += 0.02)
+        {
+            Scene scene(GetParam(), WorldClass::Rigid);
+            scene.world().setGravity(vec(0, 0, -10));
+            const btVector3 floor = vec(10, 10, 0.25);
+            const btVector3 cube = vec(0.1, 0.1, 0.1);
+            scene.body(pair == Pair::MeshInBox ? static_cast<btCollisionShape*>(scene.box(floor))
+                                               : scene.boxMesh(floor),
+                       0.0,
+                       poseAt(vec(0, 0, -0.25)));
+            btRigidBody* body =
+                scene.body(pair == Pair::BoxInMesh ? static_cast<btCollisionShape*>(scene.box(cube))
+                                                   : scene.boxMesh(cube),
+                           1.0,
+                           poseAt(vec(0, 0, 0.1 - depth)));
+            double fastest = 0.0;
+            for (int step = 0; step < 90; ++step)
+            {
+                scene.step(kStepOfRecovery);
+                fastest = std::max(fastest, double(body->getLinearVelocity().length()));
+            }
+            const std::string which = std::to_string(int(pair)) + ", " + std::to_string(depth);
+            EXPECT_NEAR(double(body->getWorldTransform().getOrigin().z()), 0.1, 2e-3) << which;
+            EXPECT_LT(fastest, 1.0) << which;
+        }
+    }
+}
+
+TEST_P(Recovery, IntoARoomOfOneMesh)
+{
+    // Bodies are inside of a closed mesh, which is a room of theirs: some begin in its walls.
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -10));
+    scene.body(scene.boxMesh(vec(1, 1, 1)), 0.0, poseAt(vec(0, 0, 0)));
+    std::vector<btRigidBody*> bodies;
+    for (int i = 0; i < 12; ++i)
+    {
+        const double half = 0.1;
+        btCollisionShape* shape =
+            i % 3 == 0 ? static_cast<btCollisionShape*>(scene.boxMesh(vec(half, half, half)))
+            : i % 3 == 1
+                ? scene.box(vec(half, half, half))
+                : static_cast<btCollisionShape*>(scene.keep(std::make_unique<btSphereShape>(half)));
+        const double depth = i < 6 ? 0.004 * i : -0.3;
+        bodies.push_back(scene.body(
+            shape, 1.0, poseAt(vec(-0.75 + 0.25 * (i % 6), i < 6 ? 0 : 0.5, half - depth - 1))));
+        bodies.back()->setLinearVelocity(vec(0, i < 6 ? 0 : 30, -3.0 * i));
+    }
+    for (int step = 0; step < 180; ++step)
+    {
+        scene.step(kStepOfRecovery);
+    }
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+    {
+        const btVector3& at = bodies[i]->getWorldTransform().getOrigin();
+        EXPECT_LT(double(at.length()), 1.6) << i;
+        EXPECT_GT(double(at.z()), -0.91) << i;
+    }
 }
 
 TEST_P(Recovery, OfAHeapThatBeginsOnTheFloorToTheLastBit)
