@@ -38,6 +38,7 @@ ORDER = [
     "bullet_ccd/bullet/*.h",  # what a user includes
     "bullet_ccd/bullet/shapes",
     "bullet_ccd/bullet/motion",
+    "bullet_ccd/bullet/kernels",
     "bullet_ccd/bullet/step",
     "bullet_ccd/bullet/soft",
     "bullet_ccd/bullet",

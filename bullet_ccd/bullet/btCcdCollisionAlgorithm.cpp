@@ -312,6 +312,8 @@ void btCcdCollisionAlgorithm::processOwn(const btCollisionObjectWrapper* body0,
     if (m_stockFunc != nullptr)
     {
         m_stock = m_stockFunc->CreateCollisionAlgorithm(m_info, body0, body1);
+        m_isOfCompounds = isCompound(body0->getCollisionShape()->getShapeType()) &&
+                          isCompound(body1->getCollisionShape()->getShapeType());
         m_stock->processCollision(body0, body1, dispatchInfo, result);
         return;
     }
@@ -362,7 +364,10 @@ void btCcdCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
     if (m_stock != nullptr)
     {
         m_stock->getAllContactManifolds(manifolds);
-        CompoundPair::appendOfBase(*m_stock, manifolds);
+        if (m_isOfCompounds)
+        {
+            CompoundPair::appendOfBase(*m_stock, manifolds);
+        }
     }
     if (m_manifolds != nullptr)
     {

@@ -88,6 +88,7 @@ private:
     btCollisionAlgorithmConstructionInfo m_info;
     btCollisionAlgorithmCreateFunc* m_stockFunc;
     btCollisionAlgorithm* m_stock = nullptr;      // made when it is first needed
+    bool m_isOfCompounds = false;                 // that one, of two
     std::unique_ptr<btCcdManifolds> m_manifolds;  // null where contacts are Bullet's
 
     void processOwn(const btCollisionObjectWrapper* body0,

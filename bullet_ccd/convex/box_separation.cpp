@@ -155,11 +155,18 @@ bool facingPoints(const Eigen::Vector3d& halfA,
 {
     using Eigen::Vector3d;
     const Vector3d& n = axis.normal;
-    const auto corner = [](const Vector3d& half, const Vector3d& direction) -> Vector3d
+    // Along an axis that is normal to the direction all points are as far: the one nearest to a
+    // place is taken.
+    constexpr double kFlat = 1e-15;
+    const auto farthest =
+        [](const Vector3d& half, const Vector3d& direction, const Vector3d& place) -> Vector3d
     {
-        return {std::copysign(half.x(), direction.x()),
-                std::copysign(half.y(), direction.y()),
-                std::copysign(half.z(), direction.z())};
+        const auto coordinate = [&](Eigen::Index k)
+        {
+            return std::abs(direction[k]) <= kFlat ? std::clamp(place[k], -half[k], half[k])
+                                                   : std::copysign(half[k], direction[k]);
+        };
+        return {coordinate(0), coordinate(1), coordinate(2)};
     };
     const auto isInside = [](const Vector3d& x, const Vector3d& half, int across)
     {
@@ -168,8 +175,8 @@ bool facingPoints(const Eigen::Vector3d& halfA,
         return (static_cast<int>(std::abs(x[k]) <= half[k]) &
                 static_cast<int>(std::abs(x[m]) <= half[m])) != 0;
     };
-    Vector3d inA = corner(halfA, pose.R.transpose() * n);
-    Vector3d inB = corner(halfB, -n);
+    Vector3d inA = farthest(halfA, pose.R.transpose() * n, pose.R.transpose() * -pose.p);
+    Vector3d inB = farthest(halfB, -n, pose.p);
     points.normal = n;
     points.distance = points.gap = axis.gap;
     if (axis.edgeA < 0)

@@ -443,32 +443,29 @@ BoxesMeeting meetBoxes(BoxKernel& kernel,
                    .V = course.V.data(),
                    .farthest = course.farthest,
                    .sizes = course.sizes,
-                   .margin = limits.margin() + radii,
-                   .near = limits.near() + radii,
+                   .floor = limits.floor + radii,
                    .threshold = limits.threshold + radii,
+                   .aim = limits.aim,
                    .begin = window.begin,
                    .end = window.end,
                    .mostLooks = mostLooks});
 }
 
 /// The same as an answer.
-ToiResult answerOf(const BoxesMeeting& meeting,
-                   const ConvexBody& bodyA,
-                   const ConvexBody& bodyB,
-                   double margin)
+ToiResult answerOf(const BoxesMeeting& meeting, const ConvexBody& bodyA, const ConvexBody& bodyB)
 {
     ToiResult result;
+    result.status = meeting.touches ? ToiStatus::TouchingLeaving : ToiStatus::Separated;
     result.time = meeting.time;
-    result.gap = margin;
+    result.gap = std::max(0.0, meeting.gap - bodyA.shape->radius - bodyB.shape->radius);
     result.counters.states = meeting.looks;
     result.counters.nodePairs = meeting.probes;
     if (meeting.outcome == BoxesMeeting::Outcome::Hit)
     {
-        result.status = ToiStatus::Hit;
+        result.status = meeting.presses ? ToiStatus::TouchingPressing : ToiStatus::Hit;
         const RigidMotion& motion = bodyB.motion;
         const Vector3d p_WB = motion.X_W0 * motion.reference_B + meeting.time * motion.v_W;
         const Vector3d n(meeting.normal);
-        result.gap = std::max(0.0, meeting.gap - bodyA.shape->radius - bodyB.shape->radius);
         result.pointA = p_WB + Vector3d(meeting.pointA) + bodyA.shape->radius * n;
         result.pointB = p_WB + Vector3d(meeting.pointB) - bodyB.shape->radius * n;
         if (result.gap > 0.0)
@@ -516,7 +513,7 @@ ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions
                                                std::min(options.maxIterations, kMostLooks));
         if (meeting.outcome != BoxesMeeting::Outcome::Open)
         {
-            return answerOf(meeting, bodyA, bodyB, limits.margin());
+            return answerOf(meeting, bodyA, bodyB);
         }
         window.begin = meeting.time;
         counters.states = meeting.looks;

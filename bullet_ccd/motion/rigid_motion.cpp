@@ -9,7 +9,11 @@ MotionState RigidMotion::at(double t) const
     MotionState state{.X_W = X_W0, .v_W = v_W, .w_W = w_W};
     state.X_W.translation() += t * v_W;
     const double rate = w_W.norm();
-    if (rate > 0.0)
+    if (rate > 0.0 && t == 0.0)
+    {
+        state.v_W -= w_W.cross(X_W0.linear() * reference_B);
+    }
+    else if (rate > 0.0)
     {
         const double angle = t * rate;
         const Eigen::Vector3d axis = w_W / rate;

@@ -408,6 +408,51 @@ TEST(ConvexToi, KernelOfBoxesAgreesWithThePortableWay)
     EXPECT_GT(sameSteps, kQueries / 2);
 }
 
+/// Boxes that lie on each other, face on face, shifted; from a gap within the tolerance on they
+/// part, press, or slide. The answers have closed forms.
+TEST(ConvexToi, BoxesThatTouchFaceOnFace)
+{
+    const ConvexShape box = boxShape({0.5, 0.5, 0.5});
+    const ToiOptions options{.tolerance = 1e-3, .aim = 0.5};
+    const Eigen::Vector3d offsets[] = {{0.0, 0.0, 0.0}, {0.3, -0.4, 0.0}, {0.9, 0.9, 0.0}};
+    for (const Eigen::Vector3d& offset : offsets)
+    {
+        for (const double gap : {1e-4, 9e-4})
+        {
+            for (const double speed : {-1.0, -1e-5, 0.0, 1.0})
+            {
+                Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();
+                X_WA.translation() = offset + Eigen::Vector3d(0.0, 0.0, 1.0 + gap);
+                RigidMotion motion = restAt(X_WA);
+                motion.v_W = {0.1, 0.2, speed};
+                const ConvexBody a{&box, motion};
+                const ConvexBody b{&box, restAt(Eigen::Isometry3d::Identity())};
+                const ToiResult result = convexToi(a, b, options);
+                SCOPED_TRACE(std::to_string(offset.x()) + ", gap " + std::to_string(gap) +
+                             ", speed " + std::to_string(speed));
+                // What loses a tenth of its gap is not nearer than it was allowed to be.
+                const bool presses = speed < -0.5;
+                ASSERT_EQ(result.status,
+                          presses ? ToiStatus::TouchingPressing : ToiStatus::TouchingLeaving);
+                if (!presses)
+                {
+                    continue;
+                }
+                EXPECT_GT(result.gap, 0.0);
+                EXPECT_LT(result.gap, 0.75 * gap + 1e-12);
+                EXPECT_NEAR(result.time, (gap - result.gap) / -speed, 1e-9);
+                EXPECT_NEAR((result.pointB - result.pointA).norm(), result.gap, 1e-12);
+                EXPECT_NEAR(result.normal.z(), -1.0, 1e-12);
+                // The points are on the boxes.
+                EXPECT_LE((result.pointB.cwiseAbs() - box.half).maxCoeff(), 1e-12);
+                const Eigen::Vector3d inA =
+                    result.pointA - X_WA.translation() - result.time * motion.v_W;
+                EXPECT_LE((inA.cwiseAbs() - box.half).maxCoeff(), 1e-12);
+            }
+        }
+    }
+}
+
 TEST(ConvexToi, RandomQueriesAreRight)
 {
     const std::uint64_t count = longTests() ? 60'000 : 1200;

@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdImpactSolver.h"
 
+#include "bullet_ccd/bullet/kernels/btCcdRows.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdProgress.h"
 
@@ -845,6 +846,7 @@ void btCcdImpactSolver::solveIsland(btCcdAnswer answer)
     const WithoutForces withoutForces(m_objects);
     const btContactSolverInfo info = impactInfo(m_world.getSolverInfo(), answer);
     btConstraintSolver& solver = *m_world.getConstraintSolver();
+    const btCcdQuickRows quickRows(solver, info.m_solverMode);
     solver.prepareSolve(int(m_objects.size()), int(m_manifolds.size()));
     // Another solver of such a world is asked for rigid bodies only, as Bullet does.
     auto* multiBodySolver =

@@ -298,13 +298,17 @@ btCcdApproach::btCcdApproach(const btCcdContext& context,
     }
     else if (deepest == nullptr)
     {
+        const btVector3 face = areBoxes(a, b) ? directionOfBoxes(a, b) : btVector3(0, 0, 0);
+        if (!face.isZero())
+        {
+            look(tolerance, a, b, face, false);
+            return;
+        }
         // Which mostly does, and costs a fifth.
         look(tolerance, a, b, directionOfMiddles(a, b), false);
-        if (freeTime() < kUnlimited && areConvex(a, b))
+        if (freeTime() < kUnlimited && areConvex(a, b) && !areBoxes(a, b))
         {
-            const btVector3 direction =
-                areBoxes(a, b) ? directionOfBoxes(a, b) : btVector3(0, 0, 0);
-            look(tolerance, a, b, direction.isZero() ? directionOfCores(a, b) : direction, false);
+            look(tolerance, a, b, directionOfCores(a, b), false);
         }
     }
     else
@@ -341,37 +345,71 @@ void btCcdApproach::look(double tolerance,
                                     : kKeptTolerances * tolerance - sunk;
     m_gap = m_end = -kept;
     m_bend = m_rate = 0.0;
-    for (const btCcdTracked* tracked : {&a, &b})
+    struct Side
     {
-        const btVector3 direction = tracked == &a ? along : btVector3(-along);
-        const btCollisionShape& shape = *tracked->m_collisionShape;
-        const btTransform& pose = tracked->m_object->getWorldTransform();
-        const btRigidBody* body = btRigidBody::upcast(tracked->m_object);
-        const double present = double(supportAlong(shape, pose, direction));
-        if (body == nullptr || !(tracked->m_motion > 0.0))
+        const btCcdTracked& m_tracked;
+        btVector3 m_direction;
+        btVector3 m_velocity = btVector3(0, 0, 0);
+        btVector3 m_spin = btVector3(0, 0, 0);
+        btScalar m_support = 0;
+    };
+    std::array<Side, 2> sides{Side{a, along}, Side{b, -along}};
+    double present = -kept;
+    double shift = 0.0;  // of the two towards each other, from now on
+    for (Side& side : sides)
+    {
+        const btTransform& pose = side.m_tracked.m_object->getWorldTransform();
+        side.m_support = supportAlong(*side.m_tracked.m_collisionShape, pose, side.m_direction);
+        present -= double(side.m_support);
+        const btRigidBody* body = btRigidBody::upcast(side.m_tracked.m_object);
+        if (body == nullptr || !(side.m_tracked.m_motion > 0.0))
         {
-            m_gap -= present;
-            m_end -= present;
             continue;
         }
-        const btVector3& velocity = body->getLinearVelocity();
-        const btVector3 spin = tracked->m_turns ? body->getAngularVelocity() : btVector3(0, 0, 0);
-        const double turn = double(spin.length()) * m_remaining;
+        side.m_velocity = body->getLinearVelocity();
+        side.m_spin = side.m_tracked.m_turns ? body->getAngularVelocity() : side.m_spin;
+        const double turn = double(side.m_spin.length()) * m_remaining;
         if (turn > kMostTurn)
         {
             m_gap = m_end = -1.0;
             return;
         }
-        btTransform other;
-        btTransformUtil::integrateTransform(
-            pose, velocity, spin, btScalar(m_isDone ? -m_remaining : m_remaining), other);
-        const double then = double(supportAlong(shape, other, direction));
-        const double reach = tracked->outline().m_reach;
-        m_gap -= m_isDone ? then : present;
-        m_end -= m_isDone ? present : then;
+        const double reach = side.m_tracked.outline().m_reach;
         m_bend += turn * turn * reach / 8.0;
-        m_rate += double(direction.dot(velocity) + direction.cross(spin).length() * reach);
+        m_rate += double(side.m_direction.cross(side.m_spin).length()) * reach;
+        shift += double(side.m_direction.dot(side.m_velocity));
     }
+    // How the present gap becomes smaller, at most: forward, or backward where the motion is done.
+    const double closing = m_rate + (m_isDone ? -shift : shift);
+    m_rate += shift;
+    double other = present - std::max(0.0, closing) * m_remaining;
+    if (!(other > 0.0) || m_bend == 0.0)
+    {
+        other = present - (m_isDone ? -shift : shift) * m_remaining;
+        for (const Side& side : sides)
+        {
+            if (side.m_spin.isZero())
+            {
+                continue;
+            }
+            const btTransform& pose = side.m_tracked.m_object->getWorldTransform();
+            btTransform turned;
+            btTransformUtil::integrateTransform(pose,
+                                                btVector3(0, 0, 0),
+                                                side.m_spin,
+                                                btScalar(m_isDone ? -m_remaining : m_remaining),
+                                                turned);
+            other -=
+                double(supportAlong(*side.m_tracked.m_collisionShape, turned, side.m_direction) -
+                       side.m_support);
+        }
+    }
+    else
+    {
+        m_bend = 0.0;  // at no time of the step are they nearer than this
+    }
+    m_gap = m_isDone ? other : present;
+    m_end = m_isDone ? present : other;
 }
 
 double btCcdApproach::freeTime() const

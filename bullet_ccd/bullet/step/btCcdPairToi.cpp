@@ -3,8 +3,10 @@
 #include "bullet_ccd/bullet/shapes/btCcdShapeParts.h"
 #include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
+#include "bullet_ccd/convex/box_separation.h"
 #include "bullet_ccd/convex/closest_points.h"
 #include "bullet_ccd/convex/convex_toi.h"
+#include "bullet_ccd/convex/support.h"
 #include "bullet_ccd/distance/tree_distance.h"
 
 #include <algorithm>
@@ -54,6 +56,8 @@ struct Parts
     const btCcdObjectMotion& m_motionB;
     Eigen::Isometry3d X_AG;  // the mesh of either in its shape's frame
     Eigen::Isometry3d X_BG;
+    Eigen::Isometry3d X_WA;  // and where that begins
+    Eigen::Isometry3d X_WB;
     bullet_ccd::ToiWorkspace& m_work;
     bool& m_isDeep;  // see btCcdPairToi
     const Eigen::Vector3d& m_wayOut;
@@ -115,9 +119,13 @@ FirstContactResult askExact(const bullet_ccd::ConvexBody& a,
     return first;
 }
 
+struct Answer : FirstContactResult
+{
+    bool m_isSolid = false;  // what begins inside the other overlaps
+};
+
 /// @param separation beyond the radii
-FirstContactResult ask(
-    const Parts& parts, const Layer& a, const Layer& b, double separation, double tolerance)
+Answer ask(const Parts& parts, const Layer& a, const Layer& b, double separation, double tolerance)
 {
     ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
     const bullet_ccd::RigidMotion* motionA = exactMotionOf(parts.m_motionA, a);
@@ -130,7 +138,7 @@ FirstContactResult ask(
             options);
         if (!gaveUp(first.status))
         {
-            return first;
+            return {first, true};
         }
     }
     options.minimumSeparation += a.m_radius + b.m_radius;
@@ -142,33 +150,77 @@ FirstContactResult ask(
     const std::array<MovingBody, 2> bodies{parts.m_motionA.body(a.m_tree, parts.X_AG),
                                            parts.m_motionB.body(b.m_tree, parts.X_BG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
-    return bullet_ccd::firstContact(bodies, pairs, options, parts.m_work);
+    return {bullet_ccd::firstContact(bodies, pairs, options, parts.m_work)};
+}
+
+/// Two exact shapes where they begin, A's in the frame of B's.
+bullet_ccd::Placement exactPlacement(const Parts& parts, const Layer& a, const Layer& b)
+{
+    const Eigen::Isometry3d X_WA = parts.X_WA * a.m_exact->X_GE;
+    const Eigen::Isometry3d X_WB = parts.X_WB * b.m_exact->X_GE;
+    const Eigen::Matrix3d R_BW = X_WB.linear().transpose();
+    return {R_BW * X_WA.linear(), R_BW * (X_WA.translation() - X_WB.translation())};
+}
+
+/// Distance of two exact cores, or something not below `bound` if they are that far apart. Of
+/// boxes, features that face each other tell.
+double exactDistance(const bullet_ccd::ConvexShape& a,
+                     const bullet_ccd::ConvexShape& b,
+                     const bullet_ccd::Placement& pose,
+                     double bound)
+{
+    if (a.core == bullet_ccd::ConvexCore::Box && b.core == bullet_ccd::ConvexCore::Box)
+    {
+        const bullet_ccd::BoxAxis axis = bullet_ccd::bestBoxAxis(a.half, b.half, pose);
+        bullet_ccd::ClosestPoints closest;
+        if (axis.gap > 0.0 &&
+            (axis.gap >= bound || bullet_ccd::facingPoints(a.half, b.half, pose, axis, closest)))
+        {
+            return axis.gap;
+        }
+    }
+    bullet_ccd::Simplex simplex;
+    return bullet_ccd::closestPoints(a, b, pose, bound, false, simplex).distance;
 }
 
 /// Distance beyond the radii at the start if it is below `bound`, else `bound`.
 double distanceAtStart(const Parts& parts, const Layer& a, const Layer& b, double bound)
 {
-    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
-    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
-    const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
     const double radii = a.m_radius + b.m_radius;
     if (a.m_exact != nullptr && b.m_exact != nullptr)
     {
-        const Eigen::Isometry3d X_FE = b.m_exact->X_GE.inverse() * X_BA * a.m_exact->X_GE;
-        bullet_ccd::Simplex simplex;
-        const bullet_ccd::ClosestPoints closest =
-            bullet_ccd::closestPoints(a.m_exact->m_shape,
+        return std::min(exactDistance(a.m_exact->m_shape,
                                       b.m_exact->m_shape,
-                                      {X_FE.linear(), X_FE.translation()},
-                                      radii + bound,
-                                      false,
-                                      simplex);
-        return std::min(closest.distance - radii, bound);
+                                      exactPlacement(parts, a, b),
+                                      radii + bound) -
+                            radii,
+                        bound);
     }
+    const Eigen::Isometry3d X_BA = parts.X_WB.inverse() * parts.X_WA;
     const bullet_ccd::TrianglePair nearest =
         bullet_ccd::treeDistance(a.m_tree, b.m_tree, X_BA, radii + bound);
     // Of the bound alone the radii would leave a little less than it.
     return nearest.triangleA == bullet_ccd::kNone ? bound : nearest.distance - radii;
+}
+
+/// Whether the normal of a later contact shows that two exact shapes begin farther apart.
+bool beginsBeyond(const Parts& parts,
+                  const Layer& a,
+                  const Layer& b,
+                  const Eigen::Vector3d& normal,
+                  double distance)
+{
+    if (a.m_exact == nullptr || b.m_exact == nullptr)
+    {
+        return false;
+    }
+    const bullet_ccd::Placement pose = exactPlacement(parts, a, b);
+    const Eigen::Vector3d n =
+        b.m_exact->X_GE.linear().transpose() * (parts.X_WB.linear().transpose() * normal);
+    const double gap = -n.dot(pose.p) -
+                       bullet_ccd::supportHeight(a.m_exact->m_shape, pose.R.transpose() * n) -
+                       bullet_ccd::supportHeight(b.m_exact->m_shape, -n) - a.m_radius - b.m_radius;
+    return gap > distance;
 }
 
 /// True if the query began within the distance `reach` beyond the radii that it was to find.
@@ -179,7 +231,10 @@ bool startsWithin(const Parts& parts, const FirstContactResult& first, double re
         return first.status == ToiStatus::Overlapping || first.startsTouching;
     }
     // The query did not find out.
-    return distanceAtStart(parts, surfaceOf(parts.m_a), surfaceOf(parts.m_b), reach) < reach;
+    const Layer a = surfaceOf(parts.m_a);
+    const Layer b = surfaceOf(parts.m_b);
+    return !beginsBeyond(parts, a, b, first.normal, reach) &&
+           distanceAtStart(parts, a, b, reach) < reach;
 }
 
 /// For a pair that is near already: it may lose a quarter of its distance (of `most` at most). One
@@ -248,12 +303,17 @@ FirstContactResult askDeeper(const Parts& parts)
     }
     const Eigen::Vector3d way = movesA ? -parts.m_wayOut : parts.m_wayOut;
     motion->X_W0.translation() += way;
+    Eigen::Isometry3d X_WA = parts.X_WA;
+    Eigen::Isometry3d X_WB = parts.X_WB;
+    (movesA ? X_WA : X_WB).translation() += way;
     FirstContactResult deeper = askShell({parts.m_a,
                                           movesA ? moved : parts.m_motionA,
                                           parts.m_b,
                                           movesA ? parts.m_motionB : moved,
                                           parts.X_AG,
                                           parts.X_BG,
+                                          X_WA,
+                                          X_WB,
                                           parts.m_work,
                                           parts.m_isDeep,
                                           parts.m_wayOut});
@@ -290,9 +350,7 @@ bool startsInside(const Parts& parts, bool cores)
 {
     const auto tree = [cores](const btCcdShapePart& part) -> const SsvTree&
     { return cores ? coreOf(part).m_tree : *part.m_tree; };
-    const Eigen::Isometry3d X_WA = btCcdShapePoseAt(parts.m_motionA, 0.0) * parts.X_AG;
-    const Eigen::Isometry3d X_WB = btCcdShapePoseAt(parts.m_motionB, 0.0) * parts.X_BG;
-    const Eigen::Isometry3d X_BA = X_WB.inverse() * X_WA;
+    const Eigen::Isometry3d X_BA = parts.X_WB.inverse() * parts.X_WA;
     return (parts.m_b.m_core != nullptr &&
             isCornerInside(tree(parts.m_a), X_BA, tree(parts.m_b))) ||
            (parts.m_a.m_core != nullptr &&
@@ -306,10 +364,10 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
     const Layer surfaceB = surfaceOf(parts.m_b);
     // Bullet counts the margin of a mesh as part of it.
     const double margins = marginsOf(parts.m_a, parts.m_b);
-    const FirstContactResult first = ask(parts, surfaceA, surfaceB, margins, tolerance);
+    const Answer first = ask(parts, surfaceA, surfaceB, margins, tolerance);
     if (!startsWithin(parts, first, margins + tolerance))
     {
-        if (!startsInside(parts, false))
+        if (first.m_isSolid || !startsInside(parts, false))
         {
             return first;
         }
@@ -317,6 +375,11 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
         {
             return overlapping();
         }
+    }
+    else if (first.m_isSolid && first.startsTouching && !first.startsPressing &&
+             first.status == ToiStatus::Separated)
+    {
+        return first;  // what stays apart keeps its cores apart
     }
     return askCloser(parts,
                      coreOf(parts.m_a),
@@ -327,9 +390,8 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
 /// The surfaces alone, wherever they touch at the start.
 FirstContactResult askTouch(const Parts& parts, double tolerance)
 {
-    FirstContactResult first =
-        ask(parts, surfaceOf(parts.m_a), surfaceOf(parts.m_b), 0.0, tolerance);
-    if (startsWithin(parts, first, tolerance) || startsInside(parts, false))
+    Answer first = ask(parts, surfaceOf(parts.m_a), surfaceOf(parts.m_b), 0.0, tolerance);
+    if (startsWithin(parts, first, tolerance) || (!first.m_isSolid && startsInside(parts, false)))
     {
         first.status = ToiStatus::Overlapping;
         first.time = 0.0;
@@ -368,16 +430,25 @@ struct Pairs
 
     void ask(const btCcdShapePart& a, const btCcdShapePart& b)
     {
-        const Eigen::Isometry3d X_AB =
-            btCcdShapePoseAt(m_motionA, 0.0).inverse() * btCcdShapePoseAt(m_motionB, 0.0);
-        const auto middle = [](const btCcdShapePart& part) -> Eigen::Vector3d
-        { return part.X_SG * part.m_tree->origin(); };
+        const Eigen::Isometry3d X_WA = btCcdShapePoseAt(m_motionA, 0.0);
+        const Eigen::Isometry3d X_WB = btCcdShapePoseAt(m_motionB, 0.0);
+        // In the world; only planes ask for them.
+        const auto middle = [](const btCcdShapePart& part,
+                               const Eigen::Isometry3d& X_WS) -> Eigen::Vector3d
+        { return X_WS * (part.X_SG * part.m_tree->origin()); };
+        const auto meshPose =
+            [&](const btCcdShapePart& part, const Eigen::Isometry3d& X_WS, const auto& other)
+        { return part.m_isPlane ? btCcdMeshPose(part, X_WS.inverse() * other()) : part.X_SG; };
+        const Eigen::Isometry3d X_AG = meshPose(a, X_WA, [&] { return middle(b, X_WB); });
+        const Eigen::Isometry3d X_BG = meshPose(b, X_WB, [&] { return middle(a, X_WA); });
         const Parts parts{a,
                           m_motionA,
                           b,
                           m_motionB,
-                          btCcdMeshPose(a, X_AB * middle(b)),
-                          btCcdMeshPose(b, X_AB.inverse() * middle(a)),
+                          X_AG,
+                          X_BG,
+                          X_WA * X_AG,
+                          X_WB * X_BG,
                           m_work,
                           m_result.m_isDeep,
                           m_wayOut};

@@ -53,6 +53,7 @@ void btCcdSpins::limitAgain(btScalar remaining)
     {
         limit(body, remaining, kMostAfterImpact, kMostAfterImpact);
     }
+    m_fast.clear();  // the others keep their spins, for less time
 }
 
 void btCcdSpins::limit(const btCcdBody& body, btScalar time, btScalar most, btScalar left)
@@ -150,6 +151,5 @@ int btCcdSpins::shorten(const btCcdBody& body, double time)
 
 void btCcdSpins::endStep()
 {
-    m_fast.clear();
     restore(m_limited);
 }

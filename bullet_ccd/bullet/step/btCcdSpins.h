@@ -72,7 +72,7 @@ private:
     btDiscreteDynamicsWorld& m_world;
     btMultiBodyDynamicsWorld* m_multiBodyWorld;  // the same, or null
     Spins m_limited;
-    std::set<btCcdBody> m_fast;  // since an impact of this step, perhaps
+    std::set<btCcdBody> m_fast;  // since the last impact, perhaps
     Spins m_shortened;           // by whole turns, while something is integrated
 
     template <typename Visit>

@@ -41,18 +41,6 @@ double norm(const btVector3& v)
     return double(v.length());
 }
 
-bool meetQuickly(const btCcdBox& a, const btCcdBox& b)
-{
-    for (int k = 0; k < 3; ++k)
-    {
-        if (a.m_low[k] > b.m_high[k] || b.m_low[k] > a.m_high[k])
-        {
-            return false;
-        }
-    }
-    return true;
-}
-
 bullet_ccd::RigidMotion withoutTurn(bullet_ccd::RigidMotion motion)
 {
     motion.w_W.setZero();
@@ -564,7 +552,7 @@ void btCcdStepper::sweep(btCcdTracked& tracked)
     box.m_high += around;
     if (tracked.m_sweptAt >= 0)
     {
-        m_swept[std::size_t(tracked.m_sweptAt)] = box;
+        m_swept.set(tracked.m_sweptAt, box);
     }
 }
 
@@ -658,15 +646,13 @@ bool btCcdStepper::sweepsBox(const btCcdTracked& tracked) const
     return m_tracker->isInBoxes() ? tracked.m_isStray : tracked.m_fast;
 }
 
-/// Many boxes are gone through for everything that changes: side by side, so that most of them are
-/// seen to be elsewhere by a look at one number.
 void btCcdStepper::listSwept(const std::vector<int>& objects)
 {
-    for (std::size_t i = m_swept.size(); i < objects.size(); ++i)
+    for (auto i = std::size_t(m_swept.size()); i < objects.size(); ++i)
     {
         btCcdTracked& tracked = at(objects[i]);
         tracked.m_sweptAt = int(i);
-        m_swept.push_back(tracked.m_sweep);
+        m_swept.add(tracked.m_sweep);
     }
 }
 
@@ -676,13 +662,9 @@ void btCcdStepper::addSwept(int index)
     const bool isInBoxes = m_tracker->isInBoxes();
     const std::vector<int>& others = isInBoxes ? m_tracker->strays() : m_fast;
     listSwept(others);
-    for (std::size_t i = 0; i < others.size(); ++i)
+    for (const int i : m_swept.meeting(tracked.m_sweep))
     {
-        if (!meetQuickly(tracked.m_sweep, m_swept[i]))
-        {
-            continue;
-        }
-        const int other = others[i];
+        const int other = others[std::size_t(i)];
         const btCcdTracked& b = at(other);
         // Of two objects that come this way, the pair comes once.
         const bool first = ((tracked.m_fast || isInBoxes) && index < other) || !b.m_changed;

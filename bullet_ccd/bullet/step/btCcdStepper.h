@@ -6,6 +6,7 @@
 #include "bullet_ccd/bullet/btCcdControl.h"
 #include "bullet_ccd/bullet/motion/btCcdNeighbours.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/motion/btCcdSweptBoxes.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
@@ -164,10 +165,10 @@ private:
     std::size_t m_multiBodyCount = 0;
     std::unordered_map<const btCollisionObject*, btTransform> m_starts;
     std::vector<int> m_fast;
-    std::vector<int> m_slow;        // the others, if they are few
-    std::vector<btCcdBox> m_swept;  // of the fast ones, or of the strays, one after the other
-    std::vector<int> m_changed;     // since the last refresh(), and what that saw
-    std::vector<int> m_near;        // by the lists, of all objects, one after the other
+    std::vector<int> m_slow;     // the others, if they are few
+    btCcdSweptBoxes m_swept;     // of the fast ones, or of the strays, one after the other
+    std::vector<int> m_changed;  // since the last refresh(), and what that saw
+    std::vector<int> m_near;     // by the lists, of all objects, one after the other
     std::vector<std::size_t> m_nearEnds;
     std::vector<Pair> m_pairs;
     Counts m_counts;

@@ -26,9 +26,9 @@ struct MovingBoxes
     const double* V;   ///< and how it changes
     double farthest;   ///< |D(t)| at most
     double sizes;      ///< of all that is added up: a gap is right to 32 roundings of it
-    double margin;     ///< no step goes below this distance
-    double near;       ///< near enough to stop
-    double threshold;  ///< what is within this distance at t = 0 is left open
+    double floor;      ///< distance that must be kept
+    double threshold;  ///< in contact at this distance
+    double aim;        ///< part of what is between them that a step leaves
     double begin;      ///< what is before is certified, what is after `end` need not be
     double end;
     std::int64_t mostLooks;
@@ -44,9 +44,11 @@ struct BoxesMeeting
     };
 
     Outcome outcome = Outcome::Open;
+    bool touches = false;  ///< they begin within the threshold
+    bool presses = false;  ///< and close in
     double time = 0.0;
-    double gap = 0.0;         ///< of a hit, as the following
-    double pointA[3] = {};    ///< from B's reference, in W's axes
+    double gap = 0.0;         ///< of boxes that are apart: at least
+    double pointA[3] = {};    ///< of a hit: from B's reference, in W's axes
     double pointB[3] = {};    ///< likewise
     double normal[3] = {};    ///< unit, from A to B, in W's axes
     std::int64_t looks = 0;   ///< times at which a direction was looked for

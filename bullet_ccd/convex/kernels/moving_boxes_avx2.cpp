@@ -186,6 +186,7 @@ public:
                      (32.0 * boxes.sizes +
                       4.0 * (m_turnA.rate * boxes.a.reach + m_turnB.rate * boxes.b.reach)))
     {
+        setThreshold(boxes.threshold);
     }
 
     BoxesMeeting run()
@@ -201,13 +202,16 @@ public:
             if (!isFacing)
             {
                 findBest();
-                isFacing = !isBeyond(m_boxes.threshold) && m_axis.gap > 0.0 && isFaced();
+                isFacing = !isBeyond(m_threshold) && m_axis.gap > 0.0 && isFaced();
             }
-            if (t == 0.0 && !isBeyond(m_boxes.threshold))
+            if (t == 0.0 && !isBeyond(m_threshold))
             {
-                break;
+                if (!isFacing || !touchesAtStart())
+                {
+                    break;
+                }
             }
-            if (isFacing && m_axis.gap <= m_boxes.near)
+            else if (isFacing && m_axis.gap <= m_near)
             {
                 store3(m_pointA - m_D, m_found.pointA);
                 store3(m_pointB - m_D, m_found.pointB);
@@ -215,13 +219,14 @@ public:
                 m_found.gap = m_axis.gap;
                 return finish(Outcome::Hit, t);
             }
-            if (!isFacing && !isBeyond(m_boxes.near))
+            else if (!isFacing && !isBeyond(m_near))
             {
                 break;
             }
             const double later = advance(t);
             if (later >= m_boxes.end)
             {
+                m_found.gap = m_margin;
                 return finish(Outcome::Apart, 1.0);
             }
             if (later <= t)
@@ -230,7 +235,8 @@ public:
             }
             t = later;
         }
-        return finish(Outcome::Open, t);
+        // Who goes on from a later time does not know that they touched.
+        return finish(Outcome::Open, m_found.touches ? 0.0 : t);
     }
 
 private:
@@ -239,6 +245,31 @@ private:
         m_found.outcome = outcome;
         m_found.time = t;
         return m_found;
+    }
+    /// See PairLimits.
+    void setThreshold(double threshold)
+    {
+        const double room = threshold - m_boxes.floor;
+        m_threshold = threshold;
+        m_margin = m_boxes.floor + m_boxes.aim * room;
+        m_near = m_boxes.floor + (m_boxes.aim < 0.5 ? 2.0 * m_boxes.aim : 1.0) * room;
+    }
+    /// As ConvexQuery::touchesAtStart(), of boxes that face each other.
+    bool touchesAtStart()
+    {
+        constexpr double kRestingSpeed = 1e-12;
+        if (m_axis.gap <= m_boxes.floor + 4.0 * m_rounding)
+        {
+            return false;
+        }
+        const Vector closing = cross(m_turnA.w, m_pointA) - cross(m_turnB.w, m_pointB - m_D) - m_V;
+        const double scale =
+            m_speed + m_turnA.rate * m_boxes.a.reach + m_turnB.rate * m_boxes.b.reach;
+        m_found.touches = true;
+        m_found.presses = dot(m_axis.n, closing) > kRestingSpeed * scale;
+        const double nearer = m_boxes.floor + 0.75 * (m_axis.gap - m_boxes.floor);
+        setThreshold(nearer < m_threshold ? nearer : m_threshold);
+        return true;
     }
     /// Whether the boxes are farther apart, whatever the rounding.
     [[nodiscard]] bool isBeyond(double distance) const
@@ -347,6 +378,17 @@ private:
     {
         Vector inA = withSigns(m_halfA, m_axis.nA) + m_armA;
         Vector inB = withSigns(m_halfB, -m_axis.nB) + m_armB;
+        // Of a face or an edge that is parallel to the other's face, what is nearest to its middle.
+        if (m_axis.edgeA < 0 && isFlat(m_axis.nA))
+        {
+            const Vector middle = m_A.along(m_D + m_B.times(m_armB)) - m_armA;
+            inA = onFlat(inA - m_armA, m_axis.nA, middle, m_halfA) + m_armA;
+        }
+        else if (m_axis.edgeB < 0 && isFlat(m_axis.nB))
+        {
+            const Vector middle = m_B.along(m_A.times(m_armA) - m_D) - m_armB;
+            inB = onFlat(inB - m_armB, m_axis.nB, middle, m_halfB) + m_armB;
+        }
         const auto isWithin = [](Vector x, Vector half, int across)
         {
             const int k = (across + 1) % 3;
@@ -382,6 +424,15 @@ private:
                __builtin_fabs(u) <= m_halfB[m_axis.edgeB];
     }
 
+    /// Whether a box has more than a corner in a direction, and its point there that is nearest to
+    /// a place.
+    static bool isFlat(Vector n) { return (_mm256_movemask_pd(sizeOf(n) <= kFlat) & 7) != 0; }
+    static Vector onFlat(Vector corner, Vector n, Vector place, Vector half)
+    {
+        const Vector within = place > half ? half : place < -half ? -half : place;
+        return sizeOf(n) <= kFlat ? within : corner;
+    }
+
     /// How the direction turns, so that it stays normal to its features; see rateOfFeatures().
     [[nodiscard]] Vector turningOfAxis() const
     {
@@ -413,7 +464,7 @@ private:
     /// How far the direction certifies; see GapAlong and ConvexQuery::advance().
     double advance(double begin)
     {
-        const double margin = m_boxes.margin + m_rounding;
+        const double margin = m_margin + m_rounding;
         double room = m_axis.gap - margin;
         if (!(room > 0.0))
         {
@@ -491,6 +542,8 @@ private:
 
     /// Edges whose sine has no larger square give no direction.
     static constexpr double kParallel = 1e-10;
+    /// See facingPoints().
+    static constexpr double kFlat = 1e-15;
 
     const MovingBoxes& m_boxes;
     TurningAxes m_turnA;
@@ -503,6 +556,9 @@ private:
     Vector m_V;
     double m_speed;
     double m_rounding;
+    double m_threshold = 0.0;
+    double m_margin = 0.0;  ///< no step goes below this distance
+    double m_near = 0.0;    ///< near enough to stop
 
     Axes m_A;  ///< where they are
     Axes m_B;
