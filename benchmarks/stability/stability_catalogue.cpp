@@ -114,10 +114,8 @@ PeerAnswer answerOf(ToiStatus status, double time, const ToiCounters& counters)
 
 PeerAnswer ours(const RigidCase& tested, ToiStrategy strategy)
 {
-    const ToiResult result = queryToi(tested.scene,
-                                      {.tolerance = tested.answer.finest(),
-                                       .strategy = strategy,
-                                       .maxIterations = tested.maxIterations});
+    const ToiResult result =
+        queryToi(tested.scene, {.tolerance = tested.answer.finest(), .strategy = strategy});
     return answerOf(result.status, result.time, result.counters);
 }
 
@@ -364,7 +362,6 @@ json runCatalogue(const CatalogueOptions& options)
                {"title", "Contact times with exact answers, where known methods fail"},
                {"limit", options.limit},
                {"peers", {"FCL", "Bullet in double precision"}},
-               {"defaultIterations", ToiOptions{}.maxIterations},
                {"methods", json::array()},
                {"cases", json::array()},
                {"failures", json::array()}};

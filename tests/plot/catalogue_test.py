@@ -37,7 +37,7 @@ def fixture(own_verdict="pass"):
              rigid("D03", None, "pass", "false contact", "crashed"),
              rigid("N01", 0.25, "pass", "pass", "timed out")]
     return {"family": "catalogue", "title": "Times & cases", "compiler": "compiler",
-            "flags": "-O3", "limit": 10.0, "peers": ["FCL", ""], "defaultIterations": 1000,
+            "flags": "-O3", "limit": 10.0, "peers": ["FCL", ""],
             "commit": "0", "cases": cases,
             "methods": [method("best-first", "ours"),
                         method("FCL sampling x97", "fcl"),

@@ -19,15 +19,7 @@ namespace
 {
 using Parameter = std::tuple<RigidCase, ToiStrategy>;
 
-/// Bodies of hundreds of facets that stay near each other, which take a strategy seconds.
-bool takesSeconds(const RigidCase& tested, ToiStrategy strategy)
-{
-    return (strategy == ToiStrategy::C2A && (tested.id == "B12" || tested.id == "B13" ||
-                                             tested.id == "N19" || tested.id == "N21")) ||
-           (strategy == ToiStrategy::Interval && (tested.id == "B12" || tested.id == "N21"));
-}
-
-/// Every case with every strategy; what takes seconds, in the long tests.
+/// Every case with every strategy.
 std::vector<Parameter> parameters()
 {
     std::vector<Parameter> result;
@@ -36,10 +28,7 @@ std::vector<Parameter> parameters()
         for (const ToiStrategy strategy :
              {ToiStrategy::BestFirst, ToiStrategy::Interval, ToiStrategy::C2A})
         {
-            if (longTests() || !takesSeconds(tested, strategy))
-            {
-                result.emplace_back(tested, strategy);
-            }
+            result.emplace_back(tested, strategy);
         }
     }
     return result;
@@ -50,20 +39,7 @@ class RigidStability : public StabilitySuite<RigidCase>
 protected:
     [[nodiscard]] ToiOptions options(double tolerance) const
     {
-        return {.tolerance = tolerance,
-                .strategy = strategy(),
-                .maxIterations = tested().maxIterations};
-    }
-
-    /// Wheel and bearing of hundreds of facets, all near each other all the time: tens of millions
-    /// of pairs with four times the facets, or with the strategy that looks at the whole body at
-    /// every step. The program stability_catalogue says what comes out.
-    [[nodiscard]] bool takesMinutes(Relation relation) const
-    {
-        const bool isC2A = strategy() == ToiStrategy::C2A;
-        const bool isSubdivided = relation == Relation::Subdivided;
-        return (tested().id == "B12" && (isSubdivided || strategy() != ToiStrategy::Interval)) ||
-               (tested().id == "B13" && isSubdivided && isC2A);
+        return {.tolerance = tolerance, .strategy = strategy()};
     }
 
     /// What every answer promises, at the given tolerance, and the closed form.
@@ -107,7 +83,7 @@ TEST_P(RigidStability, MeetsItAtABillionth)
     const CaseAnswer& answer = tested().answer;
     const double tolerance = 1e-9 * answer.length;
     if (tolerance < answer.finest() && 1e-3 * tolerance > roundingOf(tested()) &&
-        !answer.startsTouching && !answer.hangsOnRounding && tested().id != "B12")
+        !answer.startsTouching && !answer.hangsOnRounding)
     {
         expectAnswer(tested().scene, answer, tolerance);
     }
@@ -121,15 +97,11 @@ TEST_P(RigidStability, KeepsItsAnswerUnderEveryRelation)
         expectHonest(asked.scene, result, tolerance, "");
         return result;
     };
-    expectRelations(tested(), ask, [this](Relation relation) { return !takesMinutes(relation); });
+    expectRelations(tested(), ask);
 }
 
 TEST_P(RigidStability, DoesNotDependOnTheOrderOfTriangles)
 {
-    if (tested().id == "B12")
-    {
-        return;
-    }
     const ToiOptions how = options(tested().answer.finest());
     const ToiResult first = queryToi(tested().scene, how);
     for (const Variant<RigidCase>& variant : variantsOf(tested(), Relation::Permuted))

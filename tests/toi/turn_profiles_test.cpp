@@ -168,14 +168,27 @@ TEST(TurnProfiles, AShaftInASleeveTakesFewPairs)
         EXPECT_GE(least.distance, 0.01 - 1e-7);
         EXPECT_LT(least.counters.trianglePairs + least.counters.nodePairs, 20000);
     }
-    // The same of two rigid bodies.
-    ToiWorkspace work;
-    const ToiResult rigid = rigidToi({.tree = &outer},
-                                     {.tree = &inner, .motion = {.w_W = {0.0, 0.0, 3.0}}},
-                                     {.tolerance = 1e-7, .minimumSeparation = 0.01 - 2e-7},
-                                     work);
-    EXPECT_EQ(rigid.status, ToiStatus::Separated);
-    EXPECT_LT(rigid.counters.trianglePairs + rigid.counters.nodePairs, 10000);
+    // The same of two rigid bodies, of which the other may turn, and which may fly on together.
+    for (const ToiStrategy strategy :
+         {ToiStrategy::BestFirst, ToiStrategy::Interval, ToiStrategy::C2A})
+    {
+        for (const Vector3d& v : {Vector3d(0.0, 0.0, 0.0), Vector3d(1.0, -2.0, 3.0)})
+        {
+            const RigidMotion turns{.v_W = v, .w_W = {0.0, 0.0, 3.0}};
+            const RigidMotion flies{.v_W = v};
+            for (const bool innerTurns : {false, true})
+            {
+                ToiWorkspace work;
+                const ToiResult rigid = rigidToi(
+                    {.tree = &outer, .motion = innerTurns ? flies : turns},
+                    {.tree = &inner, .motion = innerTurns ? turns : flies},
+                    {.tolerance = 1e-7, .minimumSeparation = 0.01 - 2e-7, .strategy = strategy},
+                    work);
+                EXPECT_EQ(rigid.status, ToiStatus::Separated);
+                EXPECT_LT(rigid.counters.trianglePairs + rigid.counters.nodePairs, 10000);
+            }
+        }
+    }
 }
 }  // namespace
 }  // namespace bullet_ccd::tests

@@ -45,10 +45,7 @@ struct RigidCase
     std::string id;
     RigidScene scene = {};
     CaseAnswer answer = {};
-    bool nested = false;  ///< a body is inside the other or linked with it: hulls overlap
-    /// Of this library's query; raised where so much is near all the time that the default is
-    /// short.
-    std::int64_t maxIterations = ToiOptions{}.maxIterations;
+    bool nested = false;     ///< a body is inside the other or linked with it: hulls overlap
     std::string title = {};  ///< what is hard; see catalogue.h
 };
 

@@ -76,7 +76,16 @@ TreeState treeStateAt(const PairSide& side, std::int32_t base, double t)
                        side.X);
 }
 
-/// An axis at rest in the frame of the query Q about which a body turns. It is the z axis of T.
+/// At which a body moves that nothing but moves and turns about a point of its own; zero for links.
+Vector3d velocityOf(const PairSide& side)
+{
+    const auto* rigid =
+        side.frames == nullptr ? std::get_if<RigidMotion>(&side.body->motion) : nullptr;
+    return rigid != nullptr ? rigid->v_W : Vector3d::Zero();
+}
+
+/// An axis about which a body turns, at rest in the frame of the query Q, or moving along with the
+/// other body. It is the z axis of T.
 struct AxisOfTurn
 {
     Isometry3d X_QT;
@@ -84,19 +93,20 @@ struct AxisOfTurn
 };
 
 /// None for bodies that do anything else.
-std::optional<AxisOfTurn> axisOfTurn(const PairSide& side, std::int32_t base)
+/// @param v of the other body, in Q
+std::optional<AxisOfTurn> axisOfTurn(const PairSide& side, std::int32_t base, const Vector3d& v)
 {
     if (side.frames != nullptr)
     {
         const MovingFrame& frame = side.frames->frames()[static_cast<std::size_t>(side.frame)];
-        if (side.frame == base || frame.parent != base || frame.slides)
+        if (!v.isZero(0.0) || side.frame == base || frame.parent != base || frame.slides)
         {
             return std::nullopt;
         }
         return AxisOfTurn{.X_QT = frame.X_PF, .X_TG = side.X};
     }
     const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
-    if (rigid == nullptr || !rigid->v_W.isZero(0.0) || rigid->w_W.isZero(0.0))
+    if (rigid == nullptr || rigid->v_W != v || rigid->w_W.isZero(0.0))
     {
         return std::nullopt;
     }
@@ -106,15 +116,18 @@ std::optional<AxisOfTurn> axisOfTurn(const PairSide& side, std::int32_t base)
     return AxisOfTurn{.X_QT = X_QT, .X_TG = X_QT.inverse() * rigid->X_W0 * side.X};
 }
 
-/// Pose of the tree of a body that rests in the frame of the query.
-std::optional<Isometry3d> poseAtRest(const PairSide& side, std::int32_t base)
+/// Pose of the tree of a body that rests in the frame of the query, or that moves in it at the
+/// velocity v and does not turn, at the start.
+std::optional<Isometry3d> poseAtRest(const PairSide& side,
+                                     std::int32_t base,
+                                     const Vector3d& v = Vector3d::Zero())
 {
     if (side.frames != nullptr)
     {
-        return side.frame == base ? std::optional(side.X) : std::nullopt;
+        return side.frame == base && v.isZero(0.0) ? std::optional(side.X) : std::nullopt;
     }
     const auto* rigid = std::get_if<RigidMotion>(&side.body->motion);
-    const bool rests = rigid != nullptr && rigid->v_W.isZero(0.0) && rigid->w_W.isZero(0.0);
+    const bool rests = rigid != nullptr && rigid->v_W == v && rigid->w_W.isZero(0.0);
     return rests ? std::optional<Isometry3d>(rigid->X_W0 * side.X) : std::nullopt;
 }
 
@@ -563,14 +576,21 @@ void PairScene::spend(std::int32_t index, std::int64_t looks)
     }
 }
 
-/// Makes the profiles of a pair of which one rests in the frame of the query, and the other turns
-/// about an axis at rest there.
+/// Makes the profiles of a pair of which one rests in the frame of the query, or moves on without a
+/// turn, and the other turns about an axis that does the same.
 void PairScene::lookAtTurn(std::int32_t index)
 {
     ScenePair& pair = m_pairs[static_cast<std::size_t>(index)];
-    const bool turnsA = axisOfTurn(pair.sideA, pair.base).has_value();
-    const auto axis = axisOfTurn(turnsA ? pair.sideA : pair.sideB, pair.base);
-    const auto rest = poseAtRest(turnsA ? pair.sideB : pair.sideA, pair.base);
+    const Vector3d vA = velocityOf(pair.sideA);
+    const Vector3d vB = velocityOf(pair.sideB);
+    auto axis = axisOfTurn(pair.sideA, pair.base, vB);
+    const bool turnsA = axis.has_value();
+    const auto rest =
+        turnsA ? poseAtRest(pair.sideB, pair.base, vA) : poseAtRest(pair.sideA, pair.base, vB);
+    if (!turnsA)
+    {
+        axis = axisOfTurn(pair.sideB, pair.base, vA);
+    }
     const auto isBuilt = [](const SsvTree& tree)
     { return tree.builtTriangles() == tree.mesh().triangles.size(); };
     if (!axis || !rest || !isBuilt(*pair.treeA) || !isBuilt(*pair.treeB))
