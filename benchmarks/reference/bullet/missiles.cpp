@@ -172,19 +172,17 @@ Missile rod(bool mesh)
         .spin = {3.0, 120.0, 60.0}};
 }
 
-/// GImpact refers to triangles that must live as long as its shape.
-class OwningGImpactShape : public btGImpactMeshShape
+/// GImpact refers to its triangles until it has been destroyed: they are its first base.
+using Triangles = std::unique_ptr<btTriangleMesh>;
+class OwningGImpactShape : private Triangles, public btGImpactMeshShape
 {
 public:
-    OwningGImpactShape(std::unique_ptr<btTriangleMesh> triangles, double margin)
-        : btGImpactMeshShape(triangles.get()), m_triangles(std::move(triangles))
+    OwningGImpactShape(Triangles triangles, double margin)
+        : Triangles(std::move(triangles)), btGImpactMeshShape(get())
     {
         setMargin(btScalar(margin));
         updateBound();
     }
-
-private:
-    std::unique_ptr<btTriangleMesh> m_triangles;
 };
 
 Missile gimpactBox()

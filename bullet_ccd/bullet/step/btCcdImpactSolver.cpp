@@ -84,11 +84,13 @@ class Overlapping : public btBroadphaseAabbCallback
 {
 public:
     explicit Overlapping(const btBroadphaseProxy& proxy) : m_proxy(proxy) {}
-    bool process(const btBroadphaseProxy* proxy) override
+    bool process(const btBroadphaseProxy* found) override
     {
+        // btAxisSweep3 finds proxies of another broadphase, which is its own.
+        auto* proxy = static_cast<btCollisionObject*>(found->m_clientObject)->getBroadphaseHandle();
         if (proxy != &m_proxy)
         {
-            m_found.push_back(const_cast<btBroadphaseProxy*>(proxy));
+            m_found.push_back(proxy);
         }
         return true;
     }
@@ -315,9 +317,9 @@ public:
         if (isFirst)
         {
             constexpr btScalar kFarOff = 1e15F;
+            manifold.setNumContacts(1);
             manifold.getContactPoint(0) = {};
             manifold.getContactPoint(0).m_localPointA.setValue(kFarOff, kFarOff, kFarOff);
-            manifold.setNumContacts(1);
         }
         btManifoldResult::addContactPoint(normalOnBInWorld, pointInWorld, depth);
         if (isFirst)

@@ -76,6 +76,17 @@ TEST(WorldsOfOurs, FindPairsInEveryBroadphase)
             }
             EXPECT_NEAR(restsAt(box), 0.011, 1e-3) << name;
             EXPECT_NEAR(restsAt(aside), -1.0, 1e-4) << name;
+            // Impacts add pairs, which must go with their objects.
+            const btBroadphasePairArray& pairs =
+                broadphase->getOverlappingPairCache()->getOverlappingPairArray();
+            for (int i = 0; i < pairs.size(); ++i)
+            {
+                for (const btBroadphaseProxy* proxy : {pairs[i].m_pProxy0, pairs[i].m_pProxy1})
+                {
+                    const auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+                    EXPECT_EQ(proxy, object->getBroadphaseHandle()) << name;
+                }
+            }
             for (btRigidBody* body : {&box, &plate, &aside})
             {
                 world.removeRigidBody(body);
