@@ -104,25 +104,23 @@ struct Posed
             return false;
         }
         const Eigen::Vector3d direction = X_W.linear().transpose() * direction_W.stableNormalized();
-        const double first = slopeOf(triangle, direction);
-        if (!(first < -kBeside))
+        if (!(slopeOf(triangle, direction) < -kBeside))
         {
             return false;
         }
-        // At a sharp edge or corner the triangle that faces the direction most decides.
+        // At a sharp edge or corner it is outside if it is above any of the triangles there.
         const bullet_ccd::TriangleMesh& mesh = m_tree->mesh();
         const bullet_ccd::Triangle& nearest = mesh.triangles[std::size_t(triangle)];
         const Eigen::Vector3d point = X_W.inverse() * point_W;
         bullet_ccd::Triangle feature{bullet_ccd::kNone, bullet_ccd::kNone, bullet_ccd::kNone};
-        double most = first;
         for (std::size_t k = 0; k < 3; ++k)
         {
-            // Not on the edge across from the corner.
+            // Not on the edge across from the corner, which rounding does not tell well.
             const Eigen::Vector3d across = cornerOf(nearest, k + 2) - cornerOf(nearest, k + 1);
             const Eigen::Vector3d to = cornerOf(nearest, k) - cornerOf(nearest, k + 1);
             const Eigen::Vector3d up = to - across * (to.dot(across) / across.squaredNorm());
             const double part = up.dot(point - cornerOf(nearest, k + 1)) / up.squaredNorm();
-            feature[k] = part > kBeside ? nearest[k] : bullet_ccd::kNone;
+            feature[k] = part > kOnEdge ? nearest[k] : bullet_ccd::kNone;
         }
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         {
@@ -131,14 +129,17 @@ struct Posed
                 feature,
                 [&](std::int32_t corner)
                 { return corner == bullet_ccd::kNone || std::ranges::count(other, corner) > 0; });
-            const double slope = meetsThere ? slopeOf(std::int32_t(i), direction) : 0.0;
-            most = std::abs(slope) > std::abs(most) ? slope : most;
+            if (meetsThere && slopeOf(std::int32_t(i), direction) > kBeside)
+            {
+                return false;
+            }
         }
-        return most < 0.0;
+        return true;
     }
 
 private:
     static constexpr double kBeside = 1e-6;
+    static constexpr double kOnEdge = 1e-2;
 
     [[nodiscard]] const Eigen::Vector3d& cornerOf(const bullet_ccd::Triangle& t,
                                                   std::size_t k) const

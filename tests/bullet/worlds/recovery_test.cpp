@@ -4,6 +4,7 @@
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
@@ -25,6 +26,22 @@ constexpr double kStepOfRecovery = 1.0 / 60.0;
 class Recovery : public testing::TestWithParam<Kind>
 {
 };
+
+/// Of all contacts.
+std::vector<double> depthsOf(Scene& scene)
+{
+    std::vector<double> depths;
+    btDispatcher& dispatcher = *scene.world().getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            depths.push_back(double(manifold.getContactPoint(k).getDistance()));
+        }
+    }
+    return depths;
+}
 }  // namespace
 
 TEST_P(Recovery, OfMeshesThatBeginInsideEachOther)
@@ -82,17 +99,7 @@ TEST_P(Recovery, HasAContactAtEveryCornerThatIsInside)
     scene.body(scene.boxMesh(vec(half, half, half)), 1.0, pose);
     scene.addHooks();
     scene.world().performDiscreteCollisionDetection();
-    std::vector<double> depths;
-    const btDispatcher& dispatcher = *scene.world().getDispatcher();
-    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
-    {
-        const btPersistentManifold& manifold =
-            *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
-        for (int k = 0; k < manifold.getNumContacts(); ++k)
-        {
-            depths.push_back(double(manifold.getContactPoint(k).getDistance()));
-        }
-    }
+    std::vector<double> depths = depthsOf(scene);
     std::ranges::sort(depths);
     ASSERT_EQ(depths.size(), 4U);
     // Counted from where the margins touch, half a millimetre above.
@@ -274,6 +281,42 @@ TEST_P(Recovery, IntoARoomOfOneMesh)
         const btVector3& at = bodies[i]->getWorldTransform().getOrigin();
         EXPECT_LT(double(at.length()), 1.6) << i;
         EXPECT_GT(double(at.z()), -0.91) << i;
+    }
+}
+
+TEST_P(Recovery, OfHullsWithSharpEdgesIsOutTheWayTheyCame)
+{
+    // Where the nearest point is on an edge or at a corner, some triangle there faces away from
+    // what is outside. Of 4,000 such hulls, which begin in the floor with their margin of 4 cm,
+    // these two were taken for inside of it.
+    for (const std::uint64_t seed : {633, 2323})
+    {
+        Random random(seed);
+        Scene scene(GetParam(), WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, 0));
+        scene.body(scene.boxMesh(vec(2, 2, 0.05)), 0.0, poseAt(vec(0, 0, -0.05)));
+        auto hull = std::make_unique<btConvexHullShape>();
+        const double size = random.logUniform(0.03, 0.25);
+        const int points = 4 + int(random.uniform(0, 12));
+        for (int k = 0; k < points; ++k)
+        {
+            hull->addPoint(btCcdToBullet(Eigen::Vector3d(size * random.direction())));
+        }
+        Eigen::Isometry3d X = random.pose(1.0);
+        X.translation() = Eigen::Vector3d(0, 0, size + 0.002);
+        btRigidBody* body = scene.body(scene.keep(std::move(hull)), 1.0, btCcdToBullet(X));
+        const double x = random.uniform(-8, 8);
+        const double y = random.uniform(-8, 8);
+        body->setLinearVelocity(vec(x, y, -random.logUniform(0.1, 5.0)));
+        body->setAngularVelocity(btCcdToBullet(random.inBox(60.0)));
+        for (int step = 0; step < 60; ++step)
+        {
+            scene.step(1.0 / 240.0);
+            for (const double depth : depthsOf(scene))
+            {
+                EXPECT_GT(depth, -0.041) << seed << ", step " << step;
+            }
+        }
     }
 }
 
