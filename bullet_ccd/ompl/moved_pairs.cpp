@@ -33,18 +33,6 @@ Ball ballAround(std::span<const Ball> balls)
     }
     return around;
 }
-
-const PairMask* maskOf(const ArticulatedBody& body,
-                       std::int32_t link,
-                       std::int32_t obstacle,
-                       std::int32_t otherLink)
-{
-    const auto mask = std::ranges::find_if(
-        body.masks,
-        [&](const LinkMask& each)
-        { return each.link == link && each.obstacle == obstacle && each.otherLink == otherLink; });
-    return mask == body.masks.end() ? nullptr : mask->mask;
-}
 }  // namespace
 
 MovedPairs::MovedPairs(const ArticulatedBody& body,
@@ -109,7 +97,7 @@ void MovedPairs::collectPairs(const ArticulatedBody& body)
         const bool isTested = part.tree != nullptr && part.mover != 0;
         for (std::int32_t k = 0; isTested && k < obstacleCount; ++k)
         {
-            m_pairs.push_back({link, linkCount + k, maskOf(body, link, k, kNone)});
+            m_pairs.push_back({link, linkCount + k, body.maskOf({.link = link, .obstacle = k})});
         }
     }
     for (const auto& [a, b] : body.selfPairs)
@@ -117,7 +105,7 @@ void MovedPairs::collectPairs(const ArticulatedBody& body)
         if (m_parts[static_cast<std::size_t>(a)].mover !=
             m_parts[static_cast<std::size_t>(b)].mover)
         {
-            m_pairs.push_back({a, b, maskOf(body, a, kNone, b)});
+            m_pairs.push_back({a, b, body.maskOf({.link = a, .otherLink = b})});
         }
     }
     const auto groupOf = [&](const Pair& pair)

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -21,6 +22,12 @@ struct LinkMask
     std::int32_t otherLink = kNone;  ///< (link, otherLink) is one of selfPairs; or
     std::int32_t obstacle = kNone;   ///< index into the obstacles
     const PairMask* mask = nullptr;  ///< A is the mesh of `link`
+
+    /// Whether it is that of the same pair.
+    [[nodiscard]] bool isLike(const LinkMask& other) const
+    {
+        return link == other.link && otherLink == other.otherLink && obstacle == other.obstacle;
+    }
 };
 
 /// Links, their hierarchies and their motion.
@@ -33,6 +40,14 @@ struct ArticulatedBody
     /// Pairs of links that are tested against each other; see selfPairsOf().
     std::span<const std::pair<std::int32_t, std::int32_t>> selfPairs;
     std::span<const LinkMask> masks{};
+
+    /// The mask of the pair that `pair` names; null if there is none.
+    [[nodiscard]] const PairMask* maskOf(const LinkMask& pair) const
+    {
+        const auto found =
+            std::ranges::find_if(masks, [&](const LinkMask& each) { return each.isLike(pair); });
+        return found != masks.end() ? found->mask : nullptr;
+    }
 };
 
 /// All pairs of links that have geometry and a joint between them, except the `disabled` ones.

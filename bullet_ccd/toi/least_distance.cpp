@@ -356,13 +356,10 @@ public:
     }
     [[nodiscard]] std::int32_t pairOf(const LinkContact& contact) const
     {
-        const auto name = std::ranges::find_if(m_names,
-                                               [&](const LinkMask& each)
-                                               {
-                                                   return each.link == contact.link &&
-                                                          each.otherLink == contact.otherLink &&
-                                                          each.obstacle == contact.obstacle;
-                                               });
+        const LinkMask pair{
+            .link = contact.link, .otherLink = contact.otherLink, .obstacle = contact.obstacle};
+        const auto name =
+            std::ranges::find_if(m_names, [&](const LinkMask& each) { return each.isLike(pair); });
         return static_cast<std::int32_t>(name - m_names.begin());
     }
 
@@ -391,14 +388,7 @@ private:
 
     void addPair(LinkMask name, std::int32_t other)
     {
-        const auto mask = std::ranges::find_if(m_body.masks,
-                                               [&](const LinkMask& each)
-                                               {
-                                                   return each.link == name.link &&
-                                                          each.otherLink == name.otherLink &&
-                                                          each.obstacle == name.obstacle;
-                                               });
-        name.mask = mask == m_body.masks.end() ? nullptr : mask->mask;
+        name.mask = m_body.maskOf(name);
         m_pairs.push_back({.bodyA = m_bodyOfLink[static_cast<std::size_t>(name.link)],
                            .bodyB = other,
                            .mask = name.mask});

@@ -72,24 +72,11 @@ void LinkCulling::collectSelfPairs()
         if (m_links[static_cast<std::size_t>(slotA)].frame !=
             m_links[static_cast<std::size_t>(slotB)].frame)
         {
-            m_selfPairs.push_back(
-                {.slotA = slotA, .slotB = slotB, .mask = maskOf(linkA, linkB, kNone)});
+            m_selfPairs.push_back({.slotA = slotA,
+                                   .slotB = slotB,
+                                   .mask = m_body.maskOf({.link = linkA, .otherLink = linkB})});
         }
     }
-}
-
-const PairMask* LinkCulling::maskOf(std::int32_t link,
-                                    std::int32_t otherLink,
-                                    std::int32_t obstacle) const
-{
-    for (const LinkMask& mask : m_body.masks)
-    {
-        if (mask.link == link && mask.otherLink == otherLink && mask.obstacle == obstacle)
-        {
-            return mask.mask;
-        }
-    }
-    return nullptr;
 }
 
 void LinkCulling::addObstaclePair(std::int32_t slot,
@@ -102,7 +89,7 @@ void LinkCulling::addObstaclePair(std::int32_t slot,
         out.push_back({.slotA = slot,
                        .slotB = kNone,
                        .obstacle = obstacle,
-                       .mask = maskOf(link.link, kNone, obstacle)});
+                       .mask = m_body.maskOf({.link = link.link, .obstacle = obstacle})});
     }
 }
 

@@ -84,9 +84,6 @@ private:
     void traverse(std::int32_t linkNode, std::int32_t obstacleNode, std::vector<Candidate>& out);
     void addObstaclePair(std::int32_t slot, std::int32_t obstacle, std::vector<Candidate>& out);
     [[nodiscard]] bool meets(const Candidate& candidate, double from, double to);
-    [[nodiscard]] const PairMask* maskOf(std::int32_t link,
-                                         std::int32_t otherLink,
-                                         std::int32_t obstacle) const;
 
     ArticulatedBody m_body;
     const Environment* m_environment = nullptr;
