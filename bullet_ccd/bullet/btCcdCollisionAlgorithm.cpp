@@ -347,11 +347,13 @@ btScalar btCcdCollisionAlgorithm::calculateTimeOfImpact(btCollisionObject* body0
                                                              btCcdShapePoseAt(*motion0.get(), 0.0),
                                                              btCcdShapePoseAt(*motion1.get(), 0.0))
                                        : Eigen::Vector3d::Zero();
-    const btCcdPairToi toi = btCcdTimeOfImpact({*model0, *motion0.get()},
-                                               {*model1, *motion1.get()},
-                                               m_context.toleranceOf(*body0, *body1),
-                                               m_context.m_work,
-                                               wayOut);
+    const btCcdPairToi toi =
+        btCcdTimeOfImpact({*model0, *motion0.get()},
+                          {*model1, *motion1.get()},
+                          m_context.toleranceOf(*body0, *body1),
+                          m_context.m_work,
+                          wayOut,
+                          m_manifolds != nullptr && m_manifolds->isWhollyInside());
     if (auto* impact = dynamic_cast<btCcdImpactResult*>(result))
     {
         impact->m_toi = toi;

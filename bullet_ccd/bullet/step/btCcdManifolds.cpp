@@ -350,6 +350,9 @@ public:
                 made.prefer(isNew && made.isKnown() ? 2.0 : 1.0);
                 return made;
             };
+            // What came out, or passes through a hole, is not.
+            const auto isInside = [&]
+            { return !way(entryA.m_hasInside, entryB.m_hasInside).nearestOut().isZero(); };
             WayOut out = way(isSolidA, isSolidB);
             if (isNear)
             {
@@ -365,13 +368,19 @@ public:
                         out = outOfMesh;
                     }
                 }
+                m_isWholly = out.isFound() && out.way() > shell && isInside();
             }
             else if (m_formerWay > shell)
             {
-                out.comeBack(m_former, m_formerWay + kSameWay * shell);
+                m_isWholly = isInside();
+                if (m_isWholly)
+                {
+                    out.comeBack(m_former, m_formerWay + kSameWay * shell);
+                }
             }
             else if (const Eigen::Vector3d normal = out.nearestOut(); !normal.isZero())
             {
+                m_isWholly = true;
                 out.look(normal);
             }
             if (out.isFound())
@@ -426,6 +435,8 @@ public:
     [[nodiscard]] double way() const { return m_way; }
     /// See btCcdManifolds.
     [[nodiscard]] const Eigen::Vector3d& wayOut() const { return m_wayOut; }
+    /// One is inside the other, and their surfaces are apart.
+    [[nodiscard]] bool isWholly() const { return m_isWholly; }
     /// The largest depth of a point.
     [[nodiscard]] double reach() const { return m_reach; }
 
@@ -499,6 +510,7 @@ private:
     Scratch& m_scratch;
     double m_way = 0.0;
     Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
+    bool m_isWholly = false;
     double m_reach = 0.0;
 };
 
@@ -756,6 +768,7 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     m_normal = collector.normal();
     m_way = collector.way();
     m_inside = {collector.wayOut()};
+    m_inside.m_isWholly = collector.isWholly();
     if (!m_inside.m_way.isZero() && !mine.m_work.raw.empty())
     {
         const Contact& deepest = collector.deepestOf(0);

@@ -77,6 +77,8 @@ public:
     [[nodiscard]] Eigen::Vector3d wayOut(const btCollisionObject& a,
                                          const Eigen::Isometry3d& X_WA,
                                          const Eigen::Isometry3d& X_WB) const;
+    /// True if one was wholly inside the other in the last update: their surfaces are apart.
+    [[nodiscard]] bool isWhollyInside() const { return m_inside.m_isWholly; }
     /// Appends the manifolds that this owns.
     void appendTo(btManifoldArray& manifolds) const;
 
@@ -104,6 +106,7 @@ private:
         Eigen::Vector3d m_onA = Eigen::Vector3d::Zero();
         Eigen::Vector3d m_onB = Eigen::Vector3d::Zero();
         Eigen::Vector3d m_apart = Eigen::Vector3d::Zero();  // from B to A, world
+        bool m_isWholly = false;
     };
 
     void recall(const btCollisionObjectWrapper& a,

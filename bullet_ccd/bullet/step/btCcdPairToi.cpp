@@ -61,6 +61,7 @@ struct Parts
     bullet_ccd::ToiWorkspace& m_work;
     bool& m_isDeep;  // see btCcdPairToi
     const Eigen::Vector3d& m_wayOut;
+    bool m_isWholly = false;  // inside: see btCcdTimeOfImpact()
 };
 
 /// The surface of a part, or its core.
@@ -290,10 +291,8 @@ FirstContactResult askShell(const Parts& parts)
 /// The same; and what is inside comes no deeper: where A is moved out of B, the two meet.
 FirstContactResult askDeeper(const Parts& parts)
 {
-    // Nearer than the shell it may be outside, and farther wholly inside.
-    const bool isDeep =
-        parts.m_wayOut.norm() > shellOf(parts) + parts.m_a.m_radius + parts.m_b.m_radius;
-    const FirstContactResult known = isDeep ? overlapping() : askShell(parts);
+    const FirstContactResult known =
+        parts.m_isWholly && !parts.m_wayOut.isZero() ? overlapping() : askShell(parts);
     const bool movesA = std::holds_alternative<bullet_ccd::RigidMotion>(parts.m_motionA.m_motion);
     btCcdObjectMotion moved = movesA ? parts.m_motionA : parts.m_motionB;
     auto* motion = std::get_if<bullet_ccd::RigidMotion>(&moved.m_motion);
@@ -425,6 +424,7 @@ struct Pairs
     double m_tolerance;
     bullet_ccd::ToiWorkspace& m_work;
     Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
+    bool m_isWholly = false;
     bool m_isTouch = false;  // see btCcdTimeOfTouch()
     btCcdPairToi m_result{};
 
@@ -451,7 +451,8 @@ struct Pairs
                           X_WB * X_BG,
                           m_work,
                           m_result.m_isDeep,
-                          m_wayOut};
+                          m_wayOut,
+                          m_isWholly};
         const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
                                          : btCcdHasOwnContacts(a, b) ? askDeeper(parts)
                                                                      : askStock(parts, m_tolerance);
@@ -606,9 +607,10 @@ btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                const btCcdSide& b,
                                double tolerance,
                                bullet_ccd::ToiWorkspace& work,
-                               const Eigen::Vector3d& wayOut)
+                               const Eigen::Vector3d& wayOut,
+                               bool isWholly)
 {
-    return askAllParts({a.m_motion, b.m_motion, tolerance, work, wayOut}, a, b);
+    return askAllParts({a.m_motion, b.m_motion, tolerance, work, wayOut, isWholly}, a, b);
 }
 
 btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
@@ -617,5 +619,5 @@ btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
                               bullet_ccd::ToiWorkspace& work)
 {
     return askAllParts(
-        {a.m_motion, b.m_motion, tolerance, work, Eigen::Vector3d::Zero(), true}, a, b);
+        {a.m_motion, b.m_motion, tolerance, work, Eigen::Vector3d::Zero(), false, true}, a, b);
 }

@@ -34,11 +34,13 @@ struct btCcdSide
 /// @param tolerance [m], for pairs with Bullet's contacts
 /// @param wayOut    A, moved as far against it, is outside of B; zero if it is not inside, or
 ///                  nobody knows how
+/// @param isWholly  one is wholly inside the other: their surfaces, which are apart, do not count
 [[nodiscard]] btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                              const btCcdSide& b,
                                              double tolerance,
                                              bullet_ccd::ToiWorkspace& work,
-                                             const Eigen::Vector3d& wayOut);
+                                             const Eigen::Vector3d& wayOut,
+                                             bool isWholly);
 
 /// For triggers: first time at which the surfaces, without any margins of meshes, come within
 /// `tolerance` [m] of each other. Overlapping if they are so near at the start, or if one begins

@@ -1,6 +1,7 @@
 #include "benchmarks/reference/bullet/scene.h"
 #include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
+#include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/mesh/triangle_mesh.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -681,6 +682,37 @@ TEST_P(Recovery, IsNotNeededByThinBoxesOnALargeStockMesh)
             EXPECT_GT(double(box->getWorldTransform().getOrigin().z()), 0.0) << which;
             EXPECT_GT(lowest, 0.0) << which;
             EXPECT_EQ(scene.counters().m_overlaps, 0) << which;
+        }
+    }
+}
+
+/// What touches is near, and one ring is around the other, but nothing is inside.
+TEST_P(Recovery, LinkedRingsAreNotInsideEachOther)
+{
+    for (int seed = 0; seed < 12; ++seed)
+    {
+        Random random(seed);
+        Scene scene(GetParam(), WorldClass::Rigid);
+        btCcdMeshShape* ring = scene.mesh(makeTorus(0.6, random.uniform(0.05, 0.15), 24, 8));
+        const btTransform across(btQuaternion(vec(1, 0, 0), SIMD_HALF_PI), vec(0.6, 0, 0));
+        btRigidBody* first = scene.body(ring, 1.0, poseAt(vec(0, 0, 0)));
+        btRigidBody* second = scene.body(ring, 1.0, across);
+        for (btRigidBody* body : {first, second})
+        {
+            const auto vector = [&] {
+                return vec(
+                    random.uniform(-20, 20), random.uniform(-20, 20), random.uniform(-20, 20));
+            };
+            body->setLinearVelocity(vector());
+            body->setAngularVelocity(vector());
+        }
+        for (int step = 0; step < 120; ++step)
+        {
+            scene.step(1.0 / 120.0);
+            const Eigen::Isometry3d X_BA = btCcdToEigen(second->getWorldTransform()).inverse() *
+                                           btCcdToEigen(first->getWorldTransform());
+            ASSERT_GT(treeDistance(ring->tree(), ring->tree(), X_BA, 1.0).distance, 0.0)
+                << "seed " << seed << ", step " << step;
         }
     }
 }
