@@ -16,8 +16,8 @@ struct btCcdRows
     static btCcdRows quick();
 };
 
-/// As long as it lives, a solver that is asked in this mode takes the quick rows where it would take
-/// Bullet's scalar ones.
+/// As long as it lives, a solver that is asked in this mode takes the quick rows where it would
+/// take Bullet's scalar ones.
 class btCcdQuickRows
 {
 public:
@@ -28,7 +28,7 @@ public:
 
 private:
     btSequentialImpulseConstraintSolver* m_solver = nullptr;  // null: nothing was changed
-    btCcdRows m_rows;  // those of before
+    btCcdRows m_rows;                                         // those of before
     int m_mode = 0;
 };
 
