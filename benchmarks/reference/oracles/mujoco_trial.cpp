@@ -593,10 +593,12 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
             [&](std::size_t j, std::size_t)
             {
                 // Contacts give way by more than skins do, so the targets go on until the
-                // controllers press with the squeeze's torques; they never yield.
+                // controllers press with the squeeze's torques; they never yield. Then they stay,
+                // as ours do.
                 const double torque = share * squeeze.torques[j];
                 const double error = torque - m_data->actuator_force[j];
-                from[j] += error * torque > 0.0 ? kFollow * error / squeeze.stiffness[j] : 0.0;
+                const bool goesOn = time < pressed + 1.5 * kRampTime && error * torque > 0.0;
+                from[j] += goesOn ? kFollow * error / squeeze.stiffness[j] : 0.0;
                 drive(j, squeeze.efforts[j].limit, from[j] + torque / squeeze.stiffness[j]);
             });
         step(weight);
