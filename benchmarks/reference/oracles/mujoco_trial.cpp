@@ -310,11 +310,41 @@ void insertVertices(std::string& text,
     }
 }
 
+/// Makes `count` pairs of the only one of a model. MuJoCo takes half a second to compile ten
+/// thousand, because it compares each with all others.
+void repeatPair(mjModel& model, int count, PairMemory& memory)
+{
+    model.npair = count;
+    memory.numbers.resize(std::size_t(count) * 4);
+    memory.values.resize(std::size_t(count) * (mjNREF + mjNIMP + 7));
+    const auto repeat = [count](auto*& values, int size, auto*& place)
+    {
+        const auto* one = std::exchange(values, place);
+        for (int k = 0; k < count; ++k)
+        {
+            place = std::copy_n(one, size, place);
+        }
+    };
+    int* number = memory.numbers.data();
+    for (int** numbers :
+         {&model.pair_dim, &model.pair_geom1, &model.pair_geom2, &model.pair_signature})
+    {
+        repeat(*numbers, 1, number);
+    }
+    mjtNum* value = memory.values.data();
+    repeat(model.pair_solref, mjNREF, value);
+    repeat(model.pair_solimp, mjNIMP, value);
+    repeat(model.pair_margin, 1, value);
+    repeat(model.pair_gap, 1, value);
+    repeat(model.pair_friction, 5, value);
+}
+
 mjModel* compiled(const grasp::HandModel& hand,
                   const grasp::GraspObject& object,
                   const grasp::Grasp& grasp,
                   const grasp::Squeeze& squeeze,
-                  const grasp::MjcfPieces& pieces)
+                  const grasp::MjcfPieces& pieces,
+                  PairMemory& pairs)
 {
     const Meetings meetings = meetingsOf(hand, object, grasp, squeeze, pieces);
     std::ostringstream model;
@@ -335,14 +365,9 @@ mjModel* compiled(const grasp::HandModel& hand,
     insertBehind("<worldbody>",
                  R"(<geom name="table" type="plane" pos="0 0 -1" size="1 1 1"/>)"
                  R"(<geom name="none" type="sphere" size="1"/>)");
-    // MuJoCo looks for each name among all, so pairs get their geometries below.
-    std::string pairs;
-    for (std::size_t k = 0; k < meetings.pairs.size(); ++k)
-    {
-        pairs += R"(<pair geom1="table" geom2="none"/>)";
-    }
     text.insert(text.find("</mujoco>"),
-                "<size nconmax=\"300\" njmax=\"1500\"/><contact>" + pairs + "</contact>");
+                R"(<size nconmax="300" njmax="1500"/>)"
+                R"(<contact><pair geom1="table" geom2="none"/></contact>)");
     const auto files = std::make_unique<mjVFS>();
     mj_defaultVFS(files.get());
     mj_makeEmptyFileVFS(files.get(), kFile, static_cast<int>(text.size()));
@@ -366,6 +391,7 @@ mjModel* compiled(const grasp::HandModel& hand,
     {
         geometries[mj_id2name(compiled, mjOBJ_GEOM, geometry)] = geometry;
     }
+    repeatPair(*compiled, static_cast<int>(meetings.pairs.size()), pairs);
     int pair = 0;
     for (const auto& [a, b] : meetings.pairs)
     {
@@ -385,7 +411,7 @@ MujocoTrials::MujocoTrials(const grasp::HandModel& hand,
                            const grasp::MjcfPieces& pieces)
     : m_hand(hand),
       m_object(object),
-      m_model(compiled(hand, object, grasp, squeeze, pieces), &mj_deleteModel),
+      m_model(compiled(hand, object, grasp, squeeze, pieces, m_pairMemory), &mj_deleteModel),
       m_data(mj_makeData(m_model.get()), &mj_deleteData),
       m_joints(grasp::independentJoints(hand.robot.tree)),
       m_table(mj_name2id(m_model.get(), mjOBJ_GEOM, "table")),

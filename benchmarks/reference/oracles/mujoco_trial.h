@@ -12,6 +12,13 @@
 
 namespace bullet_ccd::reference
 {
+/// Pairs of geometries that MuJoCo did not compile.
+struct PairMemory
+{
+    std::vector<int> numbers;
+    std::vector<mjtNum> values;
+};
+
 /// A grasp, compiled once. It refers to hand and object. For one thread at a time.
 class MujocoTrials
 {
@@ -49,6 +56,7 @@ private:
 
     const grasp::HandModel& m_hand;
     const grasp::GraspObject& m_object;
+    PairMemory m_pairMemory;  ///< of the model
     std::unique_ptr<mjModel, decltype(&mj_deleteModel)> m_model;
     std::unique_ptr<mjData, decltype(&mj_deleteData)> m_data;
     std::vector<std::int32_t> m_joints;
