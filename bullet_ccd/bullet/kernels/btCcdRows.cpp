@@ -1,8 +1,8 @@
 #include "bullet_ccd/bullet/kernels/btCcdRows.h"
 
 #if defined(BT_USE_DOUBLE_PRECISION) && defined(__x86_64__)
-#include <cstdlib>
-#include <cstring>
+#include "bullet_ccd/math/simd_level.h"
+
 #include <immintrin.h>
 
 namespace
@@ -85,15 +85,9 @@ __attribute__((target("avx"))) double resolve(btSolverBody& a,
 
 btCcdRows btCcdRows::quick()
 {
-    static const btCcdRows chosen = []() -> btCcdRows
-    {
-        const char* wish = std::getenv("BULLET_CCD_SIMD");
-        const bool isBaselineWanted = wish != nullptr && std::strcmp(wish, "baseline") == 0;
-        __builtin_cpu_init();
-        return __builtin_cpu_supports("avx") && !isBaselineWanted
-                   ? btCcdRows{resolve<true>, resolve<false>}
-                   : btCcdRows{};
-    }();
+    static const btCcdRows chosen = bullet_ccd::simdLevel() >= bullet_ccd::SimdLevel::Avx2
+                                        ? btCcdRows{resolve<true>, resolve<false>}
+                                        : btCcdRows{};
     return chosen;
 }
 #else

@@ -11,8 +11,7 @@ struct btCcdRows
     btSingleConstraintRowSolver m_generic = nullptr;  ///< with an upper limit, too
     btSingleConstraintRowSolver m_lowerLimit = nullptr;
 
-    /// Nulls where the processor has no AVX, BULLET_CCD_SIMD=baseline is in the environment, or
-    /// Bullet is of single precision.
+    /// Nulls below SimdLevel::Avx2, and where Bullet is of single precision.
     static btCcdRows quick();
 };
 

@@ -1,8 +1,7 @@
 // Whether there is a kernel for two boxes.
 #include "bullet_ccd/convex/kernels/moving_boxes.h"
 
-#include <cstdlib>
-#include <cstring>
+#include "bullet_ccd/math/simd_level.h"
 
 namespace bullet_ccd
 {
@@ -14,14 +13,8 @@ BoxKernel meetingOfBoxes;
 
 BoxKernel* boxKernel()
 {
-    static BoxKernel* const chosen = []() -> BoxKernel*
-    {
-        const char* wish = std::getenv("BULLET_CCD_SIMD");
-        const bool isBaselineWanted = wish != nullptr && std::strcmp(wish, "baseline") == 0;
-        __builtin_cpu_init();  // this may run before the constructor that the compiler has for it
-        const bool isAble = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-        return isAble && !isBaselineWanted ? avx2::meetingOfBoxes : nullptr;
-    }();
+    static BoxKernel* const chosen =
+        simdLevel() >= SimdLevel::Avx2 ? avx2::meetingOfBoxes : nullptr;
     return chosen;
 }
 #else

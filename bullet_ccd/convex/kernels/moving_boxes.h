@@ -60,6 +60,6 @@ struct BoxesMeeting
 using BoxKernel = BoxesMeeting(const MovingBoxes& boxes);
 inline constexpr double kMostTurning = 1e4;  ///< [rad per step]
 
-/// Null where the processor cannot run it, or BULLET_CCD_SIMD=baseline is in the environment.
+/// Null below SimdLevel::Avx2.
 [[nodiscard]] BoxKernel* boxKernel();
 }  // namespace bullet_ccd

@@ -1,10 +1,11 @@
 // Chooses between the copies of the kernels that were compiled for different instruction sets.
 #include "bullet_ccd/deformable/kernels/surface_kernels.h"
 
+#include "bullet_ccd/math/simd_level.h"
+
+#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdlib>
-#include <cstring>
 
 namespace bullet_ccd
 {
@@ -31,6 +32,7 @@ BULLET_CCD_DECLARE_SURFACE_KERNELS(avx512)
 
 namespace
 {
+/// By SimdLevel.
 constexpr std::array kSurfaceKernels
 {
     SurfaceKernels{.level = "baseline",
@@ -52,44 +54,20 @@ constexpr std::array kSurfaceKernels
 #endif
 };
 
-std::size_t countAvailable()
+std::span<const SurfaceKernels> upTo(SimdLevel level)
 {
-    std::size_t count = 1;
-#if defined(BULLET_CCD_AVX2)
-    __builtin_cpu_init();  // this may run before the constructor that the compiler has for it
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-        __builtin_cpu_supports("bmi") && __builtin_cpu_supports("popcnt"))
-    {
-        count = 2;
-        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        {
-            count = 3;
-        }
-    }
-#endif
-    return count;
+    return std::span(kSurfaceKernels)
+        .first(std::min(kSurfaceKernels.size(), std::size_t(level) + 1));
 }
 }  // namespace
 
 std::span<const SurfaceKernels> availableSurfaceKernels()
 {
-    return std::span(kSurfaceKernels).first(countAvailable());
+    return upTo(processorSimdLevel());
 }
 
 const SurfaceKernels& surfaceKernels()
 {
-    const std::span<const SurfaceKernels> available = availableSurfaceKernels();
-    if (const char* wish = std::getenv("BULLET_CCD_SIMD"); wish != nullptr)
-    {
-        for (const SurfaceKernels& kernels : available)
-        {
-            if (std::strcmp(wish, kernels.level) == 0)
-            {
-                return kernels;
-            }
-        }
-    }
-    return available.back();
+    return upTo(simdLevel()).back();
 }
 }  // namespace bullet_ccd

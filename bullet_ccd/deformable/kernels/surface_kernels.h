@@ -110,10 +110,9 @@ struct SurfaceKernels
     unsigned (*separatedEdges)(const FeatureBatch& batch);
 };
 
-/// All that this machine can run, the portable one first.
+/// All that this processor can run, the portable one first.
 [[nodiscard]] std::span<const SurfaceKernels> availableSurfaceKernels();
 
-/// The best of them. BULLET_CCD_SIMD in the environment names the best that may be taken: baseline,
-/// avx2 or avx512.
+/// Those of simdLevel().
 [[nodiscard]] const SurfaceKernels& surfaceKernels();
 }  // namespace bullet_ccd

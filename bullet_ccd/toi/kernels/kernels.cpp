@@ -1,10 +1,9 @@
 // Chooses between the copies of the kernels that were compiled for different instruction sets.
+#include "bullet_ccd/math/simd_level.h"
 #include "bullet_ccd/toi/kernels/node_batch.h"
 #include "bullet_ccd/toi/kernels/triangle_approach.h"
 
 #include <atomic>
-#include <cstdlib>
-#include <cstring>
 
 namespace bullet_ccd
 {
@@ -29,34 +28,27 @@ namespace
 {
 struct Kernels
 {
-    const char* level;
     decltype(&baseline::nodeSteps) steps;
     decltype(&baseline::rigidPoses) poses;
     decltype(&baseline::approachTriangles) triangles;
     decltype(&baseline::approachAlong) along;
 };
 
-constexpr Kernels kBaseline{.level = "baseline",
-                            .steps = baseline::nodeSteps,
+constexpr Kernels kBaseline{.steps = baseline::nodeSteps,
                             .poses = baseline::rigidPoses,
                             .triangles = baseline::approachTriangles,
                             .along = baseline::approachAlong};
 #if defined(BULLET_CCD_AVX2)
-constexpr Kernels kAvx2{.level = "avx2",
-                        .steps = avx2::nodeSteps,
+constexpr Kernels kAvx2{.steps = avx2::nodeSteps,
                         .poses = avx2::rigidPoses,
                         .triangles = avx2::approachTriangles,
                         .along = avx2::approachAlong};
 #endif
 
-/// BULLET_CCD_SIMD=baseline in the environment keeps the portable kernels, for tests.
 const Kernels& choose()
 {
 #if defined(BULLET_CCD_AVX2)
-    const char* wish = std::getenv("BULLET_CCD_SIMD");
-    const bool baselineWanted = wish != nullptr && std::strcmp(wish, "baseline") == 0;
-    __builtin_cpu_init();  // this may run before the constructor that the compiler has for it
-    if (!baselineWanted && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    if (simdLevel() >= SimdLevel::Avx2)
     {
         return kAvx2;
     }
@@ -110,10 +102,5 @@ void approachAlong(const RelativeMotion& motion,
                    TriangleApproach& approach)
 {
     kernels().along(motion, cornersA, cornersB, n, margin, approach);
-}
-
-const char* simdLevel()
-{
-    return kernels().level;
 }
 }  // namespace bullet_ccd

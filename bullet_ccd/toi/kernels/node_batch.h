@@ -80,7 +80,4 @@ void rigidPoses(const RigidPoses& poses,
                 float slackPerMeter,
                 float slackFloor,
                 NodeBatch& batch);
-
-/// The instruction set that nodeSteps() was dispatched to: "avx2" or "baseline".
-[[nodiscard]] const char* simdLevel();
 }  // namespace bullet_ccd
