@@ -3,7 +3,7 @@
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/shapes/btCcdTiles.h"
 #include "bullet_ccd/contact/contact_patches.h"
-#include "bullet_ccd/distance/tree_distance.h"
+#include "bullet_ccd/contact/way_out.h"
 #include "bullet_ccd/math/check.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
@@ -23,6 +23,7 @@ namespace
 using bullet_ccd::Contact;
 using bullet_ccd::ContactPatch;
 using bullet_ccd::ContactSurface;
+using bullet_ccd::WayOut;
 
 /// Cosine of the angle by which the normal of a patch may turn from one update to the next.
 constexpr double kSamePatch = 0.8;
@@ -30,20 +31,6 @@ constexpr double kSamePatch = 0.8;
 constexpr double kCameSo = 1.5;
 /// Points farther from each other than that many reaches are never the same.
 constexpr double kSamePoint = 10.0;
-
-/// True for a mesh with an inside, wound so that it is below its triangles.
-bool hasInside(const bullet_ccd::TriangleMesh& mesh)
-{
-    double volume = 0.0;
-    const Eigen::Vector3d& origin = mesh.vertices.front();
-    for (const bullet_ccd::Triangle& t : mesh.triangles)
-    {
-        const auto corner = [&](std::size_t k) -> Eigen::Vector3d
-        { return mesh.vertices[std::size_t(t[k])] - origin; };
-        volume += corner(0).dot(corner(1).cross(corner(2)));
-    }
-    return volume > 0.0 && bullet_ccd::isWatertight(mesh);
-}
 
 /// What all pairs of a thread share, so that nothing is allocated once it is warm.
 struct Scratch
@@ -70,7 +57,9 @@ struct Scratch
         }
         std::erase_if(m_surfaces, [](const auto& item) { return item.second.m_tree.expired(); });
         Entry& entry = m_surfaces[tree.get()];
-        entry = {tree, std::make_shared<const ContactSurface>(*tree), hasInside(tree->mesh())};
+        entry = {tree,
+                 std::make_shared<const ContactSurface>(*tree),
+                 bullet_ccd::hasInside(tree->mesh())};
         return entry;
     }
 };
@@ -86,204 +75,6 @@ double shellOf(const btCcdShapePart& a, const btCcdShapePart& b)
     const double sum = a.m_margin + b.m_margin;
     return sum > 0.0 ? sum : btCcdManifolds::kLeastShell;
 }
-
-/// A hierarchy as it lies in the world.
-struct Posed
-{
-    const bullet_ccd::SsvTree* m_tree;
-    Eigen::Isometry3d X_W;
-    bool m_hasInside;  // where nothing else may be
-
-    /// True if something that is nearest to a point of a triangle, in the direction, is inside.
-    [[nodiscard]] bool isInside(const Eigen::Vector3d& direction_W,
-                                const Eigen::Vector3d& point_W,
-                                std::int32_t triangle) const
-    {
-        if (!m_hasInside)
-        {
-            return false;
-        }
-        const Eigen::Vector3d direction = X_W.linear().transpose() * direction_W.stableNormalized();
-        if (!(slopeOf(triangle, direction) < -kBeside))
-        {
-            return false;
-        }
-        // At a sharp edge or corner it is outside if it is above any of the triangles there.
-        const bullet_ccd::TriangleMesh& mesh = m_tree->mesh();
-        const bullet_ccd::Triangle& nearest = mesh.triangles[std::size_t(triangle)];
-        const Eigen::Vector3d point = X_W.inverse() * point_W;
-        bullet_ccd::Triangle feature{bullet_ccd::kNone, bullet_ccd::kNone, bullet_ccd::kNone};
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            // Not on the edge across from the corner, which rounding does not tell well.
-            const Eigen::Vector3d across = cornerOf(nearest, k + 2) - cornerOf(nearest, k + 1);
-            const Eigen::Vector3d to = cornerOf(nearest, k) - cornerOf(nearest, k + 1);
-            const Eigen::Vector3d up = to - across * (to.dot(across) / across.squaredNorm());
-            const double part = up.dot(point - cornerOf(nearest, k + 1)) / up.squaredNorm();
-            feature[k] = part > kOnEdge ? nearest[k] : bullet_ccd::kNone;
-        }
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        {
-            const bullet_ccd::Triangle& other = mesh.triangles[i];
-            const bool meetsThere = std::ranges::all_of(
-                feature,
-                [&](std::int32_t corner)
-                { return corner == bullet_ccd::kNone || std::ranges::count(other, corner) > 0; });
-            if (meetsThere && slopeOf(std::int32_t(i), direction) > kBeside)
-            {
-                return false;
-            }
-        }
-        return true;
-    }
-
-private:
-    static constexpr double kBeside = 1e-6;
-    static constexpr double kOnEdge = 1e-2;
-
-    [[nodiscard]] const Eigen::Vector3d& cornerOf(const bullet_ccd::Triangle& t,
-                                                  std::size_t k) const
-    {
-        return m_tree->mesh().vertices[std::size_t(t[k % 3])];
-    }
-    /// Cosine of the angle between the normal of a triangle and a direction.
-    [[nodiscard]] double slopeOf(std::int32_t triangle, const Eigen::Vector3d& direction) const
-    {
-        const bullet_ccd::Triangle& t = m_tree->mesh().triangles[std::size_t(triangle)];
-        const Eigen::Vector3d normal =
-            (cornerOf(t, 1) - cornerOf(t, 0)).cross(cornerOf(t, 2) - cornerOf(t, 0));
-        return normal.stableNormalized().dot(direction);
-    }
-};
-
-/// Two hierarchies that intersect, or of which one is inside the other, or that are so near that
-/// their contacts have no direction, are looked at where one of them has been moved out of the
-/// other: the shortest way out among some directions.
-class WayOut
-{
-public:
-    /// Surfaces nearer than this part of the shell are taken apart, to between so much of it and
-    /// all of it.
-    static constexpr double kNear = 1.0 / 16.0;
-    static constexpr double kApart = 1.0 / 4.0;
-
-    WayOut(const Posed& a, const Posed& b, double shell) : m_a(a), m_b(b), m_shell(shell)
-    {
-        // Beyond that, what is caught is no more likely to come out than to go in, where nobody
-        // knows what is inside.
-        m_limit = (isKnown() ? 2.0 : 1.0) * std::min(a.m_tree->radius(), b.m_tree->radius());
-        m_farthest = isKnown() ? m_limit : 0.0;
-    }
-
-    /// Tries to move A against the normal.
-    void look(const Eigen::Vector3d& normal)
-    {
-        double way = m_shell;
-        double distance = distanceAt(normal, way);
-        while (distance < kApart * m_shell && way < m_limit)
-        {
-            way = std::min(2.0 * way, m_limit);
-            distance = distanceAt(normal, way);
-        }
-        if (distance < kApart * m_shell || way > m_limit || (way == m_limit && isFound()))
-        {
-            return;
-        }
-        for (int i = 0; i < kRefinements && distance > m_shell; ++i)
-        {
-            way -= distance - 0.5 * m_shell;
-            distance = distanceAt(normal, way);
-        }
-        m_way = m_limit = way;
-        m_normal = normal;
-    }
-    /// Where A is wholly inside, its surface is far from that of B. From so far out, against the
-    /// normal, it is moved back in until it meets B; not found if it comes to where it is.
-    void comeBack(const Eigen::Vector3d& normal, double from)
-    {
-        double way = from;
-        double distance = distanceAt(normal, way);
-        if (distance < kApart * m_shell)
-        {
-            return;
-        }
-        for (int i = 0; i < kRefinements && distance > m_shell && way > 0.0; ++i)
-        {
-            way -= distance - 0.5 * m_shell;
-            distance = way > 0.0 ? distanceAt(normal, way) : 0.0;
-        }
-        if (way > 0.0)
-        {
-            m_way = m_limit = way;
-            m_normal = normal;
-        }
-    }
-    /// Others must be this much shorter than what was found.
-    void prefer(double factor) { m_limit /= factor; }
-
-    /// It is known of one at least what is inside.
-    [[nodiscard]] bool isKnown() const { return m_a.m_hasInside || m_b.m_hasInside; }
-    [[nodiscard]] bool isFound() const { return !m_normal.isZero(); }
-    [[nodiscard]] double way() const { return m_way; }
-    [[nodiscard]] double shell() const { return m_shell; }
-    /// Points from A to B, as that of a contact.
-    [[nodiscard]] const Eigen::Vector3d& normal() const { return m_normal; }
-    [[nodiscard]] Eigen::Isometry3d poseOfA() const { return moved(m_normal, m_way); }
-
-    /// Where one is wholly inside the other, the direction to the nearest surface; else zero.
-    [[nodiscard]] Eigen::Vector3d nearestOut() const
-    {
-        const bullet_ccd::TrianglePair nearest = nearestOf(m_a.X_W, m_limit);
-        return isInside(nearest, m_a.X_W)
-                   ? Eigen::Vector3d(m_b.X_W.linear() *
-                                     (nearest.pointA - nearest.pointB).normalized())
-                   : Eigen::Vector3d(Eigen::Vector3d::Zero());
-    }
-
-private:
-    static constexpr int kRefinements = 12;
-
-    [[nodiscard]] Eigen::Isometry3d moved(const Eigen::Vector3d& normal, double way) const
-    {
-        Eigen::Isometry3d pose = m_a.X_W;
-        pose.translation() -= way * normal;
-        return pose;
-    }
-    [[nodiscard]] bullet_ccd::TrianglePair nearestOf(const Eigen::Isometry3d& X_WA,
-                                                     double bound) const
-    {
-        return bullet_ccd::treeDistance(*m_a.m_tree, *m_b.m_tree, m_b.X_W.inverse() * X_WA, bound);
-    }
-    [[nodiscard]] bool isInside(const bullet_ccd::TrianglePair& nearest,
-                                const Eigen::Isometry3d& X_WA) const
-    {
-        if (nearest.triangleA == bullet_ccd::kNone)
-        {
-            return false;
-        }
-        const Eigen::Vector3d onA = m_b.X_W * nearest.pointA;
-        const Eigen::Vector3d onB = m_b.X_W * nearest.pointB;
-        return m_b.isInside(onA - onB, onB, nearest.triangleB) ||
-               Posed{m_a.m_tree, X_WA, m_a.m_hasInside}.isInside(onB - onA, onA, nearest.triangleA);
-    }
-    /// Far away does not matter, where nobody knows what is inside; 0 where one is inside the
-    /// other.
-    [[nodiscard]] double distanceAt(const Eigen::Vector3d& normal, double way) const
-    {
-        const Eigen::Isometry3d X_WA = moved(normal, way);
-        const bullet_ccd::TrianglePair nearest =
-            nearestOf(X_WA, std::max(way + 2.0 * m_shell, m_farthest));
-        return isInside(nearest, X_WA) ? 0.0 : nearest.distance;
-    }
-
-    Posed m_a;
-    Posed m_b;
-    double m_shell;
-    double m_limit;
-    double m_farthest;
-    double m_way = 0.0;
-    Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();
-};
 
 /// Contacts of all parts of two shapes, moved out to the surfaces of the shells: the gap becomes
 /// the depth, negative inside.
@@ -356,12 +147,12 @@ public:
             WayOut out = way(isSolidA, isSolidB);
             if (isNear)
             {
-                findWayOut(out, first);
+                out.lookAlong(std::span(raw).subspan(first), m_former, m_formerWay);
                 if (m_former.isZero() && entryA.m_hasInside && entryB.m_hasInside &&
                     !(isSolidA && isSolidB))
                 {
                     WayOut outOfMesh = way(true, true);
-                    findWayOut(outOfMesh, first);
+                    outOfMesh.lookAlong(std::span(raw).subspan(first), m_former, m_formerWay);
                     if (outOfMesh.isFound() &&
                         !(out.isFound() && kPreferredForRooms * out.way() < outOfMesh.way()))
                     {
@@ -375,7 +166,7 @@ public:
                 m_isWholly = isInside();
                 if (m_isWholly)
                 {
-                    out.comeBack(m_former, m_formerWay + kSameWay * shell);
+                    out.comeBack(m_former, m_formerWay);
                 }
             }
             else if (const Eigen::Vector3d normal = out.nearestOut(); !normal.isZero())
@@ -396,7 +187,7 @@ public:
                                            around + out.way(),
                                            m_scratch.m_work.search,
                                            raw);
-                moveBack(out, first, around);
+                out.takeBack(raw, first, around);
             }
         }
         const double outA = a.m_radius + 0.5 * (shell + a.m_margin - b.m_margin);
@@ -441,64 +232,9 @@ public:
     [[nodiscard]] double reach() const { return m_reach; }
 
 private:
-    /// Cosine of the angle between directions that are worth trying both.
-    static constexpr double kOtherDirection = 0.9;
-    static constexpr std::size_t kMostDirections = 12;
-    /// Out the way that the two came, if that is not farther than it was by so many shells.
-    static constexpr double kSameWay = 8.0;
-    static constexpr double kPreferred = 4.0;
     /// A closed mesh may be solid or a room: what begins in it goes out of the solid, unless the
     /// way into the room is shorter by this factor.
     static constexpr double kPreferredForRooms = 2.0;
-
-    /// The normals of contacts between the first and last are those of faces that intersect.
-    void findWayOut(WayOut& out, std::size_t first) const
-    {
-        const std::vector<Contact>& raw = m_scratch.m_work.raw;
-        std::vector<Eigen::Vector3d> tried;
-        const auto look = [&](const Eigen::Vector3d& normal)
-        {
-            const auto isLike = [&](const Eigen::Vector3d& other)
-            { return normal.dot(other) > kOtherDirection; };
-            if (tried.size() < kMostDirections && !std::any_of(tried.begin(), tried.end(), isLike))
-            {
-                tried.push_back(normal);
-                out.look(normal);
-            }
-        };
-        if (!m_former.isZero())
-        {
-            look(m_former);
-            if (out.isFound() && out.way() <= m_formerWay + kSameWay * out.shell())
-            {
-                return;
-            }
-            out.prefer(out.isFound() ? kPreferred : 1.0);
-        }
-        for (std::size_t i = first; i < raw.size(); ++i)
-        {
-            look(raw[i].normal);
-            if (out.isKnown())
-            {
-                look(-raw[i].normal);  // more than halfway inside
-            }
-        }
-    }
-
-    /// From where A has been moved to where it is. What is farther away than `around` is none.
-    void moveBack(const WayOut& out, std::size_t first, double around) const
-    {
-        std::vector<Contact>& raw = m_scratch.m_work.raw;
-        for (std::size_t i = first; i < raw.size(); ++i)
-        {
-            raw[i].pointA += out.way() * out.normal();
-            raw[i].gap -= out.way() * raw[i].normal.dot(out.normal());
-        }
-        const auto isOther = [&](const Contact& contact)
-        { return contact.normal.dot(out.normal()) < 0.0 || contact.gap > around; };
-        raw.erase(std::remove_if(raw.begin() + std::ptrdiff_t(first), raw.end(), isOther),
-                  raw.end());
-    }
 
     Eigen::Isometry3d m_a;
     Eigen::Isometry3d m_b;
