@@ -821,6 +821,7 @@ double btCcdStepper::askEarliest()
 
 btCcdStepper::Event btCcdStepper::next()
 {
+    BT_PROFILE("btCcdStepper::next");
     Event event;
     const double earliest = askEarliest();
     if (earliest == kNever)

@@ -4,9 +4,11 @@
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <LinearMath/btQuickprof.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -50,6 +52,42 @@ std::vector<btVector3> fallOfUncovered(Kind kind)
     EXPECT_TRUE(!isOurs(kind) || scene.counters().m_unsupported == 2);
     return way;
 }
+
+/// The zones of ours that Bullet's profiler is told of, as long as this lives.
+class Zones
+{
+public:
+    Zones()
+        : m_enter(btGetCurrentEnterProfileZoneFunc()), m_leave(btGetCurrentLeaveProfileZoneFunc())
+    {
+        s_open.clear();
+        s_seen.clear();
+        btSetCustomEnterProfileZoneFunc(
+            [](const char* name)
+            {
+                s_open.emplace_back(name);
+                if (s_open.back().starts_with("btCcd"))
+                {
+                    s_seen.insert(s_open.back());
+                }
+            });
+        btSetCustomLeaveProfileZoneFunc([] { s_open.pop_back(); });
+    }
+    ~Zones()
+    {
+        btSetCustomEnterProfileZoneFunc(m_enter);
+        btSetCustomLeaveProfileZoneFunc(m_leave);
+    }
+    Zones(const Zones&) = delete;
+    Zones& operator=(const Zones&) = delete;
+
+    static inline std::vector<std::string> s_open;
+    static inline std::set<std::string> s_seen;
+
+private:
+    btEnterProfileZoneFunc* m_enter;
+    btLeaveProfileZoneFunc* m_leave;
+};
 
 class Reports : public testing::TestWithParam<Kind>
 {
@@ -183,6 +221,30 @@ TEST_P(Reports, CountWhatTheyDidUntilTheyAreReset)
     EXPECT_EQ(scene.counters().m_clamps, 0);
     EXPECT_EQ(scene.counters().m_lostTime, 0.0);
     EXPECT_EQ(scene.ccd().getCcdLostTime(box), 0.0);
+}
+
+TEST_P(Reports, TellBulletsProfilerWhatTheyDo)
+{
+    Scene scene(GetParam());
+    scene.body(scene.boxMesh(vec(0.1, 0.1, 0.001)), 0.0, poseAt(vec(0, 0, 0)));
+    btRigidBody* box = scene.body(scene.box(vec(0.01, 0.01, 0.01)), 0.1, poseAt(vec(0, 0, 0.061)));
+    const Zones zones;
+    scene.step(0.001);
+    const std::set<std::string> quiet = Zones::s_seen;
+    box->setLinearVelocity(vec(0, 0, -10));
+    scene.step(0.01);
+    EXPECT_TRUE(Zones::s_open.empty()) << Zones::s_open.back();
+    const bool isWorld = GetParam() == Kind::World;
+    // The world looks ahead, and the action back.
+    const std::string looks = isWorld ? "btCcdStep::begin" : "btCcdStep::rollBack";
+    EXPECT_EQ(quiet, std::set{looks});
+    std::set<std::string> all{looks, "btCcdStepper::getReady", "btCcdStepper::next"};
+    if (isWorld)
+    {
+        all.insert({"btCcdStep::respond", "btCcdImpactSolver::solve"});
+    }
+    all.insert("btCcdStepper::refresh");
+    EXPECT_EQ(Zones::s_seen, all);
 }
 
 TEST_P(Reports, LoseTimeOnlyUntilSomethingElseComes)
