@@ -11,6 +11,7 @@
 #include "bullet_ccd/toi/search/search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -22,15 +23,14 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-void checkConvexBody(const ConvexBody& body, const char* name)
+/// @param isPlain of the body: see isPlain()
+void checkConvexBody(const ConvexBody& body, bool isPlain, const char* name)
 {
-    require(body.shape != nullptr,
-            "time of impact: a convex body has no shape: make one, such as boxShape()");
     if (!isPose(body.motion.X_W0))
     {
         failPose(std::string("time of impact: X_W0 of body ") + name, body.motion.X_W0);
     }
-    if (!isPlain(body) && !isPose(body.X_BG))
+    if (!isPlain && !isPose(body.X_BG))
     {
         failPose(std::string("time of impact: X_BG of body ") + name, body.X_BG);
     }
@@ -476,12 +476,18 @@ ToiResult answerOf(const BoxesMeeting& meeting, const ConvexBody& bodyA, const C
     return result;
 }
 
-ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
+/// @param names of the bodies, for errors
+ToiResult ask(const ConvexBody& bodyA,
+              const ConvexBody& bodyB,
+              const ToiOptions& options,
+              const std::array<const char*, 2>& names)
 {
     const PairLimits limits{.floor = options.minimumSeparation,
                             .threshold = options.minimumSeparation + options.tolerance,
                             .aim = options.aim};
     const ConvexCourse course(bodyA, bodyB);
+    checkConvexBody(bodyA, course.isPlainA, names[0]);
+    checkConvexBody(bodyB, course.isPlainB, names[1]);
     Window window;
     if (bodyB.shape->core != ConvexCore::HalfSpace)
     {
@@ -529,18 +535,18 @@ ToiResult ask(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions
 ToiResult convexToi(const ConvexBody& bodyA, const ConvexBody& bodyB, const ToiOptions& options)
 {
     checkOptions(options);
-    checkConvexBody(bodyA, "A");
-    checkConvexBody(bodyB, "B");
+    require(bodyA.shape != nullptr && bodyB.shape != nullptr,
+            "time of impact: a convex body has no shape: make one, such as boxShape()");
     const bool isGround = bodyA.shape->core == ConvexCore::HalfSpace;
     require(!isGround || bodyB.shape->core != ConvexCore::HalfSpace,
             "time of impact: two half-spaces always meet; one of the shapes must be bounded");
     if (isGround)
     {
-        ToiResult result = ask(bodyB, bodyA, options);
+        ToiResult result = ask(bodyB, bodyA, options, {"B", "A"});
         std::swap(result.pointA, result.pointB);
         result.normal = -result.normal;
         return result;
     }
-    return ask(bodyA, bodyB, options);
+    return ask(bodyA, bodyB, options, {"A", "B"});
 }
 }  // namespace bullet_ccd

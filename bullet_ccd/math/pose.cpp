@@ -19,10 +19,12 @@ bool isPose(const Eigen::Isometry3d& X)
     const auto z = X.linear().col(2);
     // NaN fails every comparison. Without branches: every query asks this of every body.
     const auto isSmall = [](double lack) { return static_cast<int>(std::abs(lack) <= kDrift); };
-    const int isOrthonormal = isSmall(x.squaredNorm() - 1.0) & isSmall(y.squaredNorm() - 1.0) &
-                              isSmall(z.squaredNorm() - 1.0) & isSmall(x.dot(y)) &
-                              isSmall(y.dot(z)) & isSmall(z.dot(x));
-    return isOrthonormal != 0 && x.cross(y).dot(z) > 0.0 && X.translation().allFinite();
+    const Eigen::Vector3d lack = x.cross(y) - z;
+    const int isRotation = isSmall(x.squaredNorm() - 1.0) & isSmall(y.squaredNorm() - 1.0) &
+                           isSmall(x.dot(y)) & isSmall(lack.x()) & isSmall(lack.y()) &
+                           isSmall(lack.z());
+    // Zero times NaN and infinity is NaN.
+    return isRotation != 0 && (0.0 * X.translation()).sum() == 0.0;
 }
 
 void failPose(const std::string& where, const Eigen::Isometry3d& X)
