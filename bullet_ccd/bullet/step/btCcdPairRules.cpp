@@ -183,6 +183,60 @@ btVector3 directionOfBoxes(const btCcdTracked& a, const btCcdTracked& b)
     return direction;
 }
 
+/// One of two objects, seen along a direction towards the other.
+class Side
+{
+public:
+    Side(const btCcdTracked& tracked, const btVector3& direction)
+        : m_shape(*tracked.m_collisionShape),
+          m_pose(tracked.m_object->getWorldTransform()),
+          m_direction(direction),
+          m_reach(tracked.outline().m_reach),
+          m_support(supportAlong(m_shape, m_pose, direction))
+    {
+        const btRigidBody* body = btRigidBody::upcast(tracked.m_object);
+        if (body != nullptr && tracked.m_motion > 0.0)
+        {
+            m_speed = double(direction.dot(body->getLinearVelocity()));
+            m_spin = tracked.m_turns ? body->getAngularVelocity() : m_spin;
+            m_rate = double(m_spin.length());
+        }
+    }
+
+    [[nodiscard]] double support() const { return double(m_support); }
+    [[nodiscard]] double speed() const { return m_speed; }
+    /// Bound of the speed along the direction that the spin gives any point [m/s].
+    [[nodiscard]] double turning() const
+    {
+        return double(m_direction.cross(m_spin).length()) * m_reach;
+    }
+    /// How far it turns [rad], and how far points then are off their chords [m].
+    [[nodiscard]] double turn(double time) const { return m_rate * time; }
+    [[nodiscard]] double bend(double time) const { return turn(time) * turn(time) * m_reach / 8.0; }
+    /// How much farther it reaches once it has turned.
+    [[nodiscard]] double growth(double time) const
+    {
+        if (m_rate == 0.0)
+        {
+            return 0.0;
+        }
+        btTransform turned;
+        btTransformUtil::integrateTransform(
+            m_pose, btVector3(0, 0, 0), m_spin, btScalar(time), turned);
+        return double(supportAlong(m_shape, turned, m_direction) - m_support);
+    }
+
+private:
+    const btCollisionShape& m_shape;
+    const btTransform& m_pose;
+    btVector3 m_direction;
+    double m_reach;
+    btScalar m_support;
+    double m_speed = 0.0;
+    btVector3 m_spin = btVector3(0, 0, 0);
+    double m_rate = 0.0;  // of it [rad/s]
+};
+
 /// As Bullet finds the cores of convex shapes apart.
 btVector3 directionOfCores(const btCcdTracked& a, const btCcdTracked& b)
 {
@@ -343,66 +397,25 @@ void btCcdApproach::look(double tolerance,
         touches ? (1.0 - kKeptDepth) * (a.outline().m_depth + b.outline().m_depth) : 0.0;
     const double kept = shell > 0.0 ? (touches ? kTouchingShell : kFreeShell) * shell
                                     : kKeptTolerances * tolerance - sunk;
-    m_gap = m_end = -kept;
-    m_bend = m_rate = 0.0;
-    struct Side
+    const std::array sides{Side(a, along), Side(b, -along)};
+    const double present = -kept - sides[0].support() - sides[1].support();
+    // Of the two towards each other, from now on.
+    const double shift = sides[0].speed() + sides[1].speed();
+    if (std::max(sides[0].turn(m_remaining), sides[1].turn(m_remaining)) > kMostTurn)
     {
-        const btCcdTracked& m_tracked;
-        btVector3 m_direction;
-        btVector3 m_velocity = btVector3(0, 0, 0);
-        btVector3 m_spin = btVector3(0, 0, 0);
-        btScalar m_support = 0;
-    };
-    std::array<Side, 2> sides{Side{a, along}, Side{b, -along}};
-    double present = -kept;
-    double shift = 0.0;  // of the two towards each other, from now on
-    for (Side& side : sides)
-    {
-        const btTransform& pose = side.m_tracked.m_object->getWorldTransform();
-        side.m_support = supportAlong(*side.m_tracked.m_collisionShape, pose, side.m_direction);
-        present -= double(side.m_support);
-        const btRigidBody* body = btRigidBody::upcast(side.m_tracked.m_object);
-        if (body == nullptr || !(side.m_tracked.m_motion > 0.0))
-        {
-            continue;
-        }
-        side.m_velocity = body->getLinearVelocity();
-        side.m_spin = side.m_tracked.m_turns ? body->getAngularVelocity() : side.m_spin;
-        const double turn = double(side.m_spin.length()) * m_remaining;
-        if (turn > kMostTurn)
-        {
-            m_gap = m_end = -1.0;
-            return;
-        }
-        const double reach = side.m_tracked.outline().m_reach;
-        m_bend += turn * turn * reach / 8.0;
-        m_rate += double(side.m_direction.cross(side.m_spin).length()) * reach;
-        shift += double(side.m_direction.dot(side.m_velocity));
+        m_gap = m_end = -1.0;
+        return;
     }
+    m_bend = sides[0].bend(m_remaining) + sides[1].bend(m_remaining);
+    m_rate = sides[0].turning() + sides[1].turning();
     // How the present gap becomes smaller, at most: forward, or backward where the motion is done.
     const double closing = m_rate + (m_isDone ? -shift : shift);
     m_rate += shift;
     double other = present - std::max(0.0, closing) * m_remaining;
     if (!(other > 0.0) || m_bend == 0.0)
     {
-        other = present - (m_isDone ? -shift : shift) * m_remaining;
-        for (const Side& side : sides)
-        {
-            if (side.m_spin.isZero())
-            {
-                continue;
-            }
-            const btTransform& pose = side.m_tracked.m_object->getWorldTransform();
-            btTransform turned;
-            btTransformUtil::integrateTransform(pose,
-                                                btVector3(0, 0, 0),
-                                                side.m_spin,
-                                                btScalar(m_isDone ? -m_remaining : m_remaining),
-                                                turned);
-            other -=
-                double(supportAlong(*side.m_tracked.m_collisionShape, turned, side.m_direction) -
-                       side.m_support);
-        }
+        const double time = m_isDone ? -m_remaining : m_remaining;
+        other = present - shift * time - sides[0].growth(time) - sides[1].growth(time);
     }
     else
     {
