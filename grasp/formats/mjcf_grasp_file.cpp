@@ -94,13 +94,13 @@ public:
         open("mujoco", {{"model", m_hand.robot.name + " grasps " + m_object.name}});
         comment();
         element("compiler", {{"angle", "radian"}, {"meshdir", meshes}, {"balanceinertia", "true"}});
-        // Static friction that hardly creeps: elliptic cones, friction ten times as stiff as the
-        // normal force, Newton's method, joints and drives taken implicitly.
+        // Static friction that hardly creeps: elliptic cones, friction a hundred times as stiff as
+        // the normal force, Newton's method, joints and drives taken implicitly.
         open("option",
              {{"timestep", decimal(m_options.timeStep)},
               {"gravity", "0 0 0"},
               {"cone", "elliptic"},
-              {"impratio", "10"},
+              {"impratio", "100"},
               {"integrator", "implicit"},
               {"solver", "Newton"},
               {"tolerance", "1e-10"}});

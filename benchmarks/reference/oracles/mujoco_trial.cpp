@@ -33,12 +33,14 @@ constexpr double kCloseTime = 1.0;            // [s]
 constexpr double kMostCloseTime = 2.0;        // [s]
 constexpr double kCloseShare = 0.1;
 constexpr double kLeastShare = 0.02;
-constexpr double kTouchTime = 0.2;   // [s]
-constexpr double kRampTime = 0.25;   // [s]
-constexpr double kSettleTime = 1.0;  // [s]
-constexpr double kRestSpeed = 5e-3;  // [m/s]
-constexpr double kRestSpin = 0.1;    // [rad/s]
-constexpr double kSkin = 1e-3;       // [m]
+constexpr double kStalled = 0.05;      // of the speed of closing
+constexpr double kDampingTime = 0.02;  // [s]
+constexpr double kTouchTime = 0.2;     // [s]
+constexpr double kRampTime = 0.25;     // [s]
+constexpr double kSettleTime = 1.0;    // [s]
+constexpr double kRestSpeed = 5e-3;    // [m/s]
+constexpr double kRestSpin = 0.1;      // [rad/s]
+constexpr double kSkin = 1e-3;         // [m]
 
 constexpr double kPaceTime = 0.1;                       // [s]
 constexpr double kLeftWay = 1e-3;                       // [m]
@@ -563,21 +565,10 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     };
     const Eigen::Vector3d weight(0.0, 0.0, stands ? -mass * kStandardGravity : 0.0);
     const double& time = m_data->time;
-    const auto follow = [&](const std::vector<double>& end, double share)
+    const auto gentle = [&](std::size_t j)
     {
-        drives(
-            [&](std::size_t j, std::size_t link)
-            {
-                const double from = start.positions[link];
-                // Joints that do not close are held.
-                const bool closes = isHeld || end[link] != from;
-                const double gentle = std::max(kCloseShare * std::abs(squeeze.torques[j]),
-                                               kLeastShare * squeeze.efforts[j].limit);
-                drive(j,
-                      closes ? gentle : squeeze.efforts[j].limit,
-                      from + share * (end[link] - from));
-            });
-        step(weight);
+        return std::max(kCloseShare * std::abs(squeeze.torques[j]),
+                        kLeastShare * squeeze.efforts[j].limit);
     };
     while (stands && time < kStandTime)
     {
@@ -595,17 +586,57 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     {
         while (time < kTouchTime)
         {
-            follow(grasp.positions, std::min(1.0, 2.0 * time / kTouchTime));
+            const double share = std::min(1.0, 2.0 * time / kTouchTime);
+            drives(
+                [&](std::size_t j, std::size_t link)
+                {
+                    const double from = start.positions[link];
+                    drive(j, gentle(j), from + share * (grasp.positions[link] - from));
+                });
+            step(weight);
         }
     }
     else
     {
-        // As fast as ours; joints that are stopped are pressed gently, and others may come.
+        // As fast as ours, until all have stopped; joints that are stopped are pressed gently, and
+        // others may come. Targets wait for their joints, which would fly to them where the object
+        // gives way.
         const std::vector<double> end = grasp::closedPositions(m_hand, start.positions);
+        std::vector<double> targets = start.positions;
         const double began = time;
-        while (time < began + kMostCloseTime && way() <= protocol.lostWay)
+        bool isMoving = true;
+        while (isMoving && time < began + kMostCloseTime && way() <= protocol.lostWay)
         {
-            follow(end, std::min(1.0, (time - began) / kCloseTime));
+            const std::vector<double> before(m_data->qpos, m_data->qpos + m_model->nq);
+            const auto speed = [&](std::size_t link)
+            { return (end[link] - start.positions[link]) / kCloseTime; };
+            drives(
+                [&](std::size_t j, std::size_t link)
+                {
+                    if (speed(link) == 0.0)
+                    {
+                        drive(j, squeeze.efforts[j].limit, start.positions[link]);
+                        return;
+                    }
+                    const double ahead =
+                        gentle(j) / squeeze.stiffness[j] + kDampingTime * std::abs(speed(link));
+                    const double here = before[static_cast<std::size_t>(m_places[link])];
+                    const double next = targets[link] + speed(link) * m_model->opt.timestep;
+                    const auto [low, high] = std::minmax(start.positions[link], end[link]);
+                    targets[link] =
+                        std::clamp(std::clamp(next, here - ahead, here + ahead), low, high);
+                    drive(j, gentle(j), targets[link]);
+                });
+            step(weight);
+            isMoving = time < began + 0.25 * kCloseTime || !isAtRest();
+            drives(
+                [&](std::size_t, std::size_t link)
+                {
+                    const auto place = static_cast<std::size_t>(m_places[link]);
+                    const double most = kStalled * std::abs(speed(link)) * m_model->opt.timestep;
+                    isMoving = isMoving ||
+                               (most > 0.0 && std::abs(m_data->qpos[place] - before[place]) > most);
+                });
         }
     }
     const double pressed = time;
