@@ -2,9 +2,11 @@
 
 #include "bullet_ccd/math/check.h"
 #include "grasp/force/elastic_hold.h"
+#include "grasp/force/force_problem.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bullet_ccd::grasp
 {
@@ -14,6 +16,10 @@ constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 constexpr double kLeastFirmness = 1.2;
 /// Fewer weights than this are none.
 constexpr double kLeastWeights = 1e-3;
+/// Contacts that hold nothing of a load that is so small a part of what the joints bear do not fail
+/// for the efforts.
+constexpr double kLeastLoad = 1e-9;
+
 std::string number(double value)
 {
     std::string text = std::to_string(value);
@@ -47,6 +53,24 @@ bool carriesTheFingers(const HandModel& hand, std::int32_t link)
         }
     }
     return hand.closingDirections[static_cast<std::size_t>(link)] == 0;
+}
+
+/// The largest force at a contact that every joint could bear alone [N]; infinite without one that
+/// moves a contact.
+double bearableForce(const ForceProblem& problem)
+{
+    const Eigen::Map<const Eigen::MatrixXd> jacobian = jacobianOf(problem);
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::Index row = 0; row < jacobian.rows(); row += 6)
+    {
+        for (Eigen::Index j = 0; j < jacobian.cols(); ++j)
+        {
+            least = std::min(least,
+                             problem.torqueLimits[static_cast<std::size_t>(j)] /
+                                 jacobian.col(j).segment<3>(row).norm());
+        }
+    }
+    return least;
 }
 }  // namespace
 
@@ -129,8 +153,23 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
     problem.reference = options.centerOfMass.value_or(middleOf(grasp.contacts));
     const double weight = *options.mass * kStandardGravity;
     const double needed = weight / options.friction;
-    const ElasticHold hold = holdElastically(
-        problem, squeeze.stiffness, 1.0 / kSkinStiffness, weight, 0.5 * options.firmness);
+    const auto holdOf = [&](double load)
+    {
+        return holdElastically(
+            problem, squeeze.stiffness, 1.0 / kSkinStiffness, load, 0.5 * options.firmness);
+    };
+    ElasticHold hold = holdOf(weight);
+    // Efforts that are far too small for the weight say nothing of the geometry: ask again with
+    // weights that they bear.
+    const double bearable = bearableForce(problem);
+    double share = 1.0;
+    for (double light = std::min(weight, bearable);
+         !(hold.weights > kLeastWeights) && light > kLeastLoad * bearable;
+         light *= 0.01)
+    {
+        hold = holdOf(light);
+        share = light / weight;
+    }
     double sum = 0.0;
     for (std::size_t i = 0; i < hold.forces.size(); ++i)
     {
@@ -160,7 +199,7 @@ Squeeze squeezeOf(const HandModel& hand, const Grasp& grasp, const SqueezeOption
     {
         squeeze.forces.emplace_back(scale * force);
     }
-    squeeze.weights = hold.weights;
+    squeeze.weights = share * hold.weights;
     for (std::size_t j = 0; j < joints.size(); ++j)
     {
         squeeze.torques.push_back(scale * hold.torques[j]);

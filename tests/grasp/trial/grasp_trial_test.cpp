@@ -141,6 +141,34 @@ TEST(Squeeze, SaysWhyThereIsNone)
     EXPECT_THROW((void)squeezeOf(weak.hand, weak.grasp, {}), std::invalid_argument);
 }
 
+// The same contacts press against each other whatever the object weighs and the motors bear.
+TEST(Squeeze, TheReasonDoesNotDependOnTheRatioOfMassToEffort)
+{
+    const PinchedCube cube(false, 50.0);
+    PinchedCube oneSided(false, 50.0);
+    oneSided.grasp.contacts.resize(4);
+    int squeezes = 0;
+    int limited = 0;
+    for (double effort = 1e-5; effort < 2e3; effort *= 10.0)
+    {
+        for (double mass = 1e-5; mass < 2e4; mass *= 10.0)
+        {
+            const SqueezeOptions options{.mass = mass, .efforts = {effort, effort}};
+            const Squeeze squeeze = squeezeOf(cube.hand, cube.grasp, options);
+            squeezes += squeeze.exists() ? 1 : 0;
+            limited += squeeze.reason.rfind("limits", 0) == 0 ? 1 : 0;
+            // Two jaws bear twice their effort, and 1.2 times weight / friction is needed.
+            EXPECT_EQ(squeeze.exists(), 2.0 * effort > 1.2 * mass * kStandardGravity / 0.5)
+                << mass << " kg, " << effort << " N: " << squeeze.reason;
+            EXPECT_EQ(squeezeOf(oneSided.hand, oneSided.grasp, options).reason.rfind("geometry", 0),
+                      0U)
+                << mass << " kg, " << effort << " N";
+        }
+    }
+    EXPECT_GT(squeezes, 20);
+    EXPECT_EQ(squeezes + limited, 90);
+}
+
 /// Files state 0, 10, 100 and 1,000 N m for fingers.
 TEST(Squeeze, EffortsThatNoFingerHasAreAssumed)
 {
