@@ -41,6 +41,37 @@ Suite dexGraspBench()
     return suite;
 }
 
+/// The force closures of a plan, best first; where a suite has a table, above that.
+std::vector<grasp::Grasp> graspsFor(const Suite& suite,
+                                    const tools::LoadedHand& hand,
+                                    const tools::LoadedObject& object,
+                                    grasp::PlannerOptions options)
+{
+    constexpr double kHalf = 0.5;  // of the table [m]
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : object.object.tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, vertex.z());
+    }
+    const SsvTree slab = buildSsvTree(makeBox({2.0 * kHalf, 2.0 * kHalf, kHalf}));
+    std::vector<RigidBody> obstacles;
+    if (suite.parts.front().start == grasp::TrialStart::Table)
+    {
+        const Eigen::Translation3d under(0.0, 0.0, lowest - kHalf);
+        obstacles.push_back({.tree = &slab, .motion = restAt(Eigen::Isometry3d(under))});
+        options.approach.tableTop = true;
+    }
+    std::vector<grasp::Grasp> grasps =
+        grasp::planGrasps(hand.hand,
+                          object.object,
+                          options,
+                          tools::closingEngine(options.engine, obstacles),
+                          {.obstacles = obstacles});
+    std::erase_if(grasps,
+                  [](const grasp::Grasp& g) { return g.reject != grasp::RejectReason::None; });
+    return grasps;
+}
+
 /// The first part that is not held, else the one in which it moved most.
 template <typename Try>
 json resultOf(const Suite& suite, const Try& tryPart)
@@ -72,10 +103,6 @@ json judgeTrials(const tools::LoadedHand& hand,
                  const TrialQuestions& questions,
                  tools::PieceStore& pieces)
 {
-    std::vector<grasp::Grasp> grasps =
-        grasp::planGrasps(hand.hand, object.object, options, tools::closingEngine(options.engine));
-    std::erase_if(grasps,
-                  [](const grasp::Grasp& g) { return g.reject != grasp::RejectReason::None; });
     const double mass = grasp::massOf(object.object, options.mass).mass;
     const auto score = [&](const grasp::Grasp& g) { return holdScore(g, mass); };
     std::vector<Suite> suites{
@@ -84,24 +111,25 @@ json judgeTrials(const tools::LoadedHand& hand,
         {"lift", {grasp::shippedProtocol("lift")}, options.friction, questions.torsion}};
     std::erase_if(
         suites, [&](const Suite& s) { return std::ranges::count(questions.suites, s.name) == 0; });
-    const auto scored = std::ranges::max_element(grasps, {}, score);
     json trials = json::array();
-    for (auto at = grasps.begin(); at != grasps.end(); ++at)
+    for (const Suite& suite : suites)
     {
-        if (at - grasps.begin() >= questions.best && at != scored)
+        const std::vector<grasp::Grasp> grasps = graspsFor(suite, hand, object, options);
+        const auto scored = std::ranges::max_element(grasps, {}, score);
+        for (auto at = grasps.begin(); at != grasps.end(); ++at)
         {
-            continue;
-        }
-        std::unique_ptr<reference::MujocoTrials> mujoco;  // none without a squeeze
-        for (const Suite& suite : suites)
-        {
+            if (at - grasps.begin() >= questions.best && at != scored)
+            {
+                continue;
+            }
             const grasp::TrialOptions ours{.squeeze = {.mass = mass,
                                                        .centerOfMass = object.object.centerOfMass,
                                                        .friction = suite.friction},
                                            .skinStiffness = questions.skinStiffness,
                                            .brief = true};
             const grasp::Squeeze squeeze = grasp::squeezeOf(hand.hand, *at, ours.squeeze);
-            if (!mujoco && squeeze.exists() && !questions.alone)
+            std::unique_ptr<reference::MujocoTrials> mujoco;  // none without a squeeze
+            if (squeeze.exists() && !questions.alone)
             {
                 mujoco = std::make_unique<reference::MujocoTrials>(
                     hand.hand, object.object, *at, squeeze, pieces.of(hand, object));

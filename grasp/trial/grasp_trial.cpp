@@ -27,6 +27,7 @@ constexpr double kCloseTime = 1.0;            // [s]
 constexpr double kMostCloseTime = 2.0;        // [s]
 constexpr double kCloseShare = 0.1;           // of the squeeze's torques
 constexpr double kLeastShare = 0.02;          // of the effort, of joints that do not squeeze
+constexpr double kBeyond = 1e-3;              // of a joint beyond its limits [rad or m]
 constexpr double kStalled = 0.05;             // of the speed of closing
 constexpr double kTouchTime = 0.2;            // from the opened posture to that of the grasp [s]
 constexpr double kRampTime = 0.25;            // [s]
@@ -121,6 +122,7 @@ private:
     TrialOutcome begin()
     {
         refer();
+        checkPenetration();
         if (m_protocol.start == TrialStart::Table && !stands())
         {
             m_result.reason = "the object does not stand on the table by itself";
@@ -134,6 +136,7 @@ private:
         {
             close();
         }
+        checkPenetration();
         m_stage = "squeeze";
         const double began = m_result.seconds;
         while (goesOn() && m_result.seconds < began + kRampTime + kSettleTime &&
@@ -602,6 +605,25 @@ const char* toString(TrialOutcome outcome)
     return "no squeeze";
 }
 
+namespace
+{
+void requireWithinLimits(const HandModel& hand, const Grasp& grasp)
+{
+    for (std::size_t i = 0; i < grasp.positions.size(); ++i)
+    {
+        const Joint& joint = hand.robot.tree.links[i].joint;
+        const double q = grasp.positions[i];
+        const bool hasLimits =
+            joint.isMovable() && joint.mimicOf == kNone && joint.lower < joint.upper;
+        require(std::isfinite(q) &&
+                    (!hasLimits || (q >= joint.lower - kBeyond && q <= joint.upper + kBeyond)),
+                "trial: candidate " + std::to_string(grasp.candidate) + ": joint " + joint.name +
+                    " is at " + figure(q) + ", outside of its limits " + figure(joint.lower) +
+                    " to " + figure(joint.upper) + ": correct the record");
+    }
+}
+}  // namespace
+
 TrialResult runTrial(const HandModel& hand,
                      const GraspObject& object,
                      const Grasp& grasp,
@@ -611,6 +633,7 @@ TrialResult runTrial(const HandModel& hand,
     require(grasp.positions.size() == hand.robot.tree.size(),
             "trial: candidate " + std::to_string(grasp.candidate) + " never closed (" +
                 toString(grasp.reject) + "): choose another one");
+    requireWithinLimits(hand, grasp);
     require(std::isfinite(options.rate) && options.rate >= 60.0,
             "trial: " + std::to_string(options.rate) + " steps per second: give 60 or more");
     require(options.skin >= 1e-4 && options.skin <= 1e-2 && options.skinStiffness > 0.0 &&
@@ -629,10 +652,15 @@ TrialResult runTrial(const HandModel& hand,
         result.reason = squeeze.reason;
         return result;
     }
-    const TrialPosture start =
-        protocol.start == TrialStart::Held
-            ? heldStart(hand, object, grasp, options.skin)
-            : openStart(hand, object, grasp, protocol, options.seed, options.skin);
+    const TrialPosture start = protocol.start == TrialStart::Held
+                                   ? heldStart(hand, object, grasp, options.skin)
+                                   : openStart(hand,
+                                               object,
+                                               grasp,
+                                               protocol,
+                                               options.seed,
+                                               options.skin,
+                                               options.up.normalized());
     if (!start.blocked.empty())
     {
         result.outcome = TrialOutcome::NeverTouched;

@@ -61,7 +61,7 @@ enum class TrialStart : std::uint8_t
 {
     Held,   ///< at the closed posture, opened until nothing touches; without weight
     Open,   ///< with the open hand at the pose of the grasp; without weight
-    Table,  ///< the same, with the object on a table; the hand takes no notice of the table
+    Table,  ///< the same, with the object on a table, which the hand must not be in
 };
 
 struct TrialProtocol

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace bullet_ccd::grasp
@@ -27,6 +28,33 @@ bool isClear(const HandModel& hand,
     {
         if (hand.linkTrees[i] != nullptr &&
             treeDistance(*hand.linkTrees[i], object.tree, poses[i], clearance).distance < clearance)
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+double lowestOf(const SsvTree& tree, const Eigen::Isometry3d& X, const Eigen::Vector3d& up)
+{
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, up.dot(X * vertex));
+    }
+    return lowest;
+}
+
+bool isAbove(const HandModel& hand,
+             const Eigen::Isometry3d& X_WH,
+             const std::vector<double>& positions,
+             const Eigen::Vector3d& up,
+             double height)
+{
+    const std::vector<Eigen::Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+    {
+        if (hand.linkTrees[i] != nullptr && lowestOf(*hand.linkTrees[i], poses[i], up) < height)
         {
             return false;
         }
@@ -112,7 +140,8 @@ TrialPosture openStart(const HandModel& hand,
                        const Grasp& grasp,
                        const TrialProtocol& protocol,
                        std::uint64_t seed,
-                       double clearance)
+                       double clearance,
+                       const Eigen::Vector3d& up)
 {
     const Preshape* preshape = findPreshape(hand, grasp.preshape);
     require(preshape != nullptr,
@@ -141,6 +170,15 @@ TrialPosture openStart(const HandModel& hand,
     if (shift.norm() > 0.0)
     {
         posture.X_WH.translation() -= clearance * shift.normalized();
+    }
+    if (protocol.start == TrialStart::Table)
+    {
+        const double table = lowestOf(object.tree, Eigen::Isometry3d::Identity(), up) - clearance;
+        if (!isAbove(hand, posture.X_WH, posture.positions, up, table) ||
+            !isAbove(hand, error * grasp.X_WH, grasp.positions, up, table))
+        {
+            posture.blocked = "the hand would be in the table: plan with --table-top";
+        }
     }
     return posture;
 }

@@ -26,11 +26,14 @@ struct TrialPosture
 
 /// The open hand at the end of its approach, off by the protocol's error, and drawn back by the
 /// clearance. The direction of the error follows from the seed and the number of the candidate.
+/// Blocked, too, where the protocol has a table, which is a clearance below the object along `up`,
+/// a unit vector, and the hand would be in it there, or in the posture of the grasp.
 /// Throws std::invalid_argument if the hand has no preshape of the grasp's name.
 [[nodiscard]] TrialPosture openStart(const HandModel& hand,
                                      const GraspObject& object,
                                      const Grasp& grasp,
                                      const TrialProtocol& protocol,
                                      std::uint64_t seed,
-                                     double clearance);
+                                     double clearance,
+                                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
 }  // namespace bullet_ccd::grasp

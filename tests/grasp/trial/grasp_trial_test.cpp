@@ -251,7 +251,7 @@ TEST(GraspTrial, LiftsFromATable)
     EXPECT_LT(result.slip, 1e-3);
     // What does not stand does not wait for the hand.
     TrialOptions leaning = options;
-    leaning.up = Eigen::Vector3d(0.0, 1.0, 0.4);
+    leaning.up = Eigen::Vector3d(0.0, 1.0, -0.4);
     const TrialResult toppled = pinched.run(lift, leaning);
     EXPECT_EQ(toppled.outcome, TrialOutcome::NotSettled);
     EXPECT_FALSE(toppled.reason.empty());
@@ -259,6 +259,42 @@ TEST(GraspTrial, LiftsFromATable)
     TrialOptions slippery = options;
     slippery.friction = 0.02;
     EXPECT_EQ(pinched.run(lift, slippery).outcome, TrialOutcome::Dropped);
+}
+
+TEST(GraspTrial, NoHandLiftsThroughTheTable)
+{
+    const PinchedCube pinched(false, 100.0);  // comes along +z
+    const TrialOptions options{.squeeze = kThreeHundredGrams, .up = Eigen::Vector3d::UnitZ()};
+    const TrialResult below = pinched.run(shippedProtocol("lift"), options);
+    EXPECT_EQ(below.outcome, TrialOutcome::NeverTouched);
+    EXPECT_NE(below.reason.find("table"), std::string::npos) << below.reason;
+    EXPECT_EQ(pinched.run(shippedProtocol("hover"), options).outcome, TrialOutcome::Held);
+}
+
+TEST(GraspTrial, SeesWhatIntersectsAtTheStart)
+{
+    PinchedCube pinched(false, 100.0);
+    pinched.grasp.X_WH.translation().z() += 0.03;  // the palm is in the cube
+    const TrialResult result =
+        runTrial(pinched.hand, pinched.cube, pinched.grasp, shippedProtocol("hover"), {});
+    EXPECT_FALSE(result.penetration.clean());
+}
+
+TEST(GraspTrial, RefusesJointsBeyondTheirLimits)
+{
+    PinchedCube pinched(false, 100.0);
+    pinched.grasp.positions[1] = 5.0;
+    const std::string joint = pinched.hand.robot.tree.links[1].joint.name;
+    try
+    {
+        (void)runTrial(pinched.hand, pinched.cube, pinched.grasp, shippedProtocol("six"), {});
+        FAIL() << "accepted";
+    }
+    catch (const std::invalid_argument& error)
+    {
+        EXPECT_NE(std::string(error.what()).find(joint + " is at 5"), std::string::npos)
+            << error.what();
+    }
 }
 
 /// Jaws of their own motors, of which one has a much longer way: gone on until stopped, the other
