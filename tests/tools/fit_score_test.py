@@ -67,3 +67,8 @@ with tempfile.TemporaryDirectory() as folder:
     ended = subprocess.run([SOURCES / "tools" / "fit_score", file], check=False, capture_output=True,
                            text=True)
     assert ended.returncode == 1 and "grasps.jsonl:1: no record" in ended.stderr, ended.stderr
+    for words in [Path(folder) / "missing"], [folder], ["--rows", Path(folder) / "missing"]:
+        ended = subprocess.run([SOURCES / "tools" / "fit_score", *words], check=False,
+                               capture_output=True, text=True)
+        assert ended.returncode == 2 and "cannot be read" in ended.stderr, ended.stderr
+        assert ended.stderr.count("\n") == 1, ended.stderr

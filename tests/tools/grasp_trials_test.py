@@ -43,7 +43,7 @@ with tempfile.TemporaryDirectory() as folder:
     alike = [trial("held", "held")] * 9
     code, text = summary(*alike, trial("dropped", "held"))
     assert code == 0, text
-    assert "10 grasps, held: ours  90.0 %; of 10: MuJoCo 100.0 %, agree  90.0 %" in text, text
+    assert "10 grasps, held: ours  90.0 %; of 10: MuJoCo 100.0 %, agree  90.0 %, same outcome  90.0 %" in text, text
     assert "differ:    1 x six: ours dropped, MuJoCo held" in text, text
     assert "six           epsilon up to 0.1                    10 grasps" in text, text
     assert "of the best five:    1 x six: lost here, held in MuJoCo" in text, text
@@ -57,6 +57,21 @@ with tempfile.TemporaryDirectory() as folder:
     code, text = summary(*alone)
     assert code == 0 and "2 grasps, held: ours  50.0 %\n" in text and "differ" not in text, text
 
+    # Nor of grasps without a squeeze, which it was not asked about either.
+    text = summary(*alike, trial("dropped", "held"), *[trial("no squeeze", "dropped")] * 10)[1]
+    assert "20 grasps, held: ours  45.0 %; of 10: MuJoCo 100.0 %, agree  90.0 %" in text, text
+    text = summary(trial("dropped", "slipped"), trial("held", "held"))[1]
+    assert "agree 100.0 %, same outcome  50.0 %" in text, text
+    # What is no table of rows is said in a line.
+    rows.write_text('{"state": []}')
+    half = Path(folder) / "half.json"
+    half.write_text('{"state": [{"hand": ')
+    no_trials = Path(folder) / "no_trials.json"
+    no_trials.write_text('{"state": [{"hand": "h", "object": "o/x"}]}')
+    for file in rows, half, no_trials, Path(folder) / "missing.json", Path(folder):
+        code, text = said("summary", file)
+        assert code == 2 and text.startswith(f"{file}: ") and text.count("\n") == 1, (code, text)
+
     # A soak goes on where it ended, and a program that crashes is found.
     ball = Path(folder) / "ball.obj"
     ball.write_text("v 0.02 0 0\nv 0 0.02 0\nv 0 0 0.02\nv -0.02 -0.02 -0.02\n"
@@ -68,12 +83,32 @@ with tempfile.TemporaryDirectory() as folder:
     before = log.read_text()
     trials = json.loads(before)["trials"]
     assert trials > 0
+    # A last line that is half written is dropped; any other one that is no row ends the program.
+    log.write_text(before + '{"turn": 1, "ha')
+    code, text = said("soak", *where, "--program", PROGRAM, "-n", 0)
+    assert code == 0 and "soak.jsonl:2: half written, and dropped" in text, text
+    assert log.read_text() == before
+    log.write_text('{"turn": 1, "ha\n' + before)
+    code, text = said("soak", *where, "--program", PROGRAM, "-n", 0)
+    assert code == 2 and "soak.jsonl:1: no row" in text and "Traceback" not in text, text
+    log.write_text(before)
     broken = Path(folder) / "broken"
     broken.write_text(f"#!/bin/sh\n[ $1 = plan ] && exec '{PROGRAM}' \"$@\"\nkill -SEGV $$\n")
     broken.chmod(0o755)
     code, text = said("soak", *where, "--program", broken, "-n", trials + 1)
     assert code == 1 and "crashes" in text, text
-    assert log.read_text().startswith(before) and log.read_text().count("\n") == 2
+    assert log.read_text().startswith(before) and log.read_text().count("\n") == 1 + tool.IDLE
+
+    # So is a plan that fails or crashes, and a soak that leads to nothing ends.
+    code, text = said("soak", "--hand", "/nowhere.urdf", "--object", ball, "-o", Path(folder) / "none",
+                      "--program", PROGRAM, "-n", 3)
+    assert code == 1 and "plan fails" in text and "20 turns in a row" in text, text
+    assert "0 trials with a squeeze of 20 plans, 20 of which led to no trial" in text, text
+    broken.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    code, text = said("soak", *where[:-4], "-o", Path(folder) / "crash", "--program", broken, "-n", 1)
+    assert code == 1 and "plan crashes" in text, text
+    # Trials without a squeeze do not count.
+    assert tool.counted({"trials": 8, "outcomes": {"held": 1, "no squeeze": 7}}) == 1
 
     # What waits has not stalled, however long; what works for too long has.
     tool.STALL = 1
