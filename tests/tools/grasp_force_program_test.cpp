@@ -189,6 +189,40 @@ TEST_F(GraspForceProgram, ChoicesThatTheFileDoesNotHaveExitWith3)
 
 // The row of rank 1 with the plan's own options: the recorded epsilon again, within the cones'
 // bounds.
+TEST_F(GraspForceProgram, OutputThatIsLostExitsWith3)
+{
+    if (!fs::exists("/dev/full"))
+    {
+        GTEST_SKIP() << "no device that is always full";
+    }
+    const std::string hover = "--rank 1 --brief --mass 0.05 --protocol hover ";
+    for (const auto& [verb, options] : {std::pair<std::string, std::string>{"trial", hover},
+                                        {"trial", hover + "--json"},
+                                        {"quality", ""}})
+    {
+        const Outcome lost = run(verb, options + " > /dev/full");
+        EXPECT_EQ(lost.exitCode, 3) << verb;
+        EXPECT_THAT(lost.err, HasSubstr("cannot be written")) << verb;
+    }
+}
+
+TEST_F(GraspForceProgram, FilmsThatFailCostNoResults)
+{
+    const std::string hover = "--rank 1 --brief --mass 0.05 --protocol hover --json --films '";
+    const Outcome blocked =
+        run("trial", hover + (s_folder->path() / "ball.obj" / "films").string() + "'");
+    EXPECT_EQ(blocked.exitCode, 3);
+    EXPECT_EQ(blocked.out, "");
+    EXPECT_THAT(blocked.err, HasSubstr("--films"));
+    EXPECT_THAT(blocked.err, HasSubstr("Not a directory"));
+    const fs::path films = s_folder->path() / "films";
+    fs::create_directories(films / "hover_01.png" / "in the way");
+    const Outcome tried = run("trial", hover + films.string() + "'");
+    EXPECT_EQ(tried.exitCode, 3);
+    EXPECT_THAT(tried.out, HasSubstr("\"rank\":1"));
+    EXPECT_THAT(tried.err, HasSubstr("hover_01.png"));
+}
+
 TEST_F(GraspForceProgram, QualityRecomputesWhatWasRecorded)
 {
     const Outcome out = run("quality", "--rank 1 --tolerance 1e-4");

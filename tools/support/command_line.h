@@ -26,7 +26,8 @@ struct ProgramText
 };
 
 /// Reads the command line and runs what `addTo` has added to it, which leaves its exit code.
-/// Exceptions become a line on stderr, and kUsage or kBadInput.
+/// Exceptions become a line on stderr, and kUsage or kBadInput; so does output that cannot be
+/// written, such as to a full disk.
 [[nodiscard]] int runProgram(int argc,
                              char** argv,
                              const ProgramText& text,

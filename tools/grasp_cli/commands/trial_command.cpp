@@ -1,3 +1,4 @@
+#include "bullet_ccd/math/replace_file.h"
 #include "grasp/trial/grasp_trial.h"
 #include "tools/grasp_cli/answers/trial_films.h"
 #include "tools/grasp_cli/answers/trial_models.h"
@@ -19,6 +20,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
+#include <system_error>
 
 namespace bullet_ccd::tools
 {
@@ -171,12 +174,34 @@ std::vector<TrialProtocol> chosenProtocols(const TrialArguments& arguments)
     return protocols;
 }
 
-void writeFilms(const TrialArguments& arguments,
+std::string filmName(const TrialProtocol& protocol, std::size_t index)
+{
+    return fmt::format("{}_{:02}", protocol.name, index + 1);
+}
+
+/// Creates the folder of the films and proves that it can be written. Throws std::runtime_error.
+void prepareFilms(const std::filesystem::path& folder)
+{
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    error = error ? error : tryReplaceFile(folder / "film.png");
+    if (error)
+    {
+        throw std::runtime_error(
+            fmt::format("--films {}: cannot be written ({}): give another folder",
+                        folder.string(),
+                        error.message()));
+    }
+}
+
+/// Returns whether all could be written; the others are named on stderr.
+bool writeFilms(const TrialArguments& arguments,
                 const GraspRecords& records,
                 const std::vector<std::size_t>& chosen,
                 const std::vector<TrialProtocol>& protocols,
                 const std::vector<std::vector<TrialFilm>>& films)
 {
+    bool isDone = true;
     for (std::size_t k = 0; !arguments.films.empty() && k < films.size(); ++k)
     {
         for (std::size_t p = 0; p < protocols.size(); ++p)
@@ -185,28 +210,42 @@ void writeFilms(const TrialArguments& arguments,
             {
                 continue;
             }
-            std::filesystem::create_directories(arguments.films);
             std::optional<Eigen::Vector3d> up;
             if (protocols[p].start == grasp::TrialStart::Table)
             {
                 up = records.source.run.options.approach.up;
             }
-            films[k][p].write(arguments.films,
-                              fmt::format("{}_{:02}", protocols[p].name, chosen[k] + 1),
-                              records.hand.hand,
-                              records.object.object,
-                              up);
+            try
+            {
+                films[k][p].write(arguments.films,
+                                  filmName(protocols[p], chosen[k]),
+                                  records.hand.hand,
+                                  records.object.object,
+                                  up);
+            }
+            catch (const std::exception& error)
+            {
+                fmt::print(stderr, "left out: a film: {}\n", error.what());
+                isDone = false;
+            }
         }
     }
+    return isDone;
 }
+
+struct TriedRows
+{
+    std::vector<TrialRow> rows;
+    bool hasFilms = true;  ///< all that were asked for
+};
 
 /// Runs the trials with progress on stderr. JSON records are printed as soon as those before them
 /// are.
-std::vector<TrialRow> tryAll(const TrialArguments& arguments,
-                             const GraspRecords& records,
-                             const std::vector<std::size_t>& chosen,
-                             const std::vector<TrialProtocol>& protocols,
-                             const StopRequest& stop)
+TriedRows tryAll(const TrialArguments& arguments,
+                 const GraspRecords& records,
+                 const std::vector<std::size_t>& chosen,
+                 const std::vector<TrialProtocol>& protocols,
+                 const StopRequest& stop)
 {
     const std::vector<std::string> joints = independentJointNames(records.hand.hand.robot.tree);
     std::vector<const grasp::Grasp*> grasps;
@@ -268,8 +307,8 @@ std::vector<TrialRow> tryAll(const TrialArguments& arguments,
         },
         watch);
     print(rows, true);
-    writeFilms(arguments, records, chosen, protocols, films);
-    return rows;
+    const bool hasFilms = writeFilms(arguments, records, chosen, protocols, films);
+    return {.rows = std::move(rows), .hasFilms = hasFilms};
 }
 
 int trial(const TrialArguments& arguments)
@@ -278,6 +317,10 @@ int trial(const TrialArguments& arguments)
     GraspRecords records = loadGraspRecords(arguments.records);
     const std::vector<std::size_t> chosen =
         chosenGrasps(records, arguments.records, arguments.choice);
+    if (!arguments.films.empty())
+    {
+        prepareFilms(arguments.films);
+    }
     if (arguments.accuracy > 0.0)
     {
         const TrialModels models =
@@ -286,7 +329,7 @@ int trial(const TrialArguments& arguments)
     }
     const StopRequest stop(arguments.timeLimit);
     const Stopwatch watch;
-    const std::vector<TrialRow> rows = tryAll(arguments, records, chosen, protocols, stop);
+    const auto [rows, hasFilms] = tryAll(arguments, records, chosen, protocols, stop);
     TextTable table{.header = {"rank",
                                "epsilon",
                                "protocol",
@@ -303,7 +346,7 @@ int trial(const TrialArguments& arguments)
     const double seconds = watch.seconds();
     double simulated = 0.0;
     bool isHeld = false;
-    bool hasFailed = false;
+    bool hasFailed = !hasFilms;
     for (std::size_t k = 0; k < rows.size(); ++k)
     {
         const grasp::Grasp& grasp = records.grasps[chosen[k]];
