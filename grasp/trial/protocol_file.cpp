@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <yaml-cpp/yaml.h>
 
@@ -10,6 +13,7 @@ namespace bullet_ccd::grasp
 {
 namespace
 {
+constexpr double kLeast = 1e-6;                       // of what must be above 0
 constexpr double kRadian = std::numbers::pi / 180.0;  // of a degree
 
 /// A map of the file; every error names the line and the key.
@@ -24,7 +28,7 @@ public:
     {
         if (!node.IsMap())
         {
-            fail(node, name, "not a map: write KEY: VALUE, one a line");
+            fail(node, name, shown(node) + "not a map: write KEY: VALUE, one a line");
         }
         std::vector<std::string> seen;
         for (const auto& entry : node)
@@ -54,12 +58,35 @@ public:
         return node;
     }
 
-    /// @param largest  what a value may be at most, in its size
     [[nodiscard]] double number(const std::string& key,
                                 double otherwise,
-                                double largest = 1e6) const
+                                double least = -1e6,
+                                double most = 1e6) const
     {
-        return has(key) ? number(m_node[key], key, largest) : otherwise;
+        return has(key) ? number(m_node[key], key, least, most) : otherwise;
+    }
+
+    /// A whole number from `least` on.
+    [[nodiscard]] std::uint64_t whole(const std::string& key,
+                                      std::uint64_t otherwise,
+                                      std::uint64_t least,
+                                      std::uint64_t most) const
+    {
+        if (!has(key))
+        {
+            return otherwise;
+        }
+        const YAML::Node node = m_node[key];
+        std::uint64_t value = 0;
+        if (!node.IsScalar() || node.Scalar().find('-') != std::string::npos ||
+            !YAML::convert<std::uint64_t>::decode(node, value) || value < least || value > most)
+        {
+            fail(node,
+                 key,
+                 shown(node) + "write a whole number from " + std::to_string(least) + " to " +
+                     std::to_string(most));
+        }
+        return value;
     }
 
     [[nodiscard]] std::string text(const std::string& key) const
@@ -67,7 +94,7 @@ public:
         const YAML::Node node = at(key);
         if (!node.IsScalar() || node.Scalar().empty())
         {
-            fail(node, key, "no value: write one");
+            fail(node, key, shown(node) + "not a word: write one");
         }
         return node.Scalar();
     }
@@ -82,12 +109,12 @@ public:
         const YAML::Node node = m_node[key];
         if (!node.IsSequence() || node.size() != 3)
         {
-            fail(node, key, "not three numbers: write [X, Y, Z]");
+            fail(node, key, shown(node) + "not three numbers: write [X, Y, Z]");
         }
-        constexpr double kLargest = 1e6;
-        return {number(node[0], key, kLargest),
-                number(node[1], key, kLargest),
-                number(node[2], key, kLargest)};
+        constexpr double kMost = 1e6;
+        return {number(node[0], key, -kMost, kMost),
+                number(node[1], key, -kMost, kMost),
+                number(node[2], key, -kMost, kMost)};
     }
 
     [[noreturn]] void fail(const YAML::Node& node,
@@ -100,22 +127,34 @@ public:
     }
 
 private:
+    /// What stands there, in one line.
+    static std::string shown(const YAML::Node& node)
+    {
+        YAML::Emitter emitter;
+        emitter.SetSeqFormat(YAML::Flow);
+        emitter.SetMapFormat(YAML::Flow);
+        emitter << node;
+        const std::string text = node.IsNull() ? "nothing" : emitter.c_str();
+        constexpr std::size_t kMost = 60;
+        return text.substr(0, std::min(kMost, text.find('\n'))) + ": ";
+    }
+
     [[nodiscard]] double number(const YAML::Node& node,
                                 const std::string& key,
-                                double largest) const
+                                double least,
+                                double most) const
     {
         double value = 0.0;
         if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) ||
             !std::isfinite(value))
         {
-            fail(node, key, "not a number: write one");
+            fail(node, key, shown(node) + "not a number: write one");
         }
-        if (std::abs(value) > largest)
+        if (!(value >= least && value <= most))
         {
-            fail(node,
-                 key,
-                 node.Scalar() + ": write a number of at most " +
-                     std::to_string(static_cast<std::int64_t>(largest)));
+            std::ostringstream range;
+            range << "write a number from " << least << " to " << most;
+            fail(node, key, shown(node) + range.str());
         }
         return value;
     }
@@ -124,6 +163,19 @@ private:
     std::string m_name;
     YAML::Node m_node;
 };
+
+/// Files are called so, too.
+std::string nameOf(const KeyedMap& map)
+{
+    constexpr const char* kAllowed =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
+    const std::string name = map.text("name");
+    if (name.find_first_not_of(kAllowed) != std::string::npos)
+    {
+        map.fail(map.at("name"), "name", "\"" + name + "\": write letters, digits, - and _ only");
+    }
+    return name;
+}
 
 TrialStart startOf(const KeyedMap& map)
 {
@@ -153,13 +205,17 @@ void addPhases(const std::filesystem::path& file,
     }
     const std::string kind = node.begin()->first.Scalar();
     const YAML::Node content = node.begin()->second;
+    if (content.IsNull())  // stands where the next thing does
+    {
+        entry.fail(node, kind, "nothing: write {} for a phase as it is by default");
+    }
     TrialPhase phase;
     if (kind == "load")
     {
         const KeyedMap map(file, kind, content, {"direction", "weights", "seconds"});
         phase.direction = map.vector("direction", phase.direction);
-        phase.amount = map.number("weights", 1.0, 1e4);
-        phase.time = map.number("seconds", 1.0);
+        phase.amount = map.number("weights", 1.0, 0.0, 1e4);
+        phase.time = map.number("seconds", 1.0, kLeast, 600.0);
     }
     else if (kind == "shake")
     {
@@ -167,33 +223,31 @@ void addPhases(const std::filesystem::path& file,
         phase.kind = TrialPhase::Kind::Shake;
         (void)map.at("direction");
         phase.direction = map.vector("direction", phase.direction);
-        phase.amount = 1e-3 * map.number("mm", 20.0, 1e4);
-        phase.frequency = map.number("hz", 2.0, 20.0);
-        phase.time = map.number("seconds", 2.0);
+        phase.amount = 1e-3 * map.number("mm", 20.0, 0.0, 1e4);
+        phase.frequency = map.number("hz", 2.0, kLeast, 20.0);
+        phase.time = map.number("seconds", 2.0, kLeast, 600.0);
     }
     else if (kind == "lift")
     {
         const KeyedMap map(file, kind, content, {"mm", "seconds"});
         phase.kind = TrialPhase::Kind::Lift;
-        phase.amount = 1e-3 * map.number("mm", 200.0, 1e4);
-        phase.time = map.number("seconds", 1.0);
+        phase.amount = 1e-3 * map.number("mm", 200.0, 0.0, 1e4);
+        phase.time = map.number("seconds", 1.0, kLeast, 600.0);
     }
     else
     {
         const KeyedMap map(file, kind, content, {"force", "moment", "random", "seed"});
         if (map.has("random"))
         {
-            const double count = map.number("random", 0.0);
-            const double seed = map.number("seed", 1.0);
-            if (!(count >= 1.0 && count <= 1e4 && seed >= 0.0) || map.has("force") ||
-                map.has("moment"))
+            const std::uint64_t count = map.whole("random", 1, 1, 10000);
+            const std::uint64_t seed =
+                map.whole("seed", 1, 0, std::numeric_limits<std::uint64_t>::max());
+            if (map.has("force") || map.has("moment"))
             {
-                map.fail(map.at("random"),
-                         "random",
-                         "give 1 to 10000 wrenches, a seed from 0, and neither force nor moment");
+                map.fail(
+                    map.at("random"), "random", "neither force nor moment go with it: drop it");
             }
-            const std::vector<TrialPhase> pulls =
-                randomPulls(static_cast<int>(count), static_cast<std::uint64_t>(seed));
+            const std::vector<TrialPhase> pulls = randomPulls(static_cast<int>(count), seed);
             phases.insert(phases.end(), pulls.begin(), pulls.end());
             return;
         }
@@ -220,6 +274,10 @@ TrialProtocol readProtocol(const std::filesystem::path& file)
     YAML::Node node;
     try
     {
+        if (std::filesystem::is_directory(file))
+        {
+            throw YAML::BadFile(file.string());
+        }
         node = YAML::LoadFile(file.string());
     }
     catch (const YAML::BadFile&)
@@ -244,13 +302,13 @@ TrialProtocol readProtocol(const std::filesystem::path& file)
         node,
         {"name", "start", "phases", "error_mm", "error_deg", "held_mm", "held_deg", "lost_mm"});
     TrialProtocol protocol;
-    protocol.name = map.has("name") ? map.text("name") : file.stem().string();
+    protocol.name = map.has("name") ? nameOf(map) : file.stem().string();
     protocol.start = startOf(map);
-    protocol.shift = 1e-3 * map.number("error_mm", 0.0, 1e3);
-    protocol.turn = kRadian * map.number("error_deg", 0.0, 180.0);
-    protocol.heldWay = 1e-3 * map.number("held_mm", 1e3 * protocol.heldWay);
-    protocol.heldTurn = kRadian * map.number("held_deg", protocol.heldTurn / kRadian);
-    protocol.lostWay = 1e-3 * map.number("lost_mm", 1e3 * protocol.lostWay);
+    protocol.shift = 1e-3 * map.number("error_mm", 0.0, 0.0, 1e3);
+    protocol.turn = kRadian * map.number("error_deg", 0.0, 0.0, 180.0);
+    protocol.heldWay = 1e-3 * map.number("held_mm", 1e3 * protocol.heldWay, kLeast);
+    protocol.heldTurn = kRadian * map.number("held_deg", protocol.heldTurn / kRadian, kLeast);
+    protocol.lostWay = 1e-3 * map.number("lost_mm", 1e3 * protocol.lostWay, kLeast);
     const YAML::Node phases = map.at("phases");
     if (!phases.IsSequence() || phases.size() == 0)
     {
@@ -266,7 +324,13 @@ TrialProtocol readProtocol(const std::filesystem::path& file)
     }
     catch (const std::invalid_argument& error)
     {
-        map.fail(node, protocol.name, error.what());
+        // Each key is right by itself: two of them contradict each other, or the start one.
+        const std::vector<std::string> keys =
+            protocol.lostWay < protocol.heldWay ? std::vector<std::string>{"held_mm", "lost_mm"}
+                                                : std::vector<std::string>{"error_mm", "error_deg"};
+        const std::string& key = map.has(keys[0]) ? keys[0] : keys[1];
+        const std::string what = error.what();
+        map.fail(map.at(key), key, map.text(key) + ": " + what.substr(what.find("\": ") + 3));
     }
     return protocol;
 }

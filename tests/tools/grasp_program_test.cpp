@@ -144,11 +144,14 @@ TEST_F(GraspProgram, NumbersThatMakeNoSenseExitWith2AndAreNamed)
                           Case{"plan", "--pictures", "-1"},
                           Case{"plan", "--models", "-1"},
                           Case{"plan", "--models", "100"},
+                          Case{"plan", "--seed", "18446744073709551616"},
+                          Case{"trial", "--seed", "-1"},
+                          Case{"trial", "--seed", "18446744073709551616"},
                           Case{"check", "--max-gap", "nan"},
                           Case{"check", "--max-gap", "-1"}})
     {
         const std::string input =
-            std::string(c.verb) == "check" ? " file.jsonl " : " --hand a --object b ";
+            std::string(c.verb) != "plan" ? " file.jsonl " : " --hand a --object b ";
         const Outcome refused = run(c.verb + input + c.option + " " + c.value);
         EXPECT_EQ(refused.exitCode, 2) << c.verb << ' ' << c.option << ' ' << c.value;
         EXPECT_THAT(refused.err, HasSubstr(c.option)) << c.value;
@@ -293,11 +296,28 @@ TEST_F(GraspProgram, AFolderThatCannotBeWrittenExitsWith3)
     EXPECT_EQ(contentOf(m_folder / "file"), "in the way");
 }
 
+TEST_F(GraspProgram, OptionsThatChangeNothingAreRefused)
+{
+    for (const char* option : {"--tried 3", "--refine 1", "--brief"})
+    {
+        const Outcome planned = plan(m_folder / "out", std::string("-q ") + option);
+        EXPECT_EQ(planned.exitCode, 2) << option;
+        EXPECT_THAT(planned.err, HasSubstr("--trial")) << option;
+        EXPECT_FALSE(fs::exists(m_folder / "out")) << option;
+    }
+    const Outcome tried = run("trial none.jsonl --protocol six --pulls 3");
+    EXPECT_EQ(tried.exitCode, 2);
+    EXPECT_THAT(tried.err, HasSubstr("--pulls"));
+}
+
 TEST_F(GraspProgram, AListOfTrialsLacksNoName)
 {
     const Outcome planned = plan(m_folder / "out", "-q --trial lift,,six");
     EXPECT_EQ(planned.exitCode, 3);
     EXPECT_THAT(planned.err, HasSubstr("--trial lift,,six: a name is missing"));
+    const Outcome twice = plan(m_folder / "out", "-q --trial six,lift --trial six");
+    EXPECT_EQ(twice.exitCode, 3);
+    EXPECT_THAT(twice.err, HasSubstr("--trial six: two protocols are called \"six\""));
 }
 
 TEST_F(GraspProgram, CheckNoticesWhatWasTamperedWith)

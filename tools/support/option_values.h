@@ -5,10 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <fmt/format.h>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -30,16 +33,20 @@ template <typename T>
             ""};
 }
 
-/// Accepts whole numbers from 0. Plain conversion to an unsigned number would wrap negative ones
-/// around.
+/// Accepts whole numbers from 0 of at most 64 bits. Plain conversion to an unsigned number would
+/// wrap negative ones around, and take the largest one in place of what is too large.
 [[nodiscard]] inline CLI::Validator wholeNumber()
 {
     return {[](const std::string& text)
             {
                 std::uint64_t value = 0;
-                const bool fits =
-                    text.find('-') == std::string::npos && CLI::detail::lexical_cast(text, value);
-                return fits ? std::string() : fmt::format("{} is not a whole number from 0", text);
+                const char* const end = text.data() + text.size();
+                const std::from_chars_result read = std::from_chars(text.data(), end, value);
+                const bool fits = read.ec == std::errc() && read.ptr == end;
+                return fits ? std::string()
+                            : fmt::format("{} is not a whole number from 0 to {}",
+                                          text,
+                                          std::numeric_limits<std::uint64_t>::max());
             },
             ""};
 }

@@ -73,11 +73,11 @@ TEST_F(ProtocolFile, NamesTheLineTheKeyAndARemedy)
     EXPECT_THAT(errorOf(start + "start: lying\nphases: [load: {}]\n"),
                 HasSubstr("push.yaml:2: start: \"lying\": write held, open or table"));
     EXPECT_THAT(errorOf(start + "phases:\n  - load: {}\n  - load: {seconds: soon}\n"),
-                HasSubstr("push.yaml:4: seconds: not a number"));
+                HasSubstr("push.yaml:4: seconds: soon: not a number"));
     EXPECT_THAT(errorOf(start + "phases:\n  - load: {seconds: -1}\n"),
-                HasSubstr("push.yaml:3: load: its time must be above 0"));
+                HasSubstr("push.yaml:3: seconds: -1: write a number from 1e-06 to 600"));
     EXPECT_THAT(errorOf(start + "phases:\n  - load: {direction: [0, 0]}\n"),
-                HasSubstr("push.yaml:3: direction: not three numbers"));
+                HasSubstr("push.yaml:3: direction: [0, 0]: not three numbers"));
     EXPECT_THAT(errorOf(start + "phases:\n  - load: {direction: [0, 0, 0]}\n"),
                 HasSubstr("push.yaml:3: load: the direction is 0"));
     EXPECT_THAT(errorOf(start + "phases:\n  - pull: {}\n"),
@@ -85,6 +85,53 @@ TEST_F(ProtocolFile, NamesTheLineTheKeyAndARemedy)
     EXPECT_THAT(errorOf(start + "error_mm: 3\nphases: [load: {}]\n"),
                 HasSubstr("needs a start with the open hand"));
     EXPECT_THAT(errorOf("phases: [\n"), HasSubstr("not YAML"));
+    // What two keys say together has the line of one of them.
+    EXPECT_THAT(errorOf(start + "phases: [load: {}]\nheld_mm: 200\n"),
+                HasSubstr("push.yaml:3: held_mm: 200: thresholds"));
+    EXPECT_THAT(errorOf(start + "phases: [load: {}]\nerror_deg: 3\n"),
+                HasSubstr("push.yaml:3: error_deg: 3: an error of the pose"));
+    EXPECT_THAT(errorOf(start + "start: open\nerror_mm: -3\nphases: [load: {}]\n"),
+                HasSubstr("push.yaml:3: error_mm: -3: write a number from 0 to 1000"));
+    EXPECT_THAT(errorOf(start + "phases:\n  - load:\n"), HasSubstr("push.yaml:3: load: nothing"));
+    EXPECT_THAT(errorOf(start + "phases:\n  - load: 3\n"),
+                HasSubstr("push.yaml:3: load: 3: not a map"));
+    EXPECT_THAT(errorOf(start + "held_mm: nan\nphases: [load: {}]\n"),
+                HasSubstr("push.yaml:2: held_mm: nan: not a number"));
+    EXPECT_THAT(errorOf(start + "start: [table]\nphases: [load: {}]\n"),
+                HasSubstr("push.yaml:2: start: [table]: not a word"));
+    EXPECT_THAT(errorOf(start + "phases:\n  - lift: {mm: -50}\n"),
+                HasSubstr("push.yaml:3: mm: -50"));
+}
+
+TEST_F(ProtocolFile, CountsAndSeedsAreWholeNumbers)
+{
+    for (const char* pull : {"random: 2.5",
+                             "random: 0",
+                             "random: -3",
+                             "random: 3, seed: -1",
+                             "random: 3, seed: 1.5",
+                             "random: 3, seed: 18446744073709551616"})
+    {
+        EXPECT_THAT(errorOf("phases:\n  - pull: {" + std::string(pull) + "}\n"),
+                    HasSubstr("write a whole number from "))
+            << pull;
+    }
+    EXPECT_EQ(read("phases:\n  - pull: {random: 3, seed: 18446744073709551615}\n").phases.size(),
+              3U);
+}
+
+// Films and rows are called so.
+TEST_F(ProtocolFile, NamesAreOfLettersAndDigits)
+{
+    const std::string phases = "\nphases: [load: {}]\n";
+    EXPECT_EQ(read("name: Push-2_b" + phases).name, "Push-2_b");
+    for (const char* name : {"a/../../b", "a b", "..", "a\\tb"})
+    {
+        EXPECT_THAT(errorOf("start: held\nname: \"" + std::string(name) + "\"" + phases),
+                    HasSubstr("push.yaml:2: name: "))
+            << name;
+    }
+    EXPECT_THROW((void)readProtocol(std::filesystem::temp_directory_path()), std::runtime_error);
     EXPECT_THROW((void)namedProtocol("no_such_protocol"), std::runtime_error);
 }
 

@@ -25,6 +25,12 @@ std::vector<grasp::TrialProtocol> protocolsNamed(const std::vector<std::string>&
                                             ": a name is missing beside a comma: give one");
             }
             protocols.push_back(grasp::namedProtocol(name));
+            const std::string& known = protocols.back().name;
+            if (std::ranges::count(protocols, known, &grasp::TrialProtocol::name) > 1)
+            {
+                throw std::invalid_argument(option + " " + list + ": two protocols are called \"" +
+                                            known + "\": drop one, or give it another name");
+            }
         }
     }
     return protocols;

@@ -13,8 +13,8 @@
 namespace bullet_ccd::tools
 {
 /// The protocols of lists such as "lift,six" and of single names.
-/// Throws std::invalid_argument that names the option for a list in which a name is missing, and as
-/// grasp::namedProtocol() does.
+/// Throws std::invalid_argument that names the option for a list in which a name is missing, and
+/// for two protocols of one name, and as grasp::namedProtocol() does.
 [[nodiscard]] std::vector<grasp::TrialProtocol> protocolsNamed(
     const std::vector<std::string>& lists, const std::string& option);
 

@@ -436,21 +436,24 @@ void addPlanCommand(CLI::App& app, int& exitCode)
         ->check(CLI::IsMember({"epsilon", "score"}).description(""))
         ->capture_default_str()
         ->group("Squeeze");
-    command
-        ->add_option(
-            "--trial",
-            arguments->trials.protocols,
-            "Try the best grasps in simulations, and rank first what held in more of them: "
-            "names or YAML files of protocols, with commas between (see grasp trial "
-            "--help).")
-        ->type_name("NAME")
-        ->group("Trials");
+    CLI::Option* trial =
+        command
+            ->add_option(
+                "--trial",
+                arguments->trials.protocols,
+                "Try the best grasps in simulations, and rank first what held in more of them: "
+                "names or YAML files of protocols, with commas between (see grasp trial "
+                "--help).")
+            ->type_name("NAME")
+            ->group("Trials");
     command->add_option("--tried", arguments->trials.tried, "How many of the best grasps to try.")
         ->type_name("K")
         ->check(within(1, 100000))
+        ->needs(trial)
         ->capture_default_str()
         ->group("Trials");
     command->add_flag("--brief", arguments->trials.brief, "Brief trials, as of grasp trial.")
+        ->needs(trial)
         ->group("Trials");
     command
         ->add_option("--refine",
@@ -459,6 +462,7 @@ void addPlanCommand(CLI::App& app, int& exitCode)
                      "again, so many times, and keep what holds in more trials.")
         ->type_name("N")
         ->check(within(0, 10))
+        ->needs(trial)
         ->capture_default_str()
         ->group("Trials");
     command

@@ -164,6 +164,12 @@ std::vector<std::string> trialRow(std::size_t rank,
 std::vector<TrialProtocol> chosenProtocols(const TrialArguments& arguments)
 {
     std::vector<TrialProtocol> protocols = protocolsNamed(arguments.protocols, "--protocol");
+    if (arguments.pulls > 0 && std::ranges::count(protocols, "pull", &TrialProtocol::name) == 0)
+    {
+        throw CLI::ValidationError(
+            "--pulls",
+            "changes nothing without the protocol pull: give --protocol pull, or drop it");
+    }
     for (TrialProtocol& protocol : protocols)
     {
         if (arguments.pulls > 0 && protocol.name == "pull")
@@ -448,6 +454,7 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->group("Load");
     command->add_option("--seed", arguments->seed, "Of random wrenches and errors of the pose.")
         ->type_name("S")
+        ->check(wholeNumber())
         ->capture_default_str()
         ->group("Load");
     command
