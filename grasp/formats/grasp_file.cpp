@@ -8,10 +8,12 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
 #include <stdexcept>
+#include <utility>
 
 namespace bullet_ccd::grasp
 {
@@ -56,6 +58,18 @@ T value(const Json& json, const char* key, const Place& place)
              std::string("key \"") + key + "\": unexpected value " + found.dump().substr(0, 60) +
                  ": correct it or plan again");
     }
+}
+
+double positive(const Json& json, const char* key, const Place& place)
+{
+    const auto number = value<double>(json, key, place);
+    if (!(number > 0.0))
+    {
+        fail(place,
+             std::string("key \"") + key + "\": " + json.at(key).dump() +
+                 " is not above 0: correct it or plan again");
+    }
+    return number;
 }
 
 template <int Size>
@@ -192,7 +206,7 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
         source.run.srdfFile = value<std::string>(hand, "srdf", place);
     }
     source.run.objectFile = value<std::string>(object, "file", place);
-    source.run.objectScale = value<double>(object, "scale", place);
+    source.run.objectScale = positive(object, "scale", place);
     PlannerOptions& options = source.run.options;
     options.seed = value<std::uint64_t>(plan, "seed", place);
     options.candidates = value<std::int64_t>(plan, "candidates", place);
@@ -232,9 +246,9 @@ GraspFileSource sourceFrom(const Json& json, const Place& place)
     // object follows from it again.
     if (plan.contains("mass_kg") && plan.value("mass_from", "given") == std::string("given"))
     {
-        options.mass = value<double>(plan, "mass_kg", place);
+        options.mass = positive(plan, "mass_kg", place);
     }
-    options.friction = value<double>(quality, "friction", place);
+    options.friction = positive(quality, "friction", place);
     options.coneEdges = value<int>(quality, "cone_edges", place);
     source.handHash = value<std::string>(hand, "content_hash", place);
     source.objectHash = value<std::string>(object, "content_hash", place);
@@ -295,6 +309,21 @@ Grasp graspFrom(const Json& json, const HandModel& hand, const Place& place)
     return grasp;
 }
 
+/// The line for a record of a journal, which has no rank.
+int rankFrom(const Json& json, const Place& place)
+{
+    if (!json.contains("rank") || json.at("rank").is_null())
+    {
+        return place.line;
+    }
+    const int rank = value<int>(json, "rank", place);
+    if (rank < 1)
+    {
+        fail(place, "key \"rank\": " + std::to_string(rank) + ": ranks begin with 1: correct it");
+    }
+    return rank;
+}
+
 /// Fails for a line that is no JSON from its character `at` on: NaN and such have a key.
 [[noreturn]] void failAt(const std::string& line, std::size_t at, const Place& place)
 {
@@ -343,7 +372,7 @@ void forEachRecord(const std::filesystem::path& path,
                    std::vector<std::string>* damaged = nullptr)
 {
     std::ifstream in(path);
-    if (!in)
+    if (!in || std::filesystem::is_directory(path))
     {
         throw std::runtime_error(path.string() +
                                  ": cannot be opened: give a file that grasp plan wrote");
@@ -425,9 +454,11 @@ GraspFileSource readGraspSource(const std::filesystem::path& path, bool skipDama
 
 std::vector<Grasp> readGrasps(const std::filesystem::path& path,
                               const HandModel& hand,
-                              std::vector<std::string>* damaged)
+                              std::vector<std::string>* damaged,
+                              std::vector<int>* ranks)
 {
     std::vector<Grasp> grasps;
+    std::map<int, int> lines;  // of ranks
     std::optional<GraspFileSource> first;
     forEachRecord(
         path,
@@ -441,7 +472,20 @@ std::vector<Grasp> readGrasps(const std::filesystem::path& path,
                      "another hand or object than in the first line: keep one file for "
                      "each pair");
             }
-            grasps.push_back(graspFrom(json, hand, place));
+            Grasp grasp = graspFrom(json, hand, place);
+            if (ranks != nullptr)
+            {
+                const int rank = rankFrom(json, place);
+                const auto [other, isNew] = lines.emplace(rank, place.line);
+                if (!isNew)
+                {
+                    fail(place,
+                         "key \"rank\": " + std::to_string(rank) + " is that of line " +
+                             std::to_string(other->second) + ", too: correct one of them");
+                }
+                ranks->push_back(rank);
+            }
+            grasps.push_back(std::move(grasp));
             return true;
         },
         damaged);

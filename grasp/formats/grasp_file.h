@@ -76,12 +76,14 @@ struct GraspFileSource
 /// Reads all grasps of a file; `hand` must be the hand that it was written for.
 /// @param damaged  not null: lines that cannot be read are left out, and what would have been
 ///                 thrown is added here
+/// @param ranks    not null: those of the grasps are added here, their lines for records without
 /// Throws std::runtime_error: "<file>:<line>: <what>: <remedy>", also if a line has another hand or
-/// object than the first line.
+/// object than the first line, or, with `ranks`, the rank of another line.
 [[nodiscard]] BULLET_CCD_API std::vector<Grasp> readGrasps(
     const std::filesystem::path& path,
     const HandModel& hand,
-    std::vector<std::string>* damaged = nullptr);
+    std::vector<std::string>* damaged = nullptr,
+    std::vector<int>* ranks = nullptr);
 
 /// Reads the grasp of one record, a line of a file, which was written for `hand`.
 /// Throws as readGrasps() does, with "record" in place of the file.

@@ -187,8 +187,73 @@ TEST_F(GraspForceProgram, ChoicesThatTheFileDoesNotHaveExitWith3)
     EXPECT_EQ(run("force", "--objective hard").exitCode, 2);
 }
 
-// The row of rank 1 with the plan's own options: the recorded epsilon again, within the cones'
-// bounds.
+TEST_F(GraspForceProgram, RanksAreThoseOfTheRecords)
+{
+    std::istringstream lines(contentOf(s_folder->path() / "grasps.jsonl"));
+    std::vector<std::string> records;
+    for (std::string line; std::getline(lines, line);)
+    {
+        records.push_back(line);
+    }
+    ASSERT_GE(records.size(), 3U);
+    const fs::path file = s_folder->path() / "some.jsonl";
+    const auto ranks = [&](const std::string& options)
+    {
+        const Outcome solved = runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " force '" +
+                                          file.string() + "' --json " + options);
+        std::istringstream out(solved.out);
+        std::vector<int> found;
+        for (std::string line; std::getline(out, line);)
+        {
+            found.push_back(nlohmann::json::parse(line)["rank"].get<int>());
+        }
+        return std::pair(found, solved);
+    };
+    // The first line is cut off; the third rank comes before the second.
+    std::ofstream(file) << records[0].substr(0, 200) << '\n' << records[2] << '\n' << records[1];
+    EXPECT_EQ(ranks("").first, (std::vector{3, 2}));
+    EXPECT_EQ(ranks("--rank 2").first, std::vector{2});
+    EXPECT_THAT(ranks("--rank 1").second.err, HasSubstr("no grasp of rank 1: it has 2, 3"));
+    std::ofstream(file) << records[1] << '\n' << records[1];
+    const auto [once, twice] = ranks("");
+    EXPECT_EQ(once, std::vector{2});
+    EXPECT_EQ(twice.exitCode, 3);
+    EXPECT_THAT(twice.err, HasSubstr("some.jsonl:2: key \"rank\": 2 is that of line 1, too"));
+    EXPECT_THAT(runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " trial '" + file.string() +
+                           "' --brief --json --protocol hover --mass 0.05")
+                    .out,
+                HasSubstr("\"rank\":2"));
+}
+
+TEST_F(GraspForceProgram, RecordsThatMakeNoSenseAreNamed)
+{
+    const std::string records = contentOf(s_folder->path() / "grasps.jsonl");
+    const std::string first = records.substr(0, records.find('\n'));
+    const fs::path file = s_folder->path() / "odd.jsonl";
+    const auto errorOf = [&](const std::string& pointer, const nlohmann::ordered_json& value)
+    {
+        nlohmann::ordered_json record = nlohmann::ordered_json::parse(first);
+        record[nlohmann::ordered_json::json_pointer(pointer)] = value;
+        std::ofstream(file) << record.dump() << '\n';
+        const Outcome refused = runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " trial '" +
+                                           file.string() + "' --brief --protocol hover");
+        EXPECT_EQ(refused.exitCode, 3) << pointer;
+        return refused.err;
+    };
+    EXPECT_THAT(errorOf("/quality/friction", 0.0),
+                HasSubstr("odd.jsonl:1: key \"friction\": 0.0 is not above 0"));
+    EXPECT_THAT(errorOf("/object/scale", -1.0),
+                HasSubstr("odd.jsonl:1: key \"scale\": -1.0 is not above 0"));
+    EXPECT_THAT(errorOf("/rank", 0), HasSubstr("odd.jsonl:1: key \"rank\": 0"));
+    EXPECT_THAT(errorOf("/object/file", "/nowhere/x.obj"),
+                HasSubstr("/nowhere/x.obj is not there any more: say where it is with --object"));
+    EXPECT_THAT(errorOf("/hand/urdf", "/nowhere/x.urdf"), HasSubstr("with --hand"));
+    const Outcome folder = runProgram(std::string(BULLET_CCD_GRASP_PROGRAM) + " trial '" +
+                                      s_folder->path().string() + "'");
+    EXPECT_EQ(folder.exitCode, 3);
+    EXPECT_THAT(folder.err, HasSubstr("cannot be opened: give a file that grasp plan wrote"));
+}
+
 TEST_F(GraspForceProgram, OutputThatIsLostExitsWith3)
 {
     if (!fs::exists("/dev/full"))
@@ -223,6 +288,8 @@ TEST_F(GraspForceProgram, FilmsThatFailCostNoResults)
     EXPECT_THAT(tried.err, HasSubstr("hover_01.png"));
 }
 
+// The row of rank 1 with the plan's own options: the recorded epsilon again, within the cones'
+// bounds.
 TEST_F(GraspForceProgram, QualityRecomputesWhatWasRecorded)
 {
     const Outcome out = run("quality", "--rank 1 --tolerance 1e-4");

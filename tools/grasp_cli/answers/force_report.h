@@ -12,7 +12,7 @@ namespace bullet_ccd::tools
 /// One grasp with its question and its answer.
 struct ForceRecord
 {
-    std::size_t rank = 0;
+    int rank = 0;
     std::int64_t candidate = 0;
     grasp::ForceProblem problem{};
     grasp::ForceOptions options{};

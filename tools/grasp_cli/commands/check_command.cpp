@@ -33,7 +33,7 @@ struct CheckSummary
 void addGrasp(const grasp::HandModel& hand,
               const grasp::GraspObject& object,
               const grasp::Grasp& grasp,
-              std::size_t rank,
+              int rank,
               double maxGap,
               TextTable& table,
               CheckSummary& summary)
@@ -87,7 +87,8 @@ int check(const CheckArguments& arguments)
     {
         if (!grasps[done].positions.empty())
         {
-            addGrasp(hand, object, grasps[done], done + 1, arguments.maxGap, table, summary);
+            addGrasp(
+                hand, object, grasps[done], records.ranks[done], arguments.maxGap, table, summary);
         }
     }
     fmt::print("{}\n", alignedText(table));

@@ -52,7 +52,7 @@ int exportGrasps(const ExportArguments& arguments)
     {
         const grasp::Grasp& grasp = records.grasps[index];
         const grasp::Squeeze found = grasp::squeezeOf(hand, grasp, squeeze);
-        const fs::path file = folder / fmt::format("grasp_{:02}.xml", index + 1);
+        const fs::path file = folder / fmt::format("grasp_{:02}.xml", records.ranks[index]);
         std::ostringstream model;
         grasp::writeMjcf(model, hand, object, grasp, found, pieces, options);
         if (const std::error_code error = replaceFile(file, {model.str()}))

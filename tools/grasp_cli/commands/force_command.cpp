@@ -72,7 +72,7 @@ ForceRecord solveRecord(const ForceArguments& arguments,
                         std::size_t index)
 {
     const grasp::Grasp& grasp = records.grasps[index];
-    ForceRecord record{.rank = index + 1,
+    ForceRecord record{.rank = records.ranks[index],
                        .candidate = grasp.candidate,
                        .problem = common,
                        .options = {.objective = arguments.objective,

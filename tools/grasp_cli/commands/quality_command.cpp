@@ -130,7 +130,7 @@ int quality(const QualityArguments& arguments)
         const QualityRow row = qualityOf(arguments, records, grasp);
         const bool closure = row.closure || row.exact.forceClosure();
         closures += closure ? 1 : 0;
-        table.rows.push_back({fmt::format("{}", index + 1),
+        table.rows.push_back({fmt::format("{}", records.ranks[index]),
                               fmt::format("{}", grasp.candidate),
                               fmt::format("{}", grasp.contacts.size()),
                               fmt::format("{:.6f}", grasp.quality.epsilon),

@@ -86,7 +86,7 @@ grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRec
     return options;
 }
 
-std::string trialJson(std::size_t rank,
+std::string trialJson(int rank,
                       const grasp::Grasp& grasp,
                       const TrialProtocol& protocol,
                       const TrialResult& result,
@@ -144,7 +144,7 @@ std::string pullText(const TrialResult& result)
         "least pull {:.3f} of the normal forces, {:.2f} N", least->share, least->size);
 }
 
-std::vector<std::string> trialRow(std::size_t rank,
+std::vector<std::string> trialRow(int rank,
                                   const grasp::Grasp& grasp,
                                   const TrialProtocol& protocol,
                                   const TrialResult& result)
@@ -180,9 +180,9 @@ std::vector<TrialProtocol> chosenProtocols(const TrialArguments& arguments)
     return protocols;
 }
 
-std::string filmName(const TrialProtocol& protocol, std::size_t index)
+std::string filmName(const TrialProtocol& protocol, int rank)
 {
-    return fmt::format("{}_{:02}", protocol.name, index + 1);
+    return fmt::format("{}_{:02}", protocol.name, rank);
 }
 
 /// Creates the folder of the films and proves that it can be written. Throws std::runtime_error.
@@ -224,7 +224,7 @@ bool writeFilms(const TrialArguments& arguments,
             try
             {
                 films[k][p].write(arguments.films,
-                                  filmName(protocols[p], chosen[k]),
+                                  filmName(protocols[p], records.ranks[chosen[k]]),
                                   records.hand.hand,
                                   records.object.object,
                                   up);
@@ -277,10 +277,12 @@ TriedRows tryAll(const TrialArguments& arguments,
                 if (result && arguments.json)
                 {
                     const std::size_t index = chosen[row];
-                    fmt::print(
-                        "{}",
-                        trialJson(
-                            index + 1, records.grasps[index], protocols[column], *result, joints));
+                    fmt::print("{}",
+                               trialJson(records.ranks[index],
+                                         records.grasps[index],
+                                         protocols[column],
+                                         *result,
+                                         joints));
                     std::fflush(stdout);
                 }
             }
@@ -358,7 +360,7 @@ int trial(const TrialArguments& arguments)
         const grasp::Grasp& grasp = records.grasps[chosen[k]];
         if (!rows[k].error.empty())
         {
-            fmt::print(stderr, "left out: rank {}: {}\n", chosen[k] + 1, rows[k].error);
+            fmt::print(stderr, "left out: rank {}: {}\n", records.ranks[chosen[k]], rows[k].error);
             hasFailed = true;
         }
         for (std::size_t p = 0; p < protocols.size(); ++p)
@@ -369,7 +371,8 @@ int trial(const TrialArguments& arguments)
                 isHeld = isHeld || result->outcome == TrialOutcome::Held;
                 ++tried[protocols[p].name];
                 ++counts[protocols[p].name + ": " + toString(result->outcome)];
-                table.rows.push_back(trialRow(chosen[k] + 1, grasp, protocols[p], *result));
+                table.rows.push_back(
+                    trialRow(records.ranks[chosen[k]], grasp, protocols[p], *result));
             }
         }
     }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -27,6 +28,34 @@ void requireSameContent(const fs::path& file, const std::string& now, const std:
             then));
     }
 }
+
+/// The file that a record names, or where it is now.
+std::string inputOf(const std::string& given,
+                    const fs::path& recorded,
+                    const RecordArguments& arguments,
+                    const std::string& option)
+{
+    if (given.empty() && !fs::exists(recorded))
+    {
+        throw std::runtime_error(
+            fmt::format("{}: {} is not there any more: say where it is with {}",
+                        arguments.file,
+                        recorded.string(),
+                        option));
+    }
+    return given.empty() ? recorded.string() : given;
+}
+
+/// Such as "1 to 10", or "2, 3, 5" where some are missing.
+std::string ranksText(std::vector<int> ranks)
+{
+    std::ranges::sort(ranks);
+    if (!ranks.empty() && ranks.front() == 1 && ranks.back() == static_cast<int>(ranks.size()))
+    {
+        return fmt::format("1 to {}", ranks.size());
+    }
+    return ranks.empty() ? "none" : fmt::format("{}", fmt::join(ranks, ", "));
+}
 }  // namespace
 
 GraspRecords loadGraspRecords(const RecordArguments& arguments)
@@ -34,14 +63,16 @@ GraspRecords loadGraspRecords(const RecordArguments& arguments)
     grasp::GraspFileSource source = grasp::readGraspSource(arguments.file, true);
     const grasp::GraspRun& run = source.run;
     // An SRDF that is gone may have moved with its hand; the content hash tells another one.
-    LoadedHand hand = loadNamedHand(arguments.hand.empty() ? run.handFile.string() : arguments.hand,
+    LoadedHand hand = loadNamedHand(inputOf(arguments.hand, run.handFile, arguments, "--hand"),
                                     fs::exists(run.srdfFile) ? run.srdfFile : fs::path());
     LoadedObject object = loadNamedObject(
-        arguments.object.empty() ? run.objectFile.string() : arguments.object, run.objectScale);
+        inputOf(arguments.object, run.objectFile, arguments, "--object"), run.objectScale);
     requireSameContent(hand.file, grasp::contentHash(hand.hand), source.handHash);
     requireSameContent(object.file, grasp::contentHash(object.object), source.objectHash);
     std::vector<std::string> damaged;
-    std::vector<grasp::Grasp> grasps = grasp::readGrasps(arguments.file, hand.hand, &damaged);
+    std::vector<int> ranks;
+    std::vector<grasp::Grasp> grasps =
+        grasp::readGrasps(arguments.file, hand.hand, &damaged, &ranks);
     for (const std::string& line : damaged)
     {
         fmt::print(stderr, "left out: {}\n", line);
@@ -50,6 +81,7 @@ GraspRecords loadGraspRecords(const RecordArguments& arguments)
             .hand = std::move(hand),
             .object = std::move(object),
             .grasps = std::move(grasps),
+            .ranks = std::move(ranks),
             .isDamaged = !damaged.empty()};
 }
 
@@ -66,12 +98,15 @@ std::vector<std::size_t> chosenGrasps(const GraspRecords& records,
     std::set<std::size_t> chosen;
     for (const int rank : choice.ranks)
     {
-        if (rank < 1 || static_cast<std::size_t>(rank) > grasps.size())
+        const auto found = std::ranges::find(records.ranks, rank);
+        if (found == records.ranks.end())
         {
-            throw std::runtime_error(fmt::format(
-                "{}: no grasp of rank {}: give 1 to {}", arguments.file, rank, grasps.size()));
+            throw std::runtime_error(fmt::format("{}: no grasp of rank {}: it has {}",
+                                                 arguments.file,
+                                                 rank,
+                                                 ranksText(records.ranks)));
         }
-        chosen.insert(static_cast<std::size_t>(rank) - 1);
+        chosen.insert(static_cast<std::size_t>(found - records.ranks.begin()));
     }
     for (const std::int64_t candidate : choice.candidates)
     {

@@ -23,16 +23,17 @@ struct GraspRecords
     grasp::GraspFileSource source;
     LoadedHand hand;
     LoadedObject object;
-    std::vector<grasp::Grasp> grasps;  ///< rank 1 first
+    std::vector<grasp::Grasp> grasps;  ///< as in the file: rank 1 first
+    std::vector<int> ranks;            ///< of the grasps, as their records say
     bool isDamaged = false;            ///< lines were left out
 
     /// The exit code of a command that has done its work: kBadInput if lines were left out.
     [[nodiscard]] int exitCode(int code) const;
 };
 
-/// Lines that cannot be read are named on stderr and left out; the others are ranked without them.
-/// Throws std::runtime_error "<file>: <what>: <remedy>", also where hand or object have another
-/// content than the grasps were planned with.
+/// Lines that cannot be read, or have the rank of another one, are named on stderr and left out;
+/// the others keep their ranks. Throws std::runtime_error "<file>: <what>: <remedy>", also where
+/// hand or object have another content than the grasps were planned with.
 [[nodiscard]] GraspRecords loadGraspRecords(const RecordArguments& arguments);
 
 /// Which grasps of a file a command is about.
