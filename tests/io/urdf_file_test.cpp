@@ -117,8 +117,7 @@ TEST(UrdfFile, LimitsAreReadAndZeroMeansUnlimitedWithANote)
     EXPECT_EQ(jointOf(model, "j").maxEffort, 3.0);
     EXPECT_EQ(jointOf(model, "j").maxVelocity, 4.0);
     EXPECT_TRUE(std::isinf(jointOf(model, "k").maxEffort));
-    EXPECT_THAT(model.notes,
-                Contains(AllOf(HasSubstr("effort limit 0"), HasSubstr("unlimited: k"))));
+    EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("effort limit 0"), HasSubstr("missing: k"))));
     EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limit 0")));
 }
 

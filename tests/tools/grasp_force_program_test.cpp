@@ -170,11 +170,13 @@ TEST_F(GraspForceProgram, EffortsOfSingleJointsCount)
     EXPECT_THAT(unknown.err, HasSubstr(joint));
     EXPECT_EQ(run("force", "--effort much").exitCode, 2);
     EXPECT_EQ(run("force", "--effort a=-1").exitCode, 2);
-    for (const std::string none : {"0", "finger=0", "inf"})  // nothing squeezes without a limit
+    for (const std::string none : {"0", "-1", "finger=0", "finger=-1", "inf", "much"})
     {
         const Outcome zero = run("trial", "--effort " + none);
         EXPECT_EQ(zero.exitCode, 2);
-        EXPECT_THAT(zero.err, HasSubstr("--effort: " + none + " is no effort"));
+        EXPECT_THAT(zero.err,
+                    HasSubstr("--effort: " + none +
+                              " is no effort to squeeze with: give a number above 0"));
     }
 }
 
@@ -252,6 +254,23 @@ TEST_F(GraspForceProgram, RecordsThatMakeNoSenseAreNamed)
                                       s_folder->path().string() + "'");
     EXPECT_EQ(folder.exitCode, 3);
     EXPECT_THAT(folder.err, HasSubstr("cannot be opened: give a file that grasp plan wrote"));
+}
+
+TEST_F(GraspForceProgram, RowsOfTrialsSayWhatWasAsked)
+{
+    const nlohmann::json row = nlohmann::json::parse(
+        run("trial",
+            "--rank 1 --json --protocol hover --brief --mass 0.05 --friction 0.4 "
+            "--surface-friction 0.6 --rate 120 --seed 18446744073709551615")
+            .out);
+    EXPECT_EQ(row["hand"], "three_finger_gripper");
+    EXPECT_EQ(row["object"], "ball");
+    EXPECT_EQ(row["mass_kg"], 0.05);
+    EXPECT_EQ(row["friction"], 0.4);
+    EXPECT_EQ(row["surface_friction"], 0.6);
+    EXPECT_EQ(row["rate_hz"], 120.0);
+    EXPECT_EQ(row["seed"], 18446744073709551615U);
+    EXPECT_EQ(row["brief"], true);
 }
 
 TEST_F(GraspForceProgram, OutputThatIsLostExitsWith3)

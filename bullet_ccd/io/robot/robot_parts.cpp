@@ -259,7 +259,7 @@ void noteUnlimited(const KinematicTree& tree, std::vector<std::string>& notes)
     }
     if (!effort.empty())
     {
-        notes.push_back("effort limit 0 or missing, taken as unlimited: " + listNames(effort));
+        notes.push_back("effort limit 0 or missing: " + listNames(effort));
     }
     if (!velocity.empty())
     {

@@ -86,12 +86,14 @@ grasp::TrialOptions trialOptions(const TrialArguments& arguments, const GraspRec
     return options;
 }
 
-std::string trialJson(int rank,
-                      const grasp::Grasp& grasp,
+std::string trialJson(const GraspRecords& records,
+                      std::size_t index,
+                      const grasp::TrialOptions& options,
                       const TrialProtocol& protocol,
                       const TrialResult& result,
                       const std::vector<std::string>& joints)
 {
+    const grasp::Grasp& grasp = records.grasps[index];
     nlohmann::ordered_json torques = nlohmann::ordered_json::object();
     for (std::size_t j = 0; j < result.peakTorques.size(); ++j)
     {
@@ -111,9 +113,17 @@ std::string trialJson(int rank,
     }
     const nlohmann::ordered_json json{
         {"schema", "bullet_ccd.trial/1"},
-        {"rank", rank},
+        {"hand", records.hand.hand.robot.name},
+        {"object", records.object.object.name},
+        {"rank", records.ranks[index]},
         {"candidate", grasp.candidate},
         {"protocol", protocol.name},
+        {"mass_kg", *options.squeeze.mass},
+        {"friction", options.squeeze.friction},
+        {"surface_friction", options.friction.value_or(options.squeeze.friction)},
+        {"rate_hz", options.rate},
+        {"seed", options.seed},
+        {"brief", options.brief},
         {"epsilon", grasp.quality.epsilon},
         {"outcome", toString(result.outcome)},
         {"reason",
@@ -259,6 +269,7 @@ TriedRows tryAll(const TrialArguments& arguments,
     {
         grasps.push_back(&records.grasps[index]);
     }
+    const grasp::TrialOptions options = trialOptions(arguments, records);
     std::size_t ended = 0;
     std::size_t row = 0;
     std::size_t column = 0;
@@ -276,13 +287,10 @@ TriedRows tryAll(const TrialArguments& arguments,
                 }
                 if (result && arguments.json)
                 {
-                    const std::size_t index = chosen[row];
-                    fmt::print("{}",
-                               trialJson(records.ranks[index],
-                                         records.grasps[index],
-                                         protocols[column],
-                                         *result,
-                                         joints));
+                    fmt::print(
+                        "{}",
+                        trialJson(
+                            records, chosen[row], options, protocols[column], *result, joints));
                     std::fflush(stdout);
                 }
             }
@@ -296,7 +304,6 @@ TriedRows tryAll(const TrialArguments& arguments,
         watch = [&](std::size_t k, std::size_t p)
         { return [&film = films[k][p]](const grasp::TrialFrame& frame) { film.take(frame); }; };
     }
-    const grasp::TrialOptions options = trialOptions(arguments, records);
     ProgressLine progress(
         grasps.size() * protocols.size(),
         fmt::format("trials of {} x {}", records.hand.hand.robot.name, records.object.object.name));

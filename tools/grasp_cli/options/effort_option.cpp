@@ -58,13 +58,20 @@ Effort parseEffort(const std::string& text)
 
 Effort parseOwnEffort(const std::string& text)
 {
-    const Effort effort = parseEffort(text);
-    if (!std::isfinite(effort.limit))
+    try
     {
-        throw std::invalid_argument(
-            text + " is no effort to squeeze with: give a number above 0, or JOINT=NUMBER");
+        const Effort effort = parseEffort(text);
+        if (std::isfinite(effort.limit))
+        {
+            return effort;
+        }
     }
-    return effort;
+    catch (const std::invalid_argument&)
+    {
+        // What is no effort at all is none to squeeze with, either.
+    }
+    throw std::invalid_argument(
+        text + " is no effort to squeeze with: give a number above 0, or JOINT=NUMBER");
 }
 
 void applyEfforts(const std::vector<std::string>& texts,
