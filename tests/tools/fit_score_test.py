@@ -72,3 +72,7 @@ with tempfile.TemporaryDirectory() as folder:
                                capture_output=True, text=True)
         assert ended.returncode == 2 and "cannot be read" in ended.stderr, ended.stderr
         assert ended.stderr.count("\n") == 1, ended.stderr
+    rows.write_text('{"state": [{"hand": ')
+    ended = subprocess.run([SOURCES / "tools" / "fit_score", "--rows", rows], check=False,
+                           capture_output=True, text=True)
+    assert ended.returncode == 2 and ended.stderr.startswith(f"{rows}: not what"), ended.stderr
