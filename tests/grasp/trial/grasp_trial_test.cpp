@@ -169,6 +169,27 @@ TEST(Squeeze, TheReasonDoesNotDependOnTheRatioOfMassToEffort)
     EXPECT_EQ(squeezes + limited, 90);
 }
 
+// A palm hardly gives way beside soft fingers, and answers nearly all of a load; of their forces,
+// friction of 0.02 brings a 25th to it, of which it holds a 50th.
+TEST(Squeeze, ThePalmBehindSoftFingersIsNoBadGeometry)
+{
+    PinchedCube cube(false, 50.0);
+    cube.grasp.contacts.push_back(
+        {.link = 0, .point = {0.0, 0.0, -0.02}, .normal = {0.0, 0.0, 1.0}, .gap = 5e-5});
+    for (double effort = 1e-5; effort < 2e3; effort *= 10.0)
+    {
+        for (double mass = 1e-5; mass < 2e4; mass *= 10.0)
+        {
+            const Squeeze squeeze =
+                squeezeOf(cube.hand,
+                          cube.grasp,
+                          {.mass = mass, .friction = 0.02, .efforts = {effort, effort}});
+            EXPECT_NE(squeeze.reason.rfind("geometry", 0), 0U)
+                << mass << " kg, " << effort << " N: " << squeeze.reason;
+        }
+    }
+}
+
 /// Files state 0, 10, 100 and 1,000 N m for fingers.
 TEST(Squeeze, EffortsThatNoFingerHasAreAssumed)
 {
