@@ -143,8 +143,9 @@ private:
         m_printer.PushComment(
             (" A grasp, written by bullet_ccd. MuJoCo takes the convex hull of every mesh, so hand "
              "and object are cut into convex pieces, which contain the full surfaces: " +
-             std::to_string(count) + " pieces of the hand, whose surface is up to " +
-             decimal(1e3 * bulge, "%.3g") + " mm deep in them, and " +
+             std::to_string(count) + " pieces of the hand, which fill up to " +
+             decimal(1e3 * bulge, "%.3g") +
+             " mm beside its surface (hollows inside of links count), and " +
              std::to_string(m_pieces.object.pieces.size()) + " of the object, up to " +
              decimal(1e3 * m_pieces.object.bulge, "%.3g") +
              " mm. The world is the object's mesh frame; there is no gravity. Controllers have the "

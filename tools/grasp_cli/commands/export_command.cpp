@@ -71,8 +71,9 @@ int exportGrasps(const ExportArguments& arguments)
         count += link.pieces.size();
     }
     fmt::print(
-        "{} convex pieces of the hand bulge by up to {:.2f} mm, {} of the object by {:.2f} "
-        "mm\n",
+        "{} convex pieces of the hand bulge by up to {:.2f} mm (hollows inside of links, which "
+        "they "
+        "fill, count), {} of the object by {:.2f} mm\n",
         count,
         1e3 * bulge,
         pieces.object.pieces.size(),
