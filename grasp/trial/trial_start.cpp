@@ -177,7 +177,8 @@ TrialPosture openStart(const HandModel& hand,
         if (!isAbove(hand, posture.X_WH, posture.positions, up, table) ||
             !isAbove(hand, error * grasp.X_WH, grasp.positions, up, table))
         {
-            posture.blocked = "the hand would be in the table: plan with --table-top";
+            posture.blocked =
+                "the hand would be in the table: try another grasp, or plan with --table-top";
         }
     }
     return posture;
