@@ -3,6 +3,7 @@
 #include "bullet_ccd/math/check.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace bullet_ccd::grasp
@@ -22,6 +23,16 @@ GraspObject makeGraspObject(std::string name, TriangleMesh mesh)
             .centerOfMass = center,
             .radius = radius,
             .watertight = watertight};
+}
+
+double lowestHeight(const SsvTree& tree, const Eigen::Isometry3d& X_W, const Eigen::Vector3d& up)
+{
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& vertex : tree.mesh().vertices)
+    {
+        lowest = std::min(lowest, up.dot(X_W * vertex));
+    }
+    return lowest;
 }
 
 const char* epsilonClass(double epsilon)

@@ -28,6 +28,12 @@ struct GraspObject
 /// Throws std::invalid_argument as buildSsvTree() does.
 [[nodiscard]] BULLET_CCD_API GraspObject makeGraspObject(std::string name, TriangleMesh mesh);
 
+/// How low a body at a pose in W reaches: the least height of its vertices along `up` [m].
+/// @param up  unit, W
+[[nodiscard]] BULLET_CCD_API double lowestHeight(const SsvTree& tree,
+                                                 const Eigen::Isometry3d& X_W,
+                                                 const Eigen::Vector3d& up);
+
 /// A point contact of a link on the object.
 struct GraspContact
 {

@@ -6,10 +6,8 @@
 #include "grasp/approach/approach_sampler.h"
 #include "grasp/closing/closing.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
 #include <map>
 
 namespace bullet_ccd::benchmarks

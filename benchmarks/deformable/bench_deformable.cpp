@@ -12,7 +12,6 @@
 #include <array>
 #include <fmt/format.h>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 

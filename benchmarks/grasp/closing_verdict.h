@@ -5,7 +5,6 @@
 #include "grasp/closing/closing.h"
 
 #include <span>
-#include <string>
 
 namespace bullet_ccd::benchmarks
 {

@@ -3,6 +3,7 @@
 #include "grasp/quality/hold_score.h"
 #include "grasp/quality/object_mass.h"
 #include "tools/grasp_cli/answers/mjcf_pieces.h"
+#include "tools/grasp_cli/inputs/table_under.h"
 #include "tools/grasp_cli/plan/plan_run.h"
 
 #include <algorithm>
@@ -47,20 +48,13 @@ std::vector<grasp::Grasp> graspsFor(const Suite& suite,
                                     const tools::LoadedObject& object,
                                     grasp::PlannerOptions options)
 {
-    constexpr double kHalf = 0.5;  // of the table [m]
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& vertex : object.object.tree.mesh().vertices)
-    {
-        lowest = std::min(lowest, vertex.z());
-    }
-    const SsvTree slab = buildSsvTree(makeBox({2.0 * kHalf, 2.0 * kHalf, kHalf}));
-    std::vector<RigidBody> obstacles;
+    std::vector<tools::Obstacle> tables;
     if (suite.parts.front().start == grasp::TrialStart::Table)
     {
-        const Eigen::Translation3d under(0.0, 0.0, lowest - kHalf);
-        obstacles.push_back({.tree = &slab, .motion = restAt(Eigen::Isometry3d(under))});
+        tables.push_back(tools::tableUnder(object.object, options.approach.up));
         options.approach.tableTop = true;
     }
+    const std::vector<RigidBody> obstacles = tools::bodiesOf(tables);
     std::vector<grasp::Grasp> grasps =
         grasp::planGrasps(hand.hand,
                           object.object,

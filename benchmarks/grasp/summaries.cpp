@@ -123,12 +123,14 @@ std::ptrdiff_t heldOf(const Rows& rows)
     return std::ranges::count_if(rows, [](const json& row) { return row["force_closures"] > 0; });
 }
 
-/// Force closures over the same number of candidates of one object.
-struct Closures
+/// Force closures, in percent of the candidates.
+double rateOf(const Rows& plans)
 {
-    double with = 0.0;     ///< its SRDF
-    double without = 0.0;  ///< it
-};
+    return 100.0 * totalOf(plans, "force_closures") / std::max(1.0, totalOf(plans, "candidates"));
+}
+
+/// Force closures over the same number of candidates of one object, with and without its SRDF.
+using Closures = std::pair<double, double>;
 
 /// Of one hand; objects that were seen once only are left out.
 std::vector<Closures> byObject(const Rows& with, const Rows& without)
@@ -140,8 +142,7 @@ std::vector<Closures> byObject(const Rows& with, const Rows& without)
         {
             if (other["object"] == row["object"])
             {
-                closures.push_back(
-                    {row["force_closures"].get<double>(), other["force_closures"].get<double>()});
+                closures.emplace_back(row["force_closures"], other["force_closures"]);
             }
         }
     }
@@ -151,13 +152,14 @@ std::vector<Closures> byObject(const Rows& with, const Rows& without)
 /// Of the sums, without over with.
 double ratioOf(const std::vector<Closures>& closures)
 {
-    Closures sum;
-    for (const Closures& object : closures)
+    double with = 0.0;
+    double without = 0.0;
+    for (const auto& [first, second] : closures)
     {
-        sum.with += object.with;
-        sum.without += object.without;
+        with += first;
+        without += second;
     }
-    return sum.without == sum.with ? 1.0 : sum.without / sum.with;
+    return without == with ? 1.0 : without / with;
 }
 
 /// What the middle 95 % of the ratios are between when the objects are drawn anew.
@@ -168,11 +170,11 @@ std::pair<double, double> intervalOf(const std::vector<Closures>& closures)
     std::vector<double> ratios;
     for (std::size_t k = 0; k < kDraws; ++k)
     {
-        std::vector<Closures> drawn;
-        for (std::size_t i = 0; i < closures.size(); ++i)
+        std::vector<Closures> drawn = closures;
+        for (Closures& one : drawn)
         {
             const int which = random.integer(0, static_cast<int>(closures.size()) - 1);
-            drawn.push_back(closures[static_cast<std::size_t>(which)]);
+            one = closures[static_cast<std::size_t>(which)];
         }
         ratios.push_back(ratioOf(drawn));
     }
@@ -221,9 +223,7 @@ bool summarizePlans(const Rows& rows)
         table.print({{"hand", hand},
                      {"objects", ofHand.size()},
                      {"held", heldOf(ofHand)},
-                     {"closures",
-                      100.0 * totalOf(ofHand, "force_closures") /
-                          std::max(1.0, totalOf(ofHand, "candidates"))},
+                     {"closures", rateOf(ofHand)},
                      {"median", medianOf(numbersOf(ofHand, "best_epsilon"))},
                      {"best", largestOf(ofHand, "best_epsilon")},
                      {"mean", meanOf(numbersOf(ofHand, "seconds"))},
@@ -246,7 +246,7 @@ bool summarizeThumbed(const Rows& rows)
     std::vector<double> rates;  // [%]
     for (const auto& [hand, ofHand] : groupedBy("hand", rows))
     {
-        rates.push_back(100.0 * totalOf(ofHand, "force_closures") / totalOf(ofHand, "candidates"));
+        rates.push_back(rateOf(ofHand));
     }
     const std::ptrdiff_t held = heldOf(rows);
     const bool isGood = meanOf(rates) >= 60.0 && 10 * held >= 9 * std::ssize(rows);
@@ -277,8 +277,6 @@ bool summarizeInference(const Rows& rows)
         const std::vector<Closures> closures = byObject(with, without);
         const double ratio = ratios.emplace_back(ratioOf(closures));
         const auto [from, to] = intervalOf(closures);
-        const auto rateOf = [](const Rows& plans)
-        { return 100.0 * totalOf(plans, "force_closures") / totalOf(plans, "candidates"); };
         const bool isInferred = ratio >= kInferred;
         const bool isShipped = ratio * kShipped <= 1.0;
         isGood = isGood && isInferred && isShipped;

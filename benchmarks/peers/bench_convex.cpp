@@ -17,8 +17,6 @@
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <btBulletCollisionCommon.h>
 
-#include <algorithm>
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace bullet_ccd::benchmarks

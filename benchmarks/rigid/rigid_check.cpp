@@ -2,7 +2,6 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>

@@ -9,10 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
-#include <fstream>
 #include <functional>
 #include <optional>
-#include <span>
 #include <stdexcept>
 
 namespace bullet_ccd::benchmarks

@@ -212,22 +212,6 @@ double HouseholdBin::meanSpeed() const
     }
     return sum / double(m_objects.size());
 }
-std::map<std::string, std::int64_t> countsOf(const btCcdControl& control, const AuditResult& seen)
-{
-    const btCcdCounters& counters = control.getCcdCounters();
-    return {{"queries", counters.m_queries},
-            {"impacts", counters.m_impacts},
-            {"sub-steps", counters.m_subSteps},
-            {"clamps", counters.m_clamps},
-            {"lost time [us]", std::llround(1e6 * counters.m_lostTime)},
-            {"pairs that intersected already", counters.m_overlaps},
-            {"steps at the limit of impacts", counters.m_eventLimits},
-            {"queries that gave up", counters.m_iterationLimits},
-            {"colliders not covered", counters.m_unsupported},
-            {"poses looked at", seen.poses},
-            {"pairs of bodies near each other", seen.pairs},
-            {"intersections", seen.intersecting}};
-}
 
 /// Nothing may intersect, and nothing else be wrong.
 Judgement judgementOf(const AuditResult& seen,
@@ -288,11 +272,26 @@ SoakAnswer runBin(const BinSoak& soak, std::uint64_t seed)
                                   seen.intersecting));
     }
     SoakAnswer answer{.judgement = judgementOf(seen, bin.names(), restOf(bin, soak.restSpeed)),
-                      .counts = countsOf(world.ccd(), seen)};
+                      .counts = namedCounts(world.ccd().getCcdCounters())};
+    answer.counts["poses looked at"] = seen.poses;
+    answer.counts["pairs of bodies near each other"] = seen.pairs;
+    answer.counts["intersections"] = seen.intersecting;
     answer.counts["mean speed at the end [um/s]"] = std::llround(1e6 * bin.meanSpeed());
     return answer;
 }
 }  // namespace
+
+std::map<std::string, std::int64_t> namedCounts(const btCcdCounters& counters)
+{
+    return {{"queries", counters.m_queries},
+            {"impacts", counters.m_impacts},
+            {"lost time [us]", std::llround(1e6 * counters.m_lostTime)},
+            {"pairs that intersected already", counters.m_overlaps},
+            {"steps at the limit of impacts", counters.m_eventLimits},
+            {"bodies squeezed", counters.m_squeezed},
+            {"queries that gave up", counters.m_iterationLimits},
+            {"colliders not covered", counters.m_unsupported}};
+}
 
 SoakSubject binSoak(const BinSoak& soak)
 {

@@ -98,18 +98,11 @@ public:
     }
     [[nodiscard]] std::map<std::string, std::int64_t> counts() const
     {
-        const btCcdCounters counters = m_scene.counters();
-        return {{"bodies", std::int64_t(m_bodies.size())},
-                {"queries", counters.m_queries},
-                {"impacts", counters.m_impacts},
-                {"lost time [us]", std::llround(1e6 * counters.m_lostTime)},
-                {"pairs that intersected already", counters.m_overlaps},
-                {"impacts at the limit", counters.m_eventLimits},
-                {"bodies squeezed", counters.m_squeezed},
-                {"queries that gave up", counters.m_iterationLimits},
-                {"colliders not covered", counters.m_unsupported},
-                {"bodies that began in walls", m_judge.begunInWalls()},
-                {"not out of them in a second", m_judge.notComeOut()}};
+        std::map<std::string, std::int64_t> counts = namedCounts(m_scene.counters());
+        counts["bodies"] = std::int64_t(m_bodies.size());
+        counts["bodies that began in walls"] = m_judge.begunInWalls();
+        counts["not out of them in a second"] = m_judge.notComeOut();
+        return counts;
     }
     [[nodiscard]] int notComeOut() const { return m_judge.notComeOut(); }
     btCcdAfterImpact onImpact(const btCcdImpact&) override { return btCcdAfterImpact::Solve; }

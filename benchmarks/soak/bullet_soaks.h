@@ -4,8 +4,13 @@
 
 #include "benchmarks/soak/soak.h"
 
+struct btCcdCounters;
+
 namespace bullet_ccd::benchmarks
 {
+/// What a world of ours has counted.
+[[nodiscard]] std::map<std::string, std::int64_t> namedCounts(const btCcdCounters& counters);
+
 struct BinSoak
 {
     int objects = 200;

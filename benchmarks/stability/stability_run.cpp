@@ -1,10 +1,13 @@
 #include "benchmarks/stability/stability_run.h"
 
+#include "benchmarks/reference/bullet/direct_solver.h"
 #include "benchmarks/reference/bullet/mechanics.h"
 #include "benchmarks/support/timing.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btLemkeSolver.h>
 #ifdef BT_USE_DOUBLE_PRECISION
 #include "grasp/sim/holding_solver.h"
 #endif
@@ -13,8 +16,6 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <stdexcept>
 
 namespace bullet_ccd::benchmarks
 {
@@ -30,17 +31,31 @@ constexpr double kBesideHand = 0.04;  ///< fingers do not reach what is so far o
 constexpr double kGone = 0.5;         ///< what is so far from the hand does not come back [m]
 constexpr double kFar = 2.0;          ///< nothing gets there [m]
 
-std::unique_ptr<btConstraintSolver> useHoldingSolver(btDiscreteDynamicsWorld& world)
+/// In place of Bullet's sweeps; null: the scene keeps those.
+std::unique_ptr<btMultiBodyConstraintSolver> useSolver(btDiscreteDynamicsWorld& world,
+                                                       StabilitySolver kind)
 {
+    std::unique_ptr<btMultiBodyConstraintSolver> solver;
+    if (kind == StabilitySolver::Dantzig)
+    {
+        solver = std::make_unique<reference::DirectSolver<btDantzigSolver>>();
+    }
+    else if (kind == StabilitySolver::Lemke)
+    {
+        solver = std::make_unique<reference::DirectSolver<btLemkeSolver>>();
+    }
 #ifdef BT_USE_DOUBLE_PRECISION
-    auto solver = std::make_unique<grasp::HoldingSolver>();
-    static_cast<btMultiBodyDynamicsWorld&>(world).setMultiBodyConstraintSolver(solver.get());
-    grasp::HoldingSolver::configure(world.getSolverInfo());
-    return solver;
-#else
-    static_cast<void>(world);
-    throw std::invalid_argument("the holding solver is of double precision");
+    else if (kind == StabilitySolver::Holding)
+    {
+        solver = std::make_unique<grasp::HoldingSolver>();
+        grasp::HoldingSolver::configure(world.getSolverInfo());
+    }
 #endif
+    if (solver)
+    {
+        static_cast<btMultiBodyDynamicsWorld&>(world).setMultiBodyConstraintSolver(solver.get());
+    }
+    return solver;
 }
 
 class Run
@@ -54,10 +69,7 @@ public:
           m_steps(static_cast<std::int64_t>(std::lround(setting.seconds * setting.rate)))
     {
         m_trial->scene.world().getSolverInfo().m_numIterations = setting.iterations;
-        if (setting.holding)
-        {
-            m_solver = useHoldingSolver(m_trial->scene.world());
-        }
+        m_solver = useSolver(m_trial->scene.world(), setting.solver);
         m_trial->scene.addHooks();
         m_startEnergy = reference::energyOf(m_trial->scene, 0.0);
     }
@@ -84,7 +96,7 @@ public:
 private:
     const StabilityWorld& m_world;
     const StabilitySetting& m_setting;
-    std::unique_ptr<btConstraintSolver> m_solver;  // in place of that of the scene
+    std::unique_ptr<btMultiBodyConstraintSolver> m_solver;
     std::unique_ptr<Trial> m_trial;
     double m_timeStep;
     std::int64_t m_steps;
@@ -206,14 +218,14 @@ nlohmann::json toJson(const StabilityWorld& world,
                       const StabilitySetting& setting,
                       const StabilityOutcome& outcome)
 {
-    nlohmann::json row{
-        {"world", world.name},
-        {"method",
-         reference::nameOf(setting.kind) + std::string(setting.holding ? ", holding solver" : "")},
-        {"rate", setting.rate},
-        {"iterations", setting.iterations},
-        {"seconds", setting.seconds},
-        {"verdict", toString(outcome.verdict)}};
+    constexpr std::array kSolvers{"", ", holding solver", ", Dantzig", ", Lemke"};
+    const std::string solver = kSolvers[static_cast<std::size_t>(setting.solver)];
+    nlohmann::json row{{"world", world.name},
+                       {"method", reference::nameOf(setting.kind) + solver},
+                       {"rate", setting.rate},
+                       {"iterations", setting.iterations},
+                       {"seconds", setting.seconds},
+                       {"verdict", toString(outcome.verdict)}};
     const auto add = [&](const char* name, double value)
     {
         if (std::isfinite(value))

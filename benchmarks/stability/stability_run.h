@@ -7,13 +7,22 @@
 
 namespace bullet_ccd::benchmarks
 {
+/// What solves for the forces of contacts and motors.
+enum class StabilitySolver : std::uint8_t
+{
+    Sweeps,   ///< sequential impulses, as Bullet's worlds have them
+    Holding,  ///< grasp::HoldingSolver; in double precision
+    Dantzig,  ///< reference::DirectSolver
+    Lemke,    ///< same
+};
+
 struct StabilitySetting
 {
     reference::Kind kind = reference::Kind::Stock;
     int rate = 60;         ///< steps a second
     int iterations = 10;   ///< of the solver
     double seconds = 1.0;  ///< of simulated time
-    bool holding = false;  ///< grasp::HoldingSolver in place of Bullet's; in double precision
+    StabilitySolver solver = StabilitySolver::Sweeps;
 };
 
 /// What a run came to.

@@ -303,19 +303,13 @@ std::unique_ptr<Trial> makeImpactTrial(Kind kind, Surface surface, double speed)
     trial->audit.ignored = {{1, 2}, {2, 3}};
     trial->isThrough = [chain]
     {
-        if (chain->getJointPos(0) < btScalar(-0.1))
-        {
-            return true;
-        }
+        bool isThrough = chain->getJointPos(0) < btScalar(-0.1);
         for (int i = 1; i < 3; ++i)
         {
             const btVector3 middle = chain->getLinkCollider(i)->getWorldTransform().getOrigin();
-            if (middle.y() < btScalar(-0.0025) && middle.x() > btScalar(kFirst))
-            {
-                return true;
-            }
+            isThrough |= middle.y() < btScalar(-0.0025) && middle.x() > btScalar(kFirst);
         }
-        return false;
+        return isThrough;
     };
     return trial;
 }

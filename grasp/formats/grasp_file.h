@@ -26,6 +26,7 @@ struct TrialNote
 {
     std::string protocol;
     std::string outcome;  ///< such as "held" or "dropped"
+    std::string reason;   ///< of every outcome but "held"
     bool held = false;
     double slip = 0.0;  ///< [m]
     double turn = 0.0;  ///< [rad]

@@ -239,6 +239,7 @@ Json trialsToJson(const Grasp& grasp, const GraspRun& run)
     {
         json.push_back({{"protocol", note.protocol},
                         {"outcome", note.outcome},
+                        {"reason", note.reason.empty() ? Json() : Json(note.reason)},
                         {"held", note.held},
                         {"slip_m", note.slip},
                         {"turn_rad", note.turn}});

@@ -163,7 +163,8 @@ PageJson stopsJson(const Grasp& grasp)
     return list;
 }
 
-/// Such as "lift held, six slipped"; null for a grasp that was not tried.
+/// Such as "lift held, six slipped (first in phase 2, after 0.4 s)"; null for a grasp that was not
+/// tried.
 PageJson trialsText(const GraspRun& run, const Grasp& grasp)
 {
     const auto found = run.trials.find(grasp.candidate);
@@ -175,6 +176,7 @@ PageJson trialsText(const GraspRun& run, const Grasp& grasp)
     for (const TrialNote& note : found->second)
     {
         text += (text.empty() ? "" : ", ") + note.protocol + " " + note.outcome;
+        text += note.reason.empty() ? "" : " (" + note.reason + ")";
     }
     return text;
 }

@@ -59,12 +59,7 @@ Isometry3d shifted(Isometry3d X, const Vector3d& by)
 
 double lowestOf(const GraspObject& object, const Isometry3d& X_WO)
 {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Vector3d& vertex : object.tree.mesh().vertices)
-    {
-        lowest = std::min(lowest, (X_WO * vertex).z());
-    }
-    return lowest;
+    return lowestHeight(object.tree, X_WO, Vector3d::UnitZ());
 }
 
 /// True if a vertex of one body is inside the other, of which that is known for watertight ones.

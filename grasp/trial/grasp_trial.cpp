@@ -86,6 +86,7 @@ public:
     {
         m_R_WP = rotationBetween(Eigen::Vector3d::UnitZ(), options.up).toRotationMatrix();
         m_result.peakTorques.assign(m_joints.size(), 0.0);
+        m_result.meanTorques.assign(m_joints.size(), 0.0);
         if (protocol.start == TrialStart::Table)
         {
             m_gravity = -kStandardGravity * m_R_WP.col(2);
@@ -173,11 +174,7 @@ private:
     void addTable(double skin)
     {
         const Eigen::Vector3d up = m_R_WP.col(2);
-        double lowest = std::numeric_limits<double>::infinity();
-        for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
-        {
-            lowest = std::min(lowest, vertex.dot(up));
-        }
+        const double lowest = lowestHeight(m_object.tree, Eigen::Isometry3d::Identity(), up);
         m_world.addTable((lowest - skin) * up, up);
     }
 
@@ -257,8 +254,6 @@ private:
     {
         refer();
         m_stage = "load";
-        double force = 0.0;
-        long steps = 0;
         const long paceSteps = std::lround(kPaceTime / m_timeStep);
         for (const TrialPhase& phase : phases)
         {
@@ -276,8 +271,7 @@ private:
             for (long k = 0; k < count && !m_isStopped; ++k)
             {
                 apply(phase, pull, static_cast<double>(k) * m_timeStep);
-                force += m_world.holdingForces().sum;
-                m_result.meanForce = force / static_cast<double>(++steps);
+                addToMeans(1);
                 const bool wasHeld = isWithin();
                 watch();
                 if (wasHeld && !isWithin())
@@ -297,7 +291,7 @@ private:
                     m_result.lostAt = m_result.seconds;
                     return TrialOutcome::Dropped;
                 }
-                if (steps % std::lround(1.0 / m_timeStep) == 0)
+                if (m_loadSteps % std::lround(1.0 / m_timeStep) == 0)
                 {
                     checkPenetration();
                 }
@@ -307,9 +301,7 @@ private:
                     if (hardlyMoves(before,
                                     static_cast<double>(left) / static_cast<double>(paceSteps)))
                     {
-                        force += static_cast<double>(left) * m_world.holdingForces().sum;
-                        steps += left;
-                        m_result.meanForce = force / static_cast<double>(steps);
+                        addToMeans(left);
                         skip(left);
                         break;
                     }
@@ -319,12 +311,25 @@ private:
             m_world.moveTable(Eigen::Vector3d::Zero());
             m_base = phase.kind == Kind::Lift ? m_moved : m_base;
             m_moved = m_base;
-            if (phase.kind == Kind::Pull)
+            if (phase.kind == Kind::Pull && !m_isStopped)
             {
                 m_result.pulls.push_back(pull);
             }
         }
         return isWithin() ? TrialOutcome::Held : TrialOutcome::Slipped;
+    }
+
+    /// Of so many steps under load in which forces and torques are what they are now.
+    void addToMeans(long steps)
+    {
+        m_loadSteps += steps;
+        const double share = static_cast<double>(steps) / static_cast<double>(m_loadSteps);
+        m_result.meanForce += share * (m_world.holdingForces().sum - m_result.meanForce);
+        for (std::size_t j = 0; j < m_joints.size(); ++j)
+        {
+            double& mean = m_result.meanTorques[j];
+            mean += share * (std::abs(m_world.torque(m_joints[j])) - mean);
+        }
     }
 
     /// It has been held so far.
@@ -543,6 +548,7 @@ private:
     Eigen::Vector3d m_base = Eigen::Vector3d::Zero();   ///< how far it was lifted before
     Eigen::Vector3d m_moved = Eigen::Vector3d::Zero();  ///< how far it is lifted or shaken
     bool m_isStopped = false;
+    long m_loadSteps = 0;
     TrialResult m_result;
 };
 
@@ -558,16 +564,18 @@ void merge(TrialResult& all, const TrialResult& part)
     }
     const double before = all.seconds;
     const double seconds = before + part.seconds;
-    all.meanForce = (before * all.meanForce + part.seconds * part.meanForce) /
-                    std::max(seconds, std::numeric_limits<double>::min());
+    const double share = part.seconds / std::max(seconds, std::numeric_limits<double>::min());
+    all.meanForce += share * (part.meanForce - all.meanForce);
     all.slip = std::max(all.slip, part.slip);
     all.turn = std::max(all.turn, part.turn);
     all.peakForce = std::max(all.peakForce, part.peakForce);
     all.peakEnergy = std::max(all.peakEnergy, part.peakEnergy);
     all.peakTorques.resize(part.peakTorques.size(), 0.0);
+    all.meanTorques.resize(part.meanTorques.size(), 0.0);
     for (std::size_t j = 0; j < part.peakTorques.size(); ++j)
     {
         all.peakTorques[j] = std::max(all.peakTorques[j], part.peakTorques[j]);
+        all.meanTorques[j] += share * (part.meanTorques[j] - all.meanTorques[j]);
     }
     all.pulls.insert(all.pulls.end(), part.pulls.begin(), part.pulls.end());
     if (all.penetration.clean() || part.penetration.deepest > all.penetration.deepest)

@@ -24,7 +24,8 @@
 ///     NeverTouched    no contact pressed on it before the load began;
 ///     NotSettled      it still moved when the load should have begun, or does not stand by itself;
 ///     NoSqueeze       there are no torques to hold it with;
-///     Stopped         the caller ended the trial (TrialOptions::stop): it says nothing.
+///     Stopped         the caller ended the trial (TrialOptions::stop): pulls that ended before
+///                     are in the result, the rest of it says nothing.
 #pragma once
 
 #include "bullet_ccd/export.h"
@@ -108,7 +109,8 @@ struct TrialResult
     double meanForce = 0.0;   ///< of all normal forces together, over the time under load [N]
     double peakEnergy = 0.0;  ///< kinetic, of the object under load [J]
     std::vector<double> peakTorques{};  ///< one entry per independent joint [N m or N]
-    std::vector<TrialPull> pulls{};     ///< one entry per pull that began
+    std::vector<double> meanTorques{};  ///< their sizes in the mean over the time under load, same
+    std::vector<TrialPull> pulls{};     ///< one entry per pull that ended
     /// Where the object's mesh frame was in W, as seen from the hand: when it had first moved by
     /// more than heldWay or heldTurn under load, else at the end.
     Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();

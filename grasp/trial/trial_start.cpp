@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <random>
 
 namespace bullet_ccd::grasp
@@ -35,16 +34,6 @@ bool isClear(const HandModel& hand,
     return true;
 }
 
-double lowestOf(const SsvTree& tree, const Eigen::Isometry3d& X, const Eigen::Vector3d& up)
-{
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& vertex : tree.mesh().vertices)
-    {
-        lowest = std::min(lowest, up.dot(X * vertex));
-    }
-    return lowest;
-}
-
 bool isAbove(const HandModel& hand,
              const Eigen::Isometry3d& X_WH,
              const std::vector<double>& positions,
@@ -54,7 +43,7 @@ bool isAbove(const HandModel& hand,
     const std::vector<Eigen::Isometry3d> poses = linkPoses(hand.robot.tree, X_WH, positions);
     for (std::size_t i = 0; i < poses.size(); ++i)
     {
-        if (hand.linkTrees[i] != nullptr && lowestOf(*hand.linkTrees[i], poses[i], up) < height)
+        if (hand.linkTrees[i] != nullptr && lowestHeight(*hand.linkTrees[i], poses[i], up) < height)
         {
             return false;
         }
@@ -173,7 +162,8 @@ TrialPosture openStart(const HandModel& hand,
     }
     if (protocol.start == TrialStart::Table)
     {
-        const double table = lowestOf(object.tree, Eigen::Isometry3d::Identity(), up) - clearance;
+        const double table =
+            lowestHeight(object.tree, Eigen::Isometry3d::Identity(), up) - clearance;
         if (!isAbove(hand, posture.X_WH, posture.positions, up, table) ||
             !isAbove(hand, error * grasp.X_WH, grasp.positions, up, table))
         {

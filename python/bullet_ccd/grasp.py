@@ -88,6 +88,7 @@ class Trial:
     mean_force: float  #: of all normal forces together, over the time under load [N]
     peak_energy: float  #: kinetic, of the object under load [J]
     peak_torques: Dict[str, float]  #: by joint [N m or N]
+    mean_torques: Dict[str, float]  #: of their sizes, over the time under load, same
     pulls: Tuple[Pull, ...]
     intersecting_triangles: int  #: the worst that the independent check found
     penetration: float  #: [m]

@@ -142,6 +142,7 @@ py::dict answerOf(const Hand& hand, const grasp::TrialResult& result)
     answer["mean_force"] = result.meanForce;
     answer["peak_energy"] = result.peakEnergy;
     answer["peak_torques"] = byName(independentNames(hand.model.robot.tree), result.peakTorques);
+    answer["mean_torques"] = byName(independentNames(hand.model.robot.tree), result.meanTorques);
     answer["pulls"] = pulls;
     answer["intersecting_triangles"] = result.penetration.intersectingTriangles;
     answer["penetration"] = result.penetration.deepest;

@@ -80,9 +80,12 @@ TEST(StabilityRun, MeshesInTheHandStayApartWhereStockBulletLosesThem)
 TEST(StabilityRun, FingersThatBeginWithAnImpactHoldAtLargeSteps)
 {
     // The ball spins after it by more than a tenth of a radian in a step.
-    const StabilityOutcome outcome =
-        run("hold_fingers",
-            {.kind = Kind::World, .rate = 60, .iterations = 50, .seconds = 4.0, .holding = true});
+    const StabilityOutcome outcome = run("hold_fingers",
+                                         {.kind = Kind::World,
+                                          .rate = 60,
+                                          .iterations = 50,
+                                          .seconds = 4.0,
+                                          .solver = StabilitySolver::Holding});
     EXPECT_EQ(outcome.verdict, StabilityVerdict::Held);
 }
 }  // namespace

@@ -71,6 +71,38 @@ TEST_F(GraspApproach, PlansKeepToItsOptionsAndRecordThem)
     EXPECT_EQ(records, 6);
 }
 
+TEST_F(GraspApproach, PlansFromAboveKeepOutOfTheTable)
+{
+    // So low that jaws which close about its middle reach below it.
+    writeObj(makeBox({0.03, 0.015, 0.004}), m_box);
+    const fs::path protocol = m_temp.path() / "stand.yaml";
+    std::ofstream(protocol) << "start: table\nphases:\n  - load: {seconds: 0.05}\n";
+    const std::string out = (m_temp.path() / "out").string();
+    const auto countOf = [&](const std::string& options, const std::string& words)
+    {
+        const Outcome planned = run("plan",
+                                    "-n 40 --pictures 0 --mass 0.05 --min-epsilon 1e-3 -o '" + out +
+                                        "' --trial '" + protocol.string() + "' " + options);
+        EXPECT_NE(planned.exitCode, 2) << planned.err;
+        const std::string records = contentOf(out + "/grasps.jsonl");
+        int count = 0;
+        for (auto at = records.find(words); at != std::string::npos;
+             at = records.find(words, at + 1))
+        {
+            ++count;
+        }
+        return count;
+    };
+    const std::string refused = "the hand would be in the table";
+    EXPECT_GT(countOf("", refused), 0);
+    EXPECT_EQ(countOf("--table-top", refused), 0);
+    EXPECT_GT(countOf("--table-top", "\"outcome\":\"held\""), 0);
+    EXPECT_GT(countOf("--table-top", "obstacle in the way"), 0);
+    const Outcome simulated = run("plan", "-n 1 --table-top --engine simulated -o '" + out + "'");
+    EXPECT_EQ(simulated.exitCode, 3);
+    EXPECT_THAT(simulated.err, HasSubstr("--table-top"));
+}
+
 TEST_F(GraspApproach, OptionsThatCannotBeExitWith2)
 {
     for (const char* wrong : {"--approach-from moon",

@@ -460,7 +460,10 @@ TEST(GraspTrialProgram, PlansRankByWhatHeldAndSayHowToSqueeze)
     ASSERT_GE(last.size(), 3U);
     for (std::size_t k = 0; k < 3; ++k)
     {
-        EXPECT_EQ(last[k]["slip_m"], noted[k]["trials"][0]["slip_m"]);
+        const nlohmann::json& note = noted[k]["trials"][0];
+        EXPECT_EQ(last[k]["slip_m"], note["slip_m"]);
+        EXPECT_EQ(last[k]["reason"], note["reason"]);
+        EXPECT_EQ(note["reason"].is_null(), note["held"].get<bool>());
     }
 
     // A damaged record does not take the others with it.

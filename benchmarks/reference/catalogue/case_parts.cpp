@@ -2,7 +2,6 @@
 
 #include "benchmarks/reference/scenes/random_trees.h"
 
-#include <cmath>
 #include <utility>
 
 namespace bullet_ccd::reference

@@ -5,7 +5,6 @@
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <cmath>
-#include <limits>
 
 namespace bullet_ccd::reference
 {

@@ -5,7 +5,6 @@
 #include "benchmarks/reference/scenes/shapes.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace bullet_ccd::reference
 {

@@ -549,11 +549,8 @@ grasp::TrialResult MujocoTrials::run(const grasp::Grasp& grasp,
     Eigen::Map<Eigen::Vector4d>(m_model->body_quat + 4) << q.w(), q.vec();
     const bool stands = protocol.start == grasp::TrialStart::Table;
     double& table = m_model->geom_pos[3 * m_table + 2];
-    table = INFINITY;
-    for (const Eigen::Vector3d& vertex : m_object.tree.mesh().vertices)
-    {
-        table = std::min(table, vertex.z());
-    }
+    table =
+        grasp::lowestHeight(m_object.tree, Eigen::Isometry3d::Identity(), Eigen::Vector3d::UnitZ());
     table -= stands ? 0.0 : kFarBelow;
     begin(start.positions, mass, friction, torsion);
     const auto drives = [&](auto&& set)

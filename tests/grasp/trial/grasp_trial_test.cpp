@@ -233,6 +233,14 @@ TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)
         const double sum = 4.0 * 0.3 * kStandardGravity / 0.5;
         // What the skins give way by, a position controller presses less.
         EXPECT_NEAR(result.meanForce, sum, 0.1 * sum);
+        // Jaws of a motor each press with half of it.
+        ASSERT_EQ(result.meanTorques.size(), coupled ? 1U : 2U);
+        for (std::size_t j = 0; j < result.meanTorques.size(); ++j)
+        {
+            const double expected = coupled ? sum : 0.5 * sum;
+            EXPECT_NEAR(result.meanTorques[j], expected, 0.1 * expected);
+            EXPECT_LE(result.meanTorques[j], result.peakTorques[j]);
+        }
     }
     EXPECT_EQ(PinchedCube(false, 100.0).outcome("shake", kThreeHundredGrams), TrialOutcome::Held);
 }
@@ -530,6 +538,13 @@ TEST(GraspTrial, EndsWhenTheCallerSaysSo)
         pinched.run(pulls, {.squeeze = kThreeHundredGrams, .stop = stopAfter(0.3)});
     EXPECT_EQ(some.outcome, TrialOutcome::Stopped);
     EXPECT_LT(some.pulls.size(), 1000U);
+    // Those that ended are what they are without a stop.
+    pulls.phases.resize(std::max<std::size_t>(1, some.pulls.size()));
+    const TrialResult whole = pinched.run(pulls, {.squeeze = kThreeHundredGrams});
+    for (std::size_t k = 0; k < some.pulls.size(); ++k)
+    {
+        EXPECT_EQ(some.pulls[k].size, whole.pulls[k].size);
+    }
 }
 
 TEST(GraspTrial, AHandThatIsOffStillCloses)

@@ -162,6 +162,7 @@ TriedCount tryGrasps(const PlanTrials& trials,
                 description.trials[candidate].push_back(
                     {.protocol = protocols[p].name,
                      .outcome = toString(result->outcome),
+                     .reason = result->reason,
                      .held = result->outcome == grasp::TrialOutcome::Held,
                      .slip = result->slip,
                      .turn = result->turn});

@@ -1,9 +1,9 @@
 #include "tools/grasp_cli/answers/trial_films.h"
 
-#include "bullet_ccd/math/pose.h"
 #include "grasp/report/grasp_model.h"
 #include "grasp/report/grasp_picture.h"
 #include "grasp/report/grasp_scene.h"
+#include "tools/grasp_cli/inputs/table_under.h"
 
 #include <algorithm>
 #include <array>
@@ -14,21 +14,7 @@ namespace bullet_ccd::tools
 namespace
 {
 constexpr double kInterval = 1.0 / 30.0;  // [s]
-constexpr double kThickness = 5e-3;       // of the table [m]
-
-/// The pose of a thin box below the object at its place in W.
-Eigen::Isometry3d tablePose(const grasp::GraspObject& object, const Eigen::Vector3d& up)
-{
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& vertex : object.tree.mesh().vertices)
-    {
-        lowest = std::min(lowest, vertex.dot(up.normalized()));
-    }
-    Eigen::Isometry3d X(rotationBetween(Eigen::Vector3d::UnitZ(), up));
-    X.translation() = object.centerOfMass - object.centerOfMass.dot(up) / up.squaredNorm() * up +
-                      (lowest - kThickness) * up.normalized();
-    return X;
-}
+constexpr double kThickness = 5e-3;       // of half the table [m]
 }  // namespace
 
 void TrialFilm::take(const grasp::TrialFrame& frame)
@@ -54,13 +40,12 @@ void TrialFilm::write(const std::filesystem::path& folder,
                       const std::optional<Eigen::Vector3d>& up) const
 {
     const double size = 1.5 * object.radius;
-    const SsvTree table = buildSsvTree(makeBox({size, size, kThickness}));
-    std::vector<RigidBody> beside;
+    std::vector<Obstacle> tables;
     if (up)
     {
-        beside.push_back({.tree = &table, .motion = {}});
-        beside.back().motion.X_W0 = tablePose(object, *up);
+        tables.push_back(tableUnder(object, *up, {size, size, kThickness}));
     }
+    const std::vector<RigidBody> beside = bodiesOf(tables);
     std::vector<grasp::Moment> moments;
     for (const grasp::TrialFrame* frame :
          {&m_frames.front(), &m_frames[m_contact], &m_frames[m_squeezed], &m_last})

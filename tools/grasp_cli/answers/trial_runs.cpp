@@ -39,7 +39,10 @@ std::vector<grasp::TrialProtocol> protocolsNamed(const std::vector<std::string>&
 bool TrialRow::isDone() const
 {
     return !error.empty() ||
-           std::ranges::all_of(results, [](const auto& result) { return result.has_value(); });
+           std::ranges::all_of(results,
+                               [](const auto& result) {
+                                   return result && result->outcome != grasp::TrialOutcome::Stopped;
+                               });
 }
 
 std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
@@ -88,7 +91,8 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
                 error = reason.what();
             }
             const std::lock_guard lock(mutex);
-            if (result && result->outcome != grasp::TrialOutcome::Stopped)
+            if (result &&
+                (result->outcome != grasp::TrialOutcome::Stopped || !result->pulls.empty()))
             {
                 rows[k].results[p] = std::move(result);
             }

@@ -21,7 +21,8 @@ namespace bullet_ccd::tools
 /// What became of one grasp.
 struct TrialRow
 {
-    /// One entry per protocol; none for a trial that was not begun or was stopped.
+    /// One entry per protocol; none for a trial that was not begun, or was stopped before a pull
+    /// of it ended.
     std::vector<std::optional<grasp::TrialResult>> results;
     std::string error;  ///< why it could not be tried; else empty
 

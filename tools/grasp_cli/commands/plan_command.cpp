@@ -6,6 +6,7 @@
 #include "tools/grasp_cli/answers/plan_trials.h"
 #include "tools/grasp_cli/answers/trial_runs.h"
 #include "tools/grasp_cli/commands/commands.h"
+#include "tools/grasp_cli/inputs/table_under.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
 #include "tools/grasp_cli/options/robot_options.h"
@@ -310,7 +311,11 @@ int plan(PlanArguments arguments)
     const grasp::HandModel& hand = run.hand.hand;
     const grasp::GraspObject& object = run.object.object;
     requireFingers(run.hand, arguments.options.closing);
-    const std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
+    std::vector<Obstacle> obstacles = loadObstacles(arguments.scene);
+    if (arguments.options.approach.tableTop)
+    {
+        obstacles.push_back(tableUnder(object, arguments.options.approach.up));
+    }
     requireKinematic(obstacles, arguments.options);
     const std::vector<RigidBody> bodies = bodiesOf(obstacles);
     SqueezeArguments squeeze = arguments.squeeze;

@@ -94,11 +94,15 @@ std::string trialJson(const GraspRecords& records,
                       const std::vector<std::string>& joints)
 {
     const grasp::Grasp& grasp = records.grasps[index];
-    nlohmann::ordered_json torques = nlohmann::ordered_json::object();
-    for (std::size_t j = 0; j < result.peakTorques.size(); ++j)
+    const auto byJoint = [&](const std::vector<double>& torques)
     {
-        torques[joints[j]] = result.peakTorques[j];
-    }
+        nlohmann::ordered_json json = nlohmann::ordered_json::object();
+        for (std::size_t j = 0; j < torques.size(); ++j)
+        {
+            json[joints[j]] = torques[j];
+        }
+        return json;
+    };
     const bool isLost =
         result.outcome == TrialOutcome::Dropped || result.outcome == TrialOutcome::Ejected;
     nlohmann::ordered_json pulls = nlohmann::ordered_json::array();
@@ -134,7 +138,8 @@ std::string trialJson(const GraspRecords& records,
         {"peak_contact_force_n", result.peakForce},
         {"mean_normal_force_n", result.meanForce},
         {"peak_energy_j", result.peakEnergy},
-        {"peak_torques", std::move(torques)},
+        {"peak_torques", byJoint(result.peakTorques)},
+        {"mean_torques", byJoint(result.meanTorques)},
         {"pulls", std::move(pulls)},
         {"intersecting_triangles", result.penetration.intersectingTriangles},
         {"penetration_m", result.penetration.deepest},

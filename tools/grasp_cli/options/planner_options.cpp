@@ -129,11 +129,13 @@ void addApproachOptions(CLI::App& command, grasp::ApproachOptions& options)
                                              {"mixed", ApproachSource::Mixed}}))
         ->default_str(grasp::toString(options.source))
         ->group("Approach");
-    auto* tableTop = command
-                         .add_flag("--table-top",
-                                   options.tableTop,
-                                   "Approach from above only, as on a table: within --max-tilt.")
-                         ->group("Approach");
+    auto* tableTop =
+        command
+            .add_flag("--table-top",
+                      options.tableTop,
+                      "Approach from above only, within --max-tilt; for grasp plan a table "
+                      "under the object is an obstacle.")
+            ->group("Approach");
     command
         .add_option("--max-tilt",
                     options.maxTilt,

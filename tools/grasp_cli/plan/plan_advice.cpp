@@ -50,7 +50,9 @@ std::string adviceFor(RejectReason reason,
                           "fingers end beside the object: look at the preshapes and at the grasp "
                           "frame (grasp hand)");
         case RejectReason::Obstacle:
-            return "obstacles are in the way: try --table-top or another --approach-from";
+            return "obstacles are in the way: try --table-top, a smaller --max-tilt with it, or "
+                   "another "
+                   "--approach-from";
         case RejectReason::OutOfReach:
             return "the arm does not bring the hand there: try another --robot-pose";
         case RejectReason::NoForceClosure:

@@ -89,7 +89,8 @@ void requireKinematic(const std::vector<Obstacle>& obstacles, const grasp::Plann
     if (!obstacles.empty() && options.engine == grasp::ClosingEngine::Simulated)
     {
         throw std::runtime_error(
-            "--scene: the simulated engine closes on the object alone: use --engine kinematic");
+            "--scene, --table-top: the simulated engine closes on the object alone: use --engine "
+            "kinematic");
     }
 }
 
