@@ -12,6 +12,7 @@
 #include <array>
 #include <fmt/format.h>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
