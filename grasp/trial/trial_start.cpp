@@ -16,22 +16,24 @@ namespace
 constexpr double kLever = 0.05;  // by which a finger that turns opens [m]
 constexpr int kOpenings = 4;     // each twice as wide as the one before
 
-bool isClear(const HandModel& hand,
-             const GraspObject& object,
-             const TrialPosture& posture,
-             double clearance)
+/// Of the link that is nearest to the object; `clearance` if that is as far away or farther.
+double distanceTo(const GraspObject& object,
+                  const HandModel& hand,
+                  const TrialPosture& posture,
+                  double clearance)
 {
     const std::vector<Eigen::Isometry3d> poses =
         linkPoses(hand.robot.tree, posture.X_WH, posture.positions);
-    for (std::size_t i = 0; i < poses.size(); ++i)
+    double least = clearance;
+    for (std::size_t i = 0; i < poses.size() && least > 0.0; ++i)
     {
-        if (hand.linkTrees[i] != nullptr &&
-            treeDistance(*hand.linkTrees[i], object.tree, poses[i], clearance).distance < clearance)
+        if (hand.linkTrees[i] != nullptr)
         {
-            return false;
+            least = std::min(
+                least, treeDistance(*hand.linkTrees[i], object.tree, poses[i], least).distance);
         }
     }
-    return true;
+    return least;
 }
 
 bool isAbove(const HandModel& hand,
@@ -115,13 +117,21 @@ TrialPosture heldStart(const HandModel& hand,
                        double clearance)
 {
     TrialPosture posture{.blocked = {}, .X_WH = grasp.X_WH, .positions = grasp.positions};
+    TrialPosture apart = posture;  // closed, it touches nothing
     posture.X_WH.translation() -= clearance * grasp.approach_W;
     double way = clearance;
-    for (int k = 0; k < kOpenings && !isClear(hand, object, posture, clearance); ++k, way *= 2.0)
+    for (int k = 0; k <= kOpenings; ++k)
     {
+        const double distance = distanceTo(object, hand, posture, clearance);
+        apart = distance > 0.0 ? posture : apart;
+        if (distance >= clearance)
+        {
+            break;
+        }
         posture.positions = opened(hand, grasp.positions, way);
+        way *= 2.0;
     }
-    return posture;
+    return apart;
 }
 
 TrialPosture openStart(const HandModel& hand,

@@ -18,7 +18,7 @@ struct TrialPosture
 };
 
 /// The closed posture, drawn back and opened until no link is within `clearance` [m] of the object
-/// where that takes a few clearances at most.
+/// where that takes a few clearances at most, else as far as it goes without touching it.
 [[nodiscard]] TrialPosture heldStart(const HandModel& hand,
                                      const GraspObject& object,
                                      const Grasp& grasp,

@@ -245,6 +245,21 @@ TEST(GraspTrial, TwoJawsHoldACubeInAllDirections)
     EXPECT_EQ(PinchedCube(false, 100.0).outcome("shake", kThreeHundredGrams), TrialOutcome::Held);
 }
 
+// Jaws that open by 2 mm or more are in the walls beside them, and nowhere a clearance away.
+TEST(GraspTrial, AHandThatOpensIntoTheObjectOpensLess)
+{
+    PinchedCube pinched(false, 100.0);
+    TriangleMesh mesh = makeBox(Eigen::Vector3d::Constant(0.02));
+    for (const double side : {-1.0, 1.0})
+    {
+        TriangleMesh wall = makeBox({0.004, 0.02, 0.02});
+        transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(0.0355 * side, 0.0, 0.0)));
+        appendMesh(mesh, wall);
+    }
+    pinched.cube = makeGraspObject("cube between walls", std::move(mesh));
+    EXPECT_EQ(pinched.outcome("six", kThreeHundredGrams), TrialOutcome::Held);
+}
+
 TEST(GraspTrial, BriefTrialsEndAsWholeOnes)
 {
     const PinchedCube pinched(false, 100.0);
