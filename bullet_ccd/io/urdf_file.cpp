@@ -10,6 +10,8 @@
 #include <console_bridge/console.h>
 #include <mutex>
 #include <stdexcept>
+#include <string_view>
+#include <tinyxml2.h>
 #include <utility>
 
 namespace bullet_ccd
@@ -40,6 +42,36 @@ private:
     std::string m_errors;
 };
 
+/// Efforts and velocities that limits do not state are 0, which says the same: urdfdom insists.
+void completeLimits(tinyxml2::XMLElement& element)
+{
+    for (auto* child = element.FirstChildElement(); child != nullptr;
+         child = child->NextSiblingElement())
+    {
+        for (const char* name : {"effort", "velocity"})
+        {
+            if (std::string_view(child->Name()) == "limit" && child->Attribute(name) == nullptr)
+            {
+                child->SetAttribute(name, 0);
+            }
+        }
+        completeLimits(*child);
+    }
+}
+
+std::string withWholeLimits(const std::string& text)
+{
+    tinyxml2::XMLDocument document;
+    if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS)
+    {
+        return text;  // urdfdom says what is wrong
+    }
+    completeLimits(*document.RootElement());
+    tinyxml2::XMLPrinter printer;
+    document.Print(&printer);
+    return printer.CStr();
+}
+
 urdf::ModelInterfaceSharedPtr parse(const std::string& text, const std::string& file)
 {
     static std::mutex parserMutex;
@@ -49,7 +81,7 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& text, const std::string& 
     std::string thrown;
     try
     {
-        model = urdf::parseURDF(text);
+        model = urdf::parseURDF(withWholeLimits(text));
     }
     catch (const std::exception& error)
     {

@@ -187,16 +187,20 @@ Json qualityToJson(const Grasp& grasp,
             {"torque_scale_m", object.radius}};
 }
 
-/// Null where none was asked for, or the candidate is no grasp.
+/// Null where none was asked for.
 Json squeezeToJson(const Grasp& grasp,
                    const GraspRun& run,
                    double mass,
                    const HandModel& hand,
                    const GraspObject& object)
 {
-    if (!run.squeeze || grasp.reject != RejectReason::None)
+    if (!run.squeeze)
     {
         return {};
+    }
+    if (grasp.reject != RejectReason::None)
+    {
+        return {{"reason", toString(grasp.reject)}};
     }
     SqueezeOptions options = *run.squeeze;
     options.mass = options.mass.value_or(mass);

@@ -106,7 +106,7 @@ public:
         if (m_isStopped)
         {
             m_result.outcome = TrialOutcome::Stopped;
-            m_result.reason.clear();
+            m_result.reason = "interrupted";
             return m_result;
         }
         if (isWithin())
@@ -673,6 +673,10 @@ TrialResult runTrial(const HandModel& hand,
     {
         result.outcome = TrialOutcome::NeverTouched;
         result.reason = start.blocked;
+        if (protocol.start == TrialStart::Held)
+        {
+            result.penetration = PenetrationCheck(hand, object).at(start.X_WH, start.positions);
+        }
         return result;
     }
     result.outcome = TrialOutcome::Held;

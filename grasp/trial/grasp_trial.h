@@ -101,7 +101,7 @@ struct TrialPull
 struct TrialResult
 {
     TrialOutcome outcome = TrialOutcome::NoSqueeze;
-    std::string reason;       ///< of every outcome but Held and Stopped
+    std::string reason;       ///< of every outcome but Held
     double slip = 0.0;        ///< largest way of the centre of mass under load [m]
     double turn = 0.0;        ///< largest turn of the object under load [rad]
     double lostAt = 0.0;      ///< since the trial began, of Dropped and Ejected [s]

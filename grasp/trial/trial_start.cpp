@@ -117,7 +117,12 @@ TrialPosture heldStart(const HandModel& hand,
                        double clearance)
 {
     TrialPosture posture{.blocked = {}, .X_WH = grasp.X_WH, .positions = grasp.positions};
-    TrialPosture apart = posture;  // closed, it touches nothing
+    TrialPosture apart = posture;
+    apart.blocked = "the hand is in the object from the start: plan or close it anew";
+    if (distanceTo(object, hand, apart, clearance) > 0.0)
+    {
+        apart.blocked.clear();
+    }
     posture.X_WH.translation() -= clearance * grasp.approach_W;
     double way = clearance;
     for (int k = 0; k <= kOpenings; ++k)

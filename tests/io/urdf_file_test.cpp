@@ -104,21 +104,22 @@ TEST(UrdfFile, LinksComeParentsFirstFromTheRoot)
 TEST(UrdfFile, LimitsAreReadAndZeroMeansUnlimitedWithANote)
 {
     const TempFolder folder;
-    const RobotModel model =
-        load(folder,
-             link("a") + link("b") + link("c") + joint("j", "revolute", "a", "b", kLimit) +
-                 joint("k",
-                       "prismatic",
-                       "a",
-                       "c",
-                       "<limit lower=\"0\" upper=\"1\" effort=\"0\" velocity=\"0\"/>"));
-    EXPECT_EQ(jointOf(model, "j").lower, -1.0);
-    EXPECT_EQ(jointOf(model, "j").upper, 2.0);
-    EXPECT_EQ(jointOf(model, "j").maxEffort, 3.0);
-    EXPECT_EQ(jointOf(model, "j").maxVelocity, 4.0);
-    EXPECT_TRUE(std::isinf(jointOf(model, "k").maxEffort));
-    EXPECT_THAT(model.notes, Contains(AllOf(HasSubstr("effort limit 0"), HasSubstr("missing: k"))));
-    EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limit 0")));
+    for (const std::string others : {"effort=\"0\" velocity=\"0\"", "effort=\"0\"", ""})
+    {
+        const RobotModel model = load(
+            folder,
+            link("a") + link("b") + link("c") + joint("j", "revolute", "a", "b", kLimit) +
+                joint(
+                    "k", "prismatic", "a", "c", "<limit lower=\"0\" upper=\"1\" " + others + "/>"));
+        EXPECT_EQ(jointOf(model, "j").lower, -1.0);
+        EXPECT_EQ(jointOf(model, "j").upper, 2.0);
+        EXPECT_EQ(jointOf(model, "j").maxEffort, 3.0);
+        EXPECT_EQ(jointOf(model, "j").maxVelocity, 4.0);
+        EXPECT_TRUE(std::isinf(jointOf(model, "k").maxEffort));
+        EXPECT_THAT(model.notes,
+                    Contains(AllOf(HasSubstr("effort limit 0"), HasSubstr("missing: k"))));
+        EXPECT_THAT(model.notes, Contains(HasSubstr("velocity limit 0")));
+    }
 }
 
 TEST(UrdfFile, MimicChainsEndAtTheDrivingJoint)

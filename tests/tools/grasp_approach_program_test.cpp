@@ -98,6 +98,10 @@ TEST_F(GraspApproach, PlansFromAboveKeepOutOfTheTable)
     EXPECT_EQ(countOf("--table-top", refused), 0);
     EXPECT_GT(countOf("--table-top", "\"outcome\":\"held\""), 0);
     EXPECT_GT(countOf("--table-top", "obstacle in the way"), 0);
+    // Too low for any jaw.
+    writeObj(makeBox({0.03, 0.03, 5e-4}), m_box);
+    EXPECT_THAT(run("plan", "-n 8 --table-top --pictures 0 -o '" + out + "'").out,
+                HasSubstr("decrease --max-tilt"));
     const Outcome simulated = run("plan", "-n 1 --table-top --engine simulated -o '" + out + "'");
     EXPECT_EQ(simulated.exitCode, 3);
     EXPECT_THAT(simulated.err, HasSubstr("--table-top"));

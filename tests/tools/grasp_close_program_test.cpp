@@ -66,6 +66,8 @@ TEST_F(GraspClose, JawsStopAtTheSidesOfABoxBetweenThem)
         const Json record = Json::parse(closed.out);
         EXPECT_TRUE(record["reject"].is_null()) << engine;
         EXPECT_TRUE(record["quality"]["force_closure"]);
+        EXPECT_TRUE(record["squeeze"]["reason"].is_null());
+        EXPECT_FALSE(record["squeeze"]["joints"].empty());
         EXPECT_GT(jawOf(record), kHalfWidth);
         EXPECT_LE(jawOf(record), kHalfWidth + kTolerance + 1e-6);
         ASSERT_FALSE(record["stops"].empty());
@@ -216,6 +218,7 @@ TEST_F(GraspClose, TheFirstJawToTouchStopsBoth)
         EXPECT_EQ(contact["link"], "right_jaw");
     }
     EXPECT_FALSE(record["quality"]["force_closure"]);
+    EXPECT_EQ(record["squeeze"]["reason"], "no force closure");
 }
 
 TEST_F(GraspClose, ThePreshapeIsChosenByName)

@@ -315,13 +315,15 @@ TEST(GraspTrial, NoHandLiftsThroughTheTable)
     EXPECT_EQ(pinched.run(shippedProtocol("hover"), options).outcome, TrialOutcome::Held);
 }
 
-TEST(GraspTrial, SeesWhatIntersectsAtTheStart)
+TEST(GraspTrial, RefusesWhatIntersectsAtTheStart)
 {
     PinchedCube pinched(false, 100.0);
     pinched.grasp.X_WH.translation().z() += 0.03;  // the palm is in the cube
     const TrialResult result =
         runTrial(pinched.hand, pinched.cube, pinched.grasp, shippedProtocol("hover"), {});
     EXPECT_FALSE(result.penetration.clean());
+    EXPECT_EQ(result.outcome, TrialOutcome::NeverTouched);
+    EXPECT_EQ(result.reason.rfind("the hand is in the object", 0), 0U) << result.reason;
 }
 
 TEST(GraspTrial, RefusesJointsBeyondTheirLimits)

@@ -14,7 +14,6 @@ namespace bullet_ccd::tools
 namespace
 {
 constexpr double kInterval = 1.0 / 30.0;  // [s]
-constexpr double kThickness = 5e-3;       // of half the table [m]
 }  // namespace
 
 void TrialFilm::take(const grasp::TrialFrame& frame)
@@ -39,11 +38,10 @@ void TrialFilm::write(const std::filesystem::path& folder,
                       const grasp::GraspObject& object,
                       const std::optional<Eigen::Vector3d>& up) const
 {
-    const double size = 1.5 * object.radius;
     std::vector<Obstacle> tables;
     if (up)
     {
-        tables.push_back(tableUnder(object, *up, {size, size, kThickness}));
+        tables.push_back(shownTableUnder(object, *up));
     }
     const std::vector<RigidBody> beside = bodiesOf(tables);
     std::vector<grasp::Moment> moments;

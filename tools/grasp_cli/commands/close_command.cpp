@@ -2,10 +2,12 @@
 #include "grasp/closing/swept_boxes.h"
 #include "grasp/formats/content_hash.h"
 #include "grasp/planner/grasp_planner.h"
+#include "grasp/quality/object_mass.h"
 #include "tools/grasp_cli/commands/commands.h"
 #include "tools/grasp_cli/inputs/path_file.h"
 #include "tools/grasp_cli/options/input_options.h"
 #include "tools/grasp_cli/options/planner_options.h"
+#include "tools/grasp_cli/options/squeeze_options.h"
 #include "tools/grasp_cli/plan/plan_outputs.h"
 #include "tools/grasp_cli/plan/plan_run.h"
 #include "tools/support/obstacles/obstacle_list.h"
@@ -39,6 +41,7 @@ struct CloseArguments
     bool json = false;
     bool boxes = false;
     bool quiet = false;
+    SqueezeArguments squeeze;
     grasp::PlannerOptions options;
 };
 
@@ -317,12 +320,16 @@ int close(CloseArguments arguments)
         arguments.scene, reachOf(way, hand.hand, preshape, arguments.options.closing));
     requireKinematic(obstacles.inReach, arguments.options);
     const std::vector<RigidBody> bodies = bodiesOf(obstacles.inReach);
-    const grasp::GraspRun run{.handFile = hand.file,
-                              .srdfFile = hand.hand.srdfFile,
-                              .objectFile = object.file,
-                              .objectScale = arguments.pair.objectScale,
-                              .obstaclesHash = grasp::contentHash(bodies),
-                              .options = arguments.options};
+    SqueezeArguments squeeze = arguments.squeeze;
+    squeeze.mass = grasp::massOf(object.object, arguments.options.mass).mass;
+    const grasp::GraspRun run{
+        .handFile = hand.file,
+        .srdfFile = hand.hand.srdfFile,
+        .objectFile = object.file,
+        .objectScale = arguments.pair.objectScale,
+        .obstaclesHash = grasp::contentHash(bodies),
+        .options = arguments.options,
+        .squeeze = squeezeOptionsOf(squeeze, arguments.options.friction, hand.hand)};
     ClosingUses uses;
     const grasp::PathGrasp closed =
         closeAfter(way, hand, object, preshape, arguments.options, bodies, uses);
@@ -430,6 +437,7 @@ void addCloseCommand(CLI::App& app, int& exitCode)
     addEngineOption(*command, arguments->options);
     addFingersOption(*command, arguments->options.closing);
     addQualityOptions(*command, arguments->options);
+    addSqueezeOptions(*command, arguments->squeeze);
     command
         ->add_flag(
             "--json", arguments->json, "Print one record as in grasps.jsonl instead of tables.")

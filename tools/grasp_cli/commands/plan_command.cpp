@@ -259,7 +259,8 @@ void printSummary(const PlanArguments& arguments,
     {
         fmt::print("rejected: {}\n", rejected);
     }
-    if (const std::string advice = planAdvice(run.hand.hand, run.object.object, run.grasps);
+    if (const std::string advice = planAdvice(
+            run.hand.hand, run.object.object, run.grasps, arguments.options.approach.tableTop);
         !advice.empty())
     {
         fmt::print("look at: {}\n", advice);
@@ -362,13 +363,18 @@ int plan(PlanArguments arguments)
                        tried.done);
         }
     }
+    std::vector<Obstacle> shown = obstacles;
+    if (arguments.options.approach.tableTop)
+    {
+        shown.back() = shownTableUnder(object, arguments.options.approach.up);
+    }
     DrawingOptions drawing = arguments.drawing;
     drawing.scene = arguments.scene;
     const ObstacleList list{.inReach = obstacles};
     drawing.uses = &run.uses;
     drawing.obstacles = &list;
     std::vector<std::string> written =
-        writePlanOutputs(output, description, hand, object, run.grasps, drawing, bodies);
+        writePlanOutputs(output, description, hand, object, run.grasps, drawing, bodiesOf(shown));
     if (run.grasps.size() == static_cast<std::size_t>(arguments.options.candidates))
     {
         journal.remove();

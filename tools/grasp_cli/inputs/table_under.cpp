@@ -6,9 +6,12 @@
 
 namespace bullet_ccd::tools
 {
-Obstacle tableUnder(const grasp::GraspObject& object,
-                    const Eigen::Vector3d& up,
-                    const Eigen::Vector3d& halfExtents)
+namespace
+{
+/// @param halfExtents  of the box, the last one along `up` [m]
+Obstacle boxUnder(const grasp::GraspObject& object,
+                  const Eigen::Vector3d& up,
+                  const Eigen::Vector3d& halfExtents)
 {
     const Eigen::Vector3d axis = up.normalized();
     const Eigen::Vector3d& center = object.centerOfMass;
@@ -19,11 +22,18 @@ Obstacle tableUnder(const grasp::GraspObject& object,
     table.X_WO.translation() = center + (top - halfExtents.z() - center.dot(axis)) * axis;
     return table;
 }
+}  // namespace
 
 Obstacle tableUnder(const grasp::GraspObject& object, const Eigen::Vector3d& up)
 {
     constexpr double kReach = 1.0;  // of a hand [m]
     constexpr double kDepth = 0.5;  // same
-    return tableUnder(object, up, {object.radius + kReach, object.radius + kReach, kDepth});
+    return boxUnder(object, up, {object.radius + kReach, object.radius + kReach, kDepth});
+}
+
+Obstacle shownTableUnder(const grasp::GraspObject& object, const Eigen::Vector3d& up)
+{
+    constexpr double kThickness = 5e-3;  // of half of it [m]
+    return boxUnder(object, up, {1.5 * object.radius, 1.5 * object.radius, kThickness});
 }
 }  // namespace bullet_ccd::tools

@@ -1,4 +1,5 @@
-/// The table that an object stands on.
+/// The table that an object stands on: boxes "table" whose upper faces touch the object, at its
+/// place in W, from below, with their centres under its centre of mass.
 #pragma once
 
 #include "grasp/grasp_types.h"
@@ -6,14 +7,10 @@
 
 namespace bullet_ccd::tools
 {
-/// A box "table" whose upper face touches the object, at its place in W, from below, with its
-/// centre under the centre of mass.
-/// @param up           W, of any length but 0
-/// @param halfExtents  of the box, the last one along `up` [m]
-[[nodiscard]] Obstacle tableUnder(const grasp::GraspObject& object,
-                                  const Eigen::Vector3d& up,
-                                  const Eigen::Vector3d& halfExtents);
-
-/// The same, wide and deep enough for any hand.
+/// Wide and deep enough for any hand.
+/// @param up  W, of any length but 0
 [[nodiscard]] Obstacle tableUnder(const grasp::GraspObject& object, const Eigen::Vector3d& up);
+
+/// As much of it as a picture shows.
+[[nodiscard]] Obstacle shownTableUnder(const grasp::GraspObject& object, const Eigen::Vector3d& up);
 }  // namespace bullet_ccd::tools

@@ -33,12 +33,16 @@ std::string ofSize(const grasp::HandModel& hand,
 
 std::string adviceFor(RejectReason reason,
                       const grasp::HandModel& hand,
-                      const grasp::GraspObject& object)
+                      const grasp::GraspObject& object,
+                      bool hasTable)
 {
     switch (reason)
     {
         case RejectReason::OverlapAtStart:
-            return "start poses overlap the object: increase --standoff";
+            return hasTable
+                       ? "start poses overlap the table or the object: decrease --max-tilt, or "
+                         "increase --standoff"
+                       : "start poses overlap the object: increase --standoff";
         case RejectReason::SelfOverlap:
             return "the hand overlaps itself: look at the preshapes (grasp hand) and at the pairs "
                    "of links that are tested (grasp hand check)";
@@ -50,9 +54,10 @@ std::string adviceFor(RejectReason reason,
                           "fingers end beside the object: look at the preshapes and at the grasp "
                           "frame (grasp hand)");
         case RejectReason::Obstacle:
-            return "obstacles are in the way: try --table-top, a smaller --max-tilt with it, or "
-                   "another "
-                   "--approach-from";
+            return hasTable ? "the table or an obstacle is in the way: decrease --max-tilt, or try "
+                              "another --approach-from"
+                            : "obstacles are in the way: try --table-top or another "
+                              "--approach-from";
         case RejectReason::OutOfReach:
             return "the arm does not bring the hand there: try another --robot-pose";
         case RejectReason::NoForceClosure:
@@ -89,7 +94,8 @@ std::string epsilonClasses(std::span<const Grasp> grasps)
 
 std::string planAdvice(const grasp::HandModel& hand,
                        const grasp::GraspObject& object,
-                       std::span<const Grasp> grasps)
+                       std::span<const Grasp> grasps,
+                       bool hasTable)
 {
     std::map<RejectReason, std::size_t> counts;
     for (const Grasp& grasp : grasps)
@@ -103,6 +109,6 @@ std::string planAdvice(const grasp::HandModel& hand,
     counts.erase(RejectReason::None);
     const auto most =
         std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
-    return adviceFor(most->first, hand, object);
+    return adviceFor(most->first, hand, object, hasTable);
 }
 }  // namespace bullet_ccd::tools

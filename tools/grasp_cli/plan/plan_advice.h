@@ -14,7 +14,9 @@ namespace bullet_ccd::tools
 
 /// One line for the reason that rejected most candidates, if fewer than a tenth of all are force
 /// closures; else empty.
+/// @param hasTable  one under the object was in the hand's way
 [[nodiscard]] std::string planAdvice(const grasp::HandModel& hand,
                                      const grasp::GraspObject& object,
-                                     std::span<const grasp::Grasp> grasps);
+                                     std::span<const grasp::Grasp> grasps,
+                                     bool hasTable);
 }  // namespace bullet_ccd::tools
