@@ -60,7 +60,8 @@ public:
           const TrialProtocol& protocol,
           const TrialOptions& options,
           double mass,
-          const TrialPosture& start)
+          const TrialPosture& start,
+          PenetrationCheck& check)
         : m_hand(hand),
           m_object(object),
           m_grasp(grasp),
@@ -77,7 +78,7 @@ public:
                    .stiffness = options.skinStiffness},
                   start.X_WH,
                   start.positions),
-          m_check(hand, object),
+          m_check(check),
           m_timeStep(1.0 / options.rate),
           m_brief(options.brief),
           m_closesAsPlanned(options.closesAsPlanned),
@@ -531,7 +532,7 @@ private:
     Eigen::Isometry3d m_X_WH;
     std::vector<double> m_from;  ///< where the drives press from, one entry per link
     TrialWorld m_world;
-    PenetrationCheck m_check;
+    PenetrationCheck& m_check;
     double m_timeStep;
     bool m_brief;
     bool m_closesAsPlanned;
@@ -669,13 +670,15 @@ TrialResult runTrial(const HandModel& hand,
                                                options.seed,
                                                options.skin,
                                                options.up.normalized());
+    std::optional<PenetrationCheck> own;
+    PenetrationCheck& check = options.check != nullptr ? *options.check : own.emplace(hand, object);
     if (!start.blocked.empty())
     {
         result.outcome = TrialOutcome::NeverTouched;
         result.reason = start.blocked;
         if (protocol.start == TrialStart::Held)
         {
-            result.penetration = PenetrationCheck(hand, object).at(start.X_WH, start.positions);
+            result.penetration = check.at(start.X_WH, start.positions);
         }
         return result;
     }
@@ -687,7 +690,7 @@ TrialResult runTrial(const HandModel& hand,
     {
         const auto end =
             isPull(*first) ? first + 1 : std::find_if(first, protocol.phases.end(), isPull);
-        Trial trial(hand, object, grasp, squeeze, protocol, options, *squeezing.mass, start);
+        Trial trial(hand, object, grasp, squeeze, protocol, options, *squeezing.mass, start, check);
         merge(result, trial.run({first, end}, first - protocol.phases.begin()));
         if (result.outcome == TrialOutcome::Stopped)
         {

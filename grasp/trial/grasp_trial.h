@@ -83,6 +83,9 @@ struct TrialOptions
     /// squeeze, as those of a robot that follows a plan do. Else each goes on until something stops
     /// it, and what stands loosely is pushed along by the finger that comes first.
     bool closesAsPlanned = false;
+    /// The independent check of this hand and object, used again from trial to trial by one thread
+    /// at a time; null: the trial makes its own.
+    PenetrationCheck* check = nullptr;
     StopCondition stop{};                            ///< looked at before every step
     std::function<void(const TrialFrame&)> watch{};  ///< is called after every step
 };

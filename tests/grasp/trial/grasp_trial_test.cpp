@@ -585,6 +585,14 @@ TEST(GraspTrial, SameBitsOnAnyThreadInAnyOrder)
     { return pinched.run(brief, {.squeeze = {.mass = mass, .friction = 0.5}, .friction = 0.2}); };
     const TrialResult light = run(0.1);
     const TrialResult heavy = run(0.4);
+    PenetrationCheck check(pinched.hand, pinched.cube);
+    const auto runAgain = [&](double mass)
+    {
+        return pinched.run(
+            brief, {.squeeze = {.mass = mass, .friction = 0.5}, .friction = 0.2, .check = &check});
+    };
+    const TrialResult heavyAgain = runAgain(0.4);
+    const TrialResult lightAgain = runAgain(0.1);
     TrialResult heavyToo;
     TrialResult lightToo;
     std::thread first([&] { heavyToo = run(0.4); });
@@ -602,6 +610,8 @@ TEST(GraspTrial, SameBitsOnAnyThreadInAnyOrder)
     };
     expectSame(light, lightToo);
     expectSame(heavy, heavyToo);
+    expectSame(light, lightAgain);
+    expectSame(heavy, heavyAgain);
 }
 }  // namespace
 }  // namespace bullet_ccd::grasp

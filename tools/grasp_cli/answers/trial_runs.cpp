@@ -66,6 +66,7 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
     std::mutex mutex;
     const auto work = [&]
     {
+        grasp::PenetrationCheck check(hand, object);
         while (!stop.isDue())
         {
             const std::size_t turn = next++;
@@ -80,6 +81,7 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
             try
             {
                 grasp::TrialOptions own = options;
+                own.check = &check;
                 if (watch)
                 {
                     own.watch = watch(k, p);
