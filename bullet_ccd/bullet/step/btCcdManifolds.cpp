@@ -130,23 +130,32 @@ public:
         const bool isNear = raw.size() > first && deepestOf(first).gap <= WayOut::kNear * shell;
         if (isNear || m_isFirst || m_formerWay > shell)
         {
-            const bool isSolidA = entryA.m_hasInside && a.m_core != nullptr;
-            const bool isSolidB = entryB.m_hasInside && b.m_core != nullptr;
+            const bool isSolidA = a.m_isPlane || (entryA.m_hasInside && a.m_core != nullptr);
+            const bool isSolidB = b.m_isPlane || (entryB.m_hasInside && b.m_core != nullptr);
             const auto way = [&](bool hasInsideA, bool hasInsideB)
             {
                 WayOut made(
                     {a.m_tree.get(), X_WA, hasInsideA}, {b.m_tree.get(), X_WB, hasInsideB}, shell);
                 // Of what has just come, the way out may be another than the normals of what meets.
-                const bool isNew = isNear && !(m_formerWay > shell);
+                const bool isNew = isNear && !(m_formerWay > shell) && !a.m_isPlane && !b.m_isPlane;
                 made.prefer(isNew && made.isKnown() ? 2.0 : 1.0);
                 return made;
             };
             // What came out, or passes through a hole, is not.
             const auto isInside = [&]
-            { return !way(entryA.m_hasInside, entryB.m_hasInside).nearestOut().isZero(); };
+            {
+                return !way(a.m_isPlane || entryA.m_hasInside, b.m_isPlane || entryB.m_hasInside)
+                            .nearestOut()
+                            .isZero();
+            };
             WayOut out = way(isSolidA, isSolidB);
             if (isNear)
             {
+                if (a.m_isPlane || b.m_isPlane)
+                {
+                    const Eigen::Vector3d up = (a.m_isPlane ? X_WA : X_WB).linear().col(2);
+                    out.look(a.m_isPlane ? up : Eigen::Vector3d(-up));
+                }
                 out.lookAlong(std::span(raw).subspan(first), m_former, m_formerWay);
                 if (m_former.isZero() && entryA.m_hasInside && entryB.m_hasInside &&
                     !(isSolidA && isSolidB))

@@ -343,6 +343,22 @@ bool isCornerInside(const SsvTree& tree, const Eigen::Isometry3d& X_OT, const Ss
     return isBelow || isAbove;
 }
 
+/// True if one is a plane, which is solid below, and the other, or its core, begins there.
+bool startsBelowPlane(const Parts& parts)
+{
+    const auto isBelow = [](const btCcdShapePart& plane,
+                            const Eigen::Isometry3d& X_WP,
+                            const btCcdShapePart& other,
+                            const Eigen::Isometry3d& X_WO)
+    {
+        const Eigen::Vector3d& vertex = coreOf(other).m_tree.mesh().vertices.front();
+        return plane.m_isPlane &&
+               X_WP.linear().col(2).dot(X_WO * vertex - X_WP.translation()) < 0.0;
+    };
+    return isBelow(parts.m_a, parts.X_WA, parts.m_b, parts.X_WB) ||
+           isBelow(parts.m_b, parts.X_WB, parts.m_a, parts.X_WA);
+}
+
 /// True if one part begins wholly below the surface of the other, or of its core: surfaces are far
 /// from each other then.
 bool startsInside(const Parts& parts, bool cores)
@@ -366,7 +382,7 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
     const Answer first = ask(parts, surfaceA, surfaceB, margins, tolerance);
     if (!startsWithin(parts, first, margins + tolerance))
     {
-        if (first.m_isSolid || !startsInside(parts, false))
+        if (first.m_isSolid || !(startsInside(parts, false) || startsBelowPlane(parts)))
         {
             return first;
         }
@@ -379,6 +395,10 @@ FirstContactResult askStock(const Parts& parts, double tolerance)
              first.status == ToiStatus::Separated)
     {
         return first;  // what stays apart keeps its cores apart
+    }
+    if (startsBelowPlane(parts))
+    {
+        return overlapping();
     }
     return askCloser(parts,
                      coreOf(parts.m_a),

@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -254,6 +255,38 @@ TEST_P(Recovery, FromAnyDepth)
             const std::string which = std::to_string(int(pair)) + ", " + std::to_string(depth);
             EXPECT_NEAR(double(body->getWorldTransform().getOrigin().z()), 0.1, 2e-3) << which;
             EXPECT_LT(fastest, 1.0) << which;
+        }
+    }
+}
+
+// All that is below a plane is inside of it.
+TEST_P(Recovery, FromAnyDepthBelowAPlane)
+{
+    constexpr double kSize = 0.1;
+    for (const double height : {0.02, 0.0, -0.04, -0.06, -0.09})
+    {
+        for (const int form : {0, 1, 2, 3})
+        {
+            Scene scene(GetParam(), WorldClass::Rigid);
+            scene.world().setGravity(vec(0, 0, -10));
+            scene.body(scene.keep(std::make_unique<btStaticPlaneShape>(vec(0, 0, 1), btScalar(0))),
+                       0.0,
+                       poseAt(vec(0, 0, 0)));
+            btCollisionShape* shape =
+                form == 0   ? scene.keep(std::make_unique<btSphereShape>(btScalar(kSize)))
+                : form == 1 ? static_cast<btCollisionShape*>(scene.box(vec(kSize, kSize, kSize)))
+                : form == 2 ? static_cast<btCollisionShape*>(scene.mesh(makeSphere(kSize, 2)))
+                            : scene.boxMesh(vec(kSize, kSize, kSize));
+            btRigidBody* body = scene.body(shape, 1.0, poseAt(vec(0, 0, height)));
+            double fastest = 0.0;
+            for (int i = 0; i < 180; ++i)
+            {
+                scene.step(kStepOfRecovery);
+                fastest = std::max(fastest, double(body->getLinearVelocity().z()));
+            }
+            const double end = double(body->getWorldTransform().getOrigin().z());
+            EXPECT_NEAR(end, kSize, 0.002) << "form " << form << ", from " << height;
+            EXPECT_LT(fastest, 3.0) << "form " << form << ", from " << height;
         }
     }
 }
