@@ -22,13 +22,19 @@ const Eigen::Vector3d& cornerOf(const TriangleMesh& mesh, const Triangle& t, std
     return mesh.vertices[std::size_t(t[k % 3])];
 }
 
-/// Cosine of the angle between the normal of a triangle and a direction.
-double slopeOf(const TriangleMesh& mesh, std::int32_t triangle, const Eigen::Vector3d& direction)
+/// Unit; zero for a triangle without an area.
+Eigen::Vector3d normalOf(const TriangleMesh& mesh, std::int32_t triangle)
 {
     const Triangle& t = mesh.triangles[std::size_t(triangle)];
     const Eigen::Vector3d normal = (cornerOf(mesh, t, 1) - cornerOf(mesh, t, 0))
                                        .cross(cornerOf(mesh, t, 2) - cornerOf(mesh, t, 0));
-    return normal.stableNormalized().dot(direction);
+    return normal.stableNormalized();
+}
+
+/// Cosine of the angle between the normal of a triangle and a direction.
+double slopeOf(const TriangleMesh& mesh, std::int32_t triangle, const Eigen::Vector3d& direction)
+{
+    return normalOf(mesh, triangle).dot(direction);
 }
 
 /// True if something that is nearest to a point of a triangle, in the direction, is inside.
@@ -137,6 +143,14 @@ void WayOut::lookAlong(std::span<const Contact> contacts,
             look(normal);
         }
     };
+    const auto tryFace = [&](const PosedSolid& solid, std::int32_t triangle, double side)
+    {
+        const Eigen::Vector3d normal = normalOf(solid.tree->mesh(), triangle);
+        if (!normal.isZero())
+        {
+            tryOut(side * (solid.X_W.linear() * normal));
+        }
+    };
     if (!former.isZero())
     {
         tryOut(former);
@@ -153,6 +167,12 @@ void WayOut::lookAlong(std::span<const Contact> contacts,
         {
             tryOut(-contact.normal);  // more than halfway inside
         }
+    }
+    // Edges that pierce one face may end in another, which is the nearer way out.
+    for (const Contact& contact : contacts)
+    {
+        tryFace(m_a, contact.triangleA, 1.0);
+        tryFace(m_b, contact.triangleB, -1.0);
     }
 }
 

@@ -47,7 +47,8 @@ public:
     /// Tries to move A against the normal, a unit vector.
     void look(const Eigen::Vector3d& normal);
     /// The same for the way that they came, and, if that is no longer found or much longer than
-    /// `formerWay`, against the normals of the contacts, with and against them where one is solid.
+    /// `formerWay`, against the normals of the contacts, with and against them where one is solid,
+    /// and along those of the faces that meet.
     /// @param former zero if nothing is known of how they came
     void lookAlong(std::span<const Contact> contacts,
                    const Eigen::Vector3d& former,

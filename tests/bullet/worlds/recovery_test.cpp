@@ -259,6 +259,38 @@ TEST_P(Recovery, FromAnyDepth)
     }
 }
 
+// Its edges pierce the walls of the cup as well, but the rim is the way out.
+TEST_P(Recovery, OfACylinderOnTheRimOfACup)
+{
+    constexpr double kCup = 0.12;
+    constexpr double kWall = 0.03;
+    constexpr double kHalf = 0.05;
+    for (const double depth : {0.001, 0.003, 0.005})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -10));
+        scene.body(scene.mesh(makeRevolved({{0.0, -kCup},
+                                            {kCup, -kCup},
+                                            {kCup, kCup},
+                                            {kCup - kWall, kCup},
+                                            {kCup - kWall, -kCup + kWall},
+                                            {0.0, -kCup + kWall}},
+                                           16)),
+                   0.0,
+                   poseAt(vec(0, 0, 0)));
+        btTransform pose = poseAt(vec(0.01326, 0.01578, kCup + kHalf - depth));
+        pose.setRotation(btQuaternion(vec(0, 0, 1), btScalar(0.363)));
+        btRigidBody* cylinder =
+            scene.body(scene.mesh(makeCylinder(0.105, 2.0 * kHalf, 24)), 1.0, pose);
+        for (int i = 0; i < 180; ++i)
+        {
+            scene.step(kStepOfRecovery);
+        }
+        EXPECT_NEAR(double(cylinder->getWorldTransform().getOrigin().z()), kCup + kHalf, 0.002)
+            << depth;
+    }
+}
+
 // All that is below a plane is inside of it.
 TEST_P(Recovery, FromAnyDepthBelowAPlane)
 {
