@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-
 namespace bullet_ccd::tests
 {
 using namespace reference;
