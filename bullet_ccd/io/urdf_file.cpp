@@ -62,7 +62,8 @@ void completeLimits(tinyxml2::XMLElement& element)
 std::string withWholeLimits(const std::string& text)
 {
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS)
+    if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS ||
+        document.RootElement() == nullptr)
     {
         return text;  // urdfdom says what is wrong
     }

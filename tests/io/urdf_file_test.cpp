@@ -398,6 +398,18 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenUrdf{link("a", "<cylinder radius=\"1\" length=\"0\"/>"), {"cylinder: length"}},
         BrokenUrdf{link("a", "<capsule radius=\"1\"/>"), {"capsule"}}));
 
+TEST(UrdfFile, FilesWithoutAnElementAreRefused)
+{
+    const TempFolder folder;
+    for (const char* text :
+         {"<!-- robot -->", "<?xml version=\"1.0\"?>", "<!DOCTYPE robot>\n<!-- -->"})
+    {
+        folder.write("none.urdf", text);
+        EXPECT_THROW(static_cast<void>(loadUrdf(folder.path() / "none.urdf")), std::runtime_error)
+            << text;
+    }
+}
+
 TEST(UrdfFile, MissingFileIsNamed)
 {
     EXPECT_THROW(static_cast<void>(loadUrdf("/nowhere/r.urdf")), std::runtime_error);
