@@ -160,6 +160,16 @@ void WayOut::lookAlong(std::span<const Contact> contacts,
         }
         prefer(isFound() ? kPreferred : 1.0);
     }
+    // What meets on several sides comes out of all of them between the normals.
+    Eigen::Vector3d between = Eigen::Vector3d::Zero();
+    for (const Contact& contact : contacts)
+    {
+        between += contact.normal;
+    }
+    if (between.norm() > kBeside)
+    {
+        tryOut(between.normalized());
+    }
     for (const Contact& contact : contacts)
     {
         tryOut(contact.normal);

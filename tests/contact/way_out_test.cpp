@@ -117,6 +117,31 @@ TEST(WayOut, OfWhatMeetsIsTheShortest)
     }
 }
 
+TEST(WayOut, OfTwoWallsIsBetweenThem)
+{
+    // The small box is 2 mm in each of two walls of a corner, whose other faces are far away.
+    TriangleMesh corner = makeBox({1.0, 1.0, 1.0});
+    transformMesh(corner, Eigen::Affine3d(Eigen::Translation3d(-2.0, 2.0, 0.0)));
+    appendMesh(corner, makeBox({1.0, 1.0, 1.0}));
+    const SsvTree room = buildSsvTree(corner);
+    const SsvTree small = buildSsvTree(makeBox({0.1, 0.1, 0.1}));
+    const Vector3d place(-1.0 + 0.098, 1.0 + 0.098, 0.0);
+    std::vector<Contact> contacts;
+    ContactSearchWorkspace search;
+    appendContacts(ContactSurface(small),
+                   turned(place),
+                   ContactSurface(room),
+                   turned(Vector3d::Zero()),
+                   kShell,
+                   search,
+                   contacts);
+    WayOut out({&small, turned(place), false}, {&room, turned(Vector3d::Zero()), false}, kShell);
+    out.lookAlong(contacts, Vector3d::Zero(), 0.0);
+    ASSERT_TRUE(out.isFound());
+    EXPECT_GT(out.normal().dot(axis(Vector3d(-1.0, -1.0, 0.0).normalized())), 0.95);
+    EXPECT_LT(out.way(), 2.0 * (0.002 + kShell));
+}
+
 TEST(WayOut, IsTheOneTheyCameUnlessItHasBecomeMuchLonger)
 {
     const Boxes boxes;

@@ -169,6 +169,11 @@ public:
                     }
                 }
                 m_isWholly = out.isFound() && out.way() > shell && isInside();
+                // Of two that do not intersect yet, the contacts tell how they part.
+                if (!m_isWholly && out.way() > kLongWay * shell && deepestOf(first).gap > 0.0)
+                {
+                    out = way(isSolidA, isSolidB);
+                }
             }
             else if (m_formerWay > shell)
             {
@@ -244,6 +249,9 @@ private:
     /// A closed mesh may be solid or a room: what begins in it goes out of the solid, unless the
     /// way into the room is shorter by this factor.
     static constexpr double kPreferredForRooms = 2.0;
+    /// Links of a chain meet on two sides: what comes out of one leads into the other, so the way
+    /// out of both is out of the chain.
+    static constexpr double kLongWay = 8.0;
 
     Eigen::Isometry3d m_a;
     Eigen::Isometry3d m_b;

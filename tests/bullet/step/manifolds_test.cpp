@@ -295,6 +295,33 @@ TEST(Manifolds, AStackOfFiveBoxMeshesStands)
     }
 }
 
+/// A way out of one wall leads into the other.
+TEST(Manifolds, ABarInANarrowSlotKeepsToItsWalls)
+{
+    for (const double gap : {1e-3 * kShell, 0.05 * kShell, 0.5 * kShell})
+    {
+        ManifoldScene scene(false);
+        TriangleMesh slot;
+        for (const double side : {-1.0, 1.0})
+        {
+            TriangleMesh wall = makeBox({0.05, 0.3, 0.05});
+            transformMesh(wall,
+                          Eigen::Affine3d(Eigen::Translation3d(side * (0.1 + gap), 0.0, 0.0)));
+            appendMesh(slot, wall);
+        }
+        scene.addMesh(slot, 0, Vector3d::Zero());
+        scene.addMesh(makeBox({0.05, 0.2, 0.03}), 1, Vector3d::Zero());
+        scene.world->performDiscreteCollisionDetection();
+        const std::vector<btManifoldPoint> points = scene.points();
+        EXPECT_EQ(points.size(), 8U) << gap;
+        for (const btManifoldPoint& point : points)
+        {
+            EXPECT_NEAR(std::abs(double(point.m_normalWorldOnB.x())), 1.0, 1e-6) << gap;
+            EXPECT_NEAR(double(point.getDistance()), gap - kShell, 1e-7) << gap;
+        }
+    }
+}
+
 TEST(Manifolds, ATubeStandsOnItsRing)
 {
     ManifoldScene scene(false);

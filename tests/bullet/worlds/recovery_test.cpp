@@ -786,6 +786,55 @@ TEST_P(Recovery, LinkedRingsAreNotInsideEachOther)
     }
 }
 
+/// Rings that meet on both sides come apart where they meet, and do not freeze.
+TEST_P(Recovery, AChainOfRingsHangsFreely)
+{
+    for (int seed = 0; seed < 6; ++seed)
+    {
+        Random random(seed);
+        const double radius = random.uniform(0.1, 0.4);
+        Scene scene(GetParam(), WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -10));
+        btCcdMeshShape* ring =
+            scene.mesh(makeTorus(radius, radius * random.uniform(0.1, 0.2), 20, 8));
+        std::vector<btRigidBody*> rings;
+        for (int i = 0; i < 4; ++i)
+        {
+            btTransform pose = poseAt(vec(1.3 * radius * i, 0, 0));
+            pose.setRotation(btQuaternion(vec(1, 0, 0), i % 2 != 0 ? SIMD_HALF_PI : 0));
+            rings.push_back(scene.body(ring, i == 0 ? 0.0 : 1.0, pose));
+            if (i > 0)
+            {
+                const auto any = [&] { return random.uniform(-3, 3); };
+                rings.back()->setLinearVelocity(vec(any(), any(), any()));
+                rings.back()->setAngularVelocity(vec(5 * any(), 5 * any(), 5 * any()));
+            }
+        }
+        int frozen = 0;
+        int longest = 0;
+        for (int step = 0; step < 180; ++step)
+        {
+            const btTransform before = rings.back()->getWorldTransform();
+            scene.step(1.0 / 120.0);
+            const std::string which =
+                "seed " + std::to_string(seed) + ", step " + std::to_string(step);
+            for (std::size_t i = 1; i < rings.size(); ++i)
+            {
+                const Eigen::Isometry3d X_BA =
+                    btCcdToEigen(rings[i]->getWorldTransform()).inverse() *
+                    btCcdToEigen(rings[i - 1]->getWorldTransform());
+                ASSERT_GT(treeDistance(ring->tree(), ring->tree(), X_BA, 1.0).distance, 0.0)
+                    << which << ", ring " << i;
+            }
+            const double moved = double(
+                (rings.back()->getWorldTransform().getOrigin() - before.getOrigin()).length());
+            frozen = moved < 1e-7 && rings.back()->isActive() ? frozen + 1 : 0;
+            longest = std::max(longest, frozen);
+        }
+        EXPECT_LT(longest, 20) << "seed " << seed;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Ours,
                          Recovery,
                          testing::ValuesIn(kOurKinds),
