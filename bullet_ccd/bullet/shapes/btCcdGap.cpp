@@ -9,6 +9,8 @@ namespace
 {
 /// Poses are known so well only, relative to where things are: what two gaps may be off.
 constexpr double kGapRounding = sizeof(btScalar) == 8 ? 1e-12 : 1e-5;
+/// What the squares of lengths in a rotation may be off 1.
+constexpr btScalar kStretch = btScalar(1e-3);
 
 bool isPlane(const btCcdExtent& extent)
 {
@@ -26,6 +28,14 @@ btScalar largest(const btVector3& v)
     return std::max(std::max(v.x(), v.y()), v.z());
 }
 
+/// True if the rows have unit lengths.
+bool keepsLengths(const btMatrix3x3& basis)
+{
+    const auto isUnit = [](const btVector3& row)
+    { return btFabs(row.length2() - btScalar(1)) <= kStretch; };
+    return isUnit(basis[0]) && isUnit(basis[1]) && isUnit(basis[2]);
+}
+
 double gapToPlane(const btCcdExtent& plane,
                   const btTransform& planePose,
                   const btCcdExtent& box,
@@ -37,6 +47,12 @@ double gapToPlane(const btCcdExtent& plane,
                   reachAlong(box, boxPose.getBasis(), normal));
 }
 }  // namespace
+
+bool btCcdIsRotation(const btMatrix3x3& basis)
+{
+    return keepsLengths(basis) && btFabs(basis[0].dot(basis[1])) <= kStretch &&
+           btFabs(basis[1].dot(basis[2])) <= kStretch && btFabs(basis[2].dot(basis[0])) <= kStretch;
+}
 
 btCcdExtent btCcdExtentOf(const btCollisionShape& shape)
 {
@@ -68,12 +84,17 @@ double btCcdGap(const btCcdExtent& a,
                               a.m_half.dot({1, 1, 1}) + b.m_half.dot({1, 1, 1}));
     if (isPlane(a) || isPlane(b))
     {
-        return isPlane(a) && isPlane(b) ? -1.0
-               : isPlane(a)             ? gapToPlane(a, poseA, b, poseB) - rounding
-                                        : gapToPlane(b, poseB, a, poseA) - rounding;
+        return isPlane(a) && isPlane(b)                                                   ? -1.0
+               : !btCcdIsRotation(poseA.getBasis()) || !btCcdIsRotation(poseB.getBasis()) ? -1.0
+               : isPlane(a) ? gapToPlane(a, poseA, b, poseB) - rounding
+                            : gapToPlane(b, poseB, a, poseA) - rounding;
     }
     // Along the axes of both boxes and the line of their centers, all in A's frame.
     const btMatrix3x3 R_AB = poseA.getBasis().transposeTimes(poseB.getBasis());
+    if (!keepsLengths(R_AB)) [[unlikely]]
+    {
+        return -1.0;
+    }
     const btVector3 between_A = (poseB * b.m_center - poseA * a.m_center) * poseA.getBasis();
     const btVector3 farA = between_A.absolute();
     const btMatrix3x3 turn = R_AB.absolute();

@@ -16,8 +16,11 @@ struct btCcdExtent
 
 [[nodiscard]] btCcdExtent btCcdExtentOf(const btCollisionShape& shape);
 
-/// Lower bound of the distance of two shapes [m]; negative if there is none. What is above `enough`
-/// need not be the best bound.
+/// True for a rotation, as far as Bullet keeps one. A program may have put a scale into it.
+[[nodiscard]] bool btCcdIsRotation(const btMatrix3x3& basis);
+
+/// Lower bound of the distance of two shapes [m]; negative if there is none, or a pose is no
+/// rotation. What is above `enough` need not be the best bound.
 [[nodiscard]] double btCcdGap(const btCcdExtent& a,
                               const btTransform& poseA,
                               const btCcdExtent& b,

@@ -1,6 +1,7 @@
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 
 #include "bullet_ccd/bullet/btCcdDeformableBodySolver.h"
+#include "bullet_ccd/bullet/shapes/btCcdGap.h"
 
 #include <BulletSoftBody/btSoftBodyInternals.h>
 
@@ -88,4 +89,22 @@ void btCcdContext::report(const btCollisionShape& shape, const char* keeps)
                      shape.getShapeType(),
                      keeps);
     }
+}
+
+void btCcdContext::checkPose(const btCollisionObject& object)
+{
+    const btMatrix3x3& basis = object.getWorldTransform().getBasis();
+    if (m_isPoseReported || btCcdIsRotation(basis))
+    {
+        return;
+    }
+    m_isPoseReported = true;
+    std::fprintf(stderr,
+                 "bullet_ccd: the basis in the transform of a collider (%s) is no rotation; its "
+                 "columns are %g, %g and %g long. It is taken as the rotation that is like it: to "
+                 "scale a shape, call its setLocalScaling()\n",
+                 object.getCollisionShape()->getName(),
+                 double(basis.getColumn(0).length()),
+                 double(basis.getColumn(1).length()),
+                 double(basis.getColumn(2).length()));
 }

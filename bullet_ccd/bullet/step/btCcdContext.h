@@ -54,6 +54,8 @@ public:
     [[nodiscard]] static bool needsNoModel(const btCollisionShape& shape);
     /// Makes the model and keeps what belongs into the folder; false if there is none.
     bool prepare(const btCollisionShape* shape);
+    /// Says once of a collider whose pose is none that it is taken as turned only.
+    void checkPose(const btCollisionObject& object);
 
     /// Of a pair [m].
     [[nodiscard]] double toleranceOf(const btCollisionObject& a, const btCollisionObject& b) const
@@ -66,6 +68,7 @@ private:
 
     std::mutex m_mutex;
     std::set<int> m_reported;  // shape types
+    bool m_isPoseReported = false;
 };
 
 #endif  // BT_CCD_CONTEXT_H

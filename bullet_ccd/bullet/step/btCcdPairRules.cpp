@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/btCcdMeshShape.h"
+#include "bullet_ccd/bullet/shapes/btCcdGap.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdManifolds.h"
 #include "bullet_ccd/bullet/step/btCcdPairToi.h"
@@ -81,7 +82,8 @@ bool isSimple(const btCcdTracked& tracked)
 {
     return tracked.m_way == nullptr &&
            btMultiBodyLinkCollider::upcast(tracked.m_object) == nullptr &&
-           hasSupport(*tracked.m_collisionShape);
+           hasSupport(*tracked.m_collisionShape) &&
+           btCcdIsRotation(tracked.m_object->getWorldTransform().getBasis());
 }
 
 /// Of a plane, in the world.

@@ -487,6 +487,7 @@ void btCcdStepper::readPose(const btCcdTracked& tracked, btCcdObjectMotion& pose
     }
     if (collider == nullptr)
     {
+        m_context.checkPose(*tracked.m_object);
         const bullet_ccd::RigidMotion motion =
             btCcdRigidMotion(*tracked.m_object, m_timeStep, part, start);
         pose = {tracked.m_turns ? motion : withoutTurn(motion)};

@@ -207,6 +207,7 @@ void btCcdTracker::lookAt(btCcdTracked& tracked, btCollisionObject& object)
         shape->m_epoch = m_epoch;
     }
     tracked.m_shape = shape.get();
+    m_context.checkPose(object);
     const btCcdMode mode = m_context.m_objects.of(&object).m_mode;
     tracked.m_usable = shape->m_covered && mode != btCcdMode::Off;
     tracked.m_turns =

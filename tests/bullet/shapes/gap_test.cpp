@@ -96,6 +96,26 @@ TEST(Gap, IsTheDistanceOfBoxesFaceToFaceAndOfASphereAboveAPlane)
     EXPECT_LT(btCcdGap(btCcdExtentOf(plane), raised, btCcdExtentOf(plane), above), 0.0);
 }
 
+TEST(Gap, OfAScaledPoseIsNotKnown)
+{
+    const btSphereShape sphere(btScalar(0.5));
+    const btStaticPlaneShape plane(vec(0, 1, 0), btScalar(0));
+    const btTransform here = poseAt(vec(0, 3, 0));
+    for (const double scale : {0.5, 2.0})
+    {
+        btTransform scaled = here;
+        scaled.setBasis(btMatrix3x3::getIdentity().scaled(vec(scale, 1, scale)));
+        EXPECT_FALSE(btCcdIsRotation(scaled.getBasis()));
+        const btCcdExtent extent = btCcdExtentOf(sphere);
+        const btTransform far = poseAt(vec(9, 3, 0));
+        EXPECT_LT(btCcdGap(extent, scaled, extent, far), 0.0);
+        EXPECT_LT(btCcdGap(extent, far, extent, scaled), 0.0);
+        EXPECT_LT(btCcdGap(btCcdExtentOf(plane), poseAt(vec(0, 0, 0)), extent, scaled), 0.0);
+    }
+    EXPECT_TRUE(btCcdIsRotation(btMatrix3x3(btQuaternion(vec(0.6, 0, 0.8), btScalar(1.0)))));
+    EXPECT_FALSE(btCcdIsRotation(btMatrix3x3(1, 0, 0, btScalar(0.6), btScalar(0.8), 0, 0, 0, 1)));
+}
+
 TEST(Gap, OfWhatOverlapsIsNotPositive)
 {
     const btBoxShape box(vec(0.5, 0.5, 0.5));

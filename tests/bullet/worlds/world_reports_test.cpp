@@ -107,6 +107,41 @@ TEST_P(Reports, WhatIsNotCoveredBehavesAsInStockBulletAndIsNamedOnce)
     EXPECT_EQ(countOf(said, "MinkowskiSum"), 1) << said;
 }
 
+/// As a program does that takes poses from a scene graph.
+TEST_P(Reports, AScaledPoseIsTakenAsARotationAndSaidOnce)
+{
+    for (const double scale : {0.25, 2.0})
+    {
+        testing::internal::CaptureStderr();
+        double place = 0.0;
+        {
+            Scene scene(GetParam());
+            scene.body(scene.box(vec(5, 5, 0.5)), 0.0, poseAt(vec(0, 0, -0.5)));
+            btRigidBody* ball =
+                scene.body(scene.mesh(makeSphere(0.2, 2)), 1.0, poseAt(vec(0, 0, 1)));
+            ball->setLinearVelocity(vec(0, 0, -30));
+            scene.step(1.0 / 60.0);
+            for (int i = 0; i < 30; ++i)
+            {
+                if (i < 2)
+                {
+                    btTransform scaled = ball->getWorldTransform();
+                    scaled.getBasis() = scaled.getBasis().scaled(vec(scale, scale, scale));
+                    ball->setWorldTransform(scaled);
+                }
+                scene.step(1.0 / 60.0);
+            }
+            place = double(ball->getWorldTransform().getOrigin().z());
+        }
+        const std::string said = testing::internal::GetCapturedStderr();
+        EXPECT_NEAR(place, 0.2, 0.01) << scale;
+        // Before the action looks, Bullet has made a rotation of it.
+        const int times = GetParam() == Kind::World ? 1 : 0;
+        EXPECT_EQ(countOf(said, "\n"), times) << said;
+        EXPECT_EQ(countOf(said, "setLocalScaling"), times) << said;
+    }
+}
+
 TEST_P(Reports, SayNothingOfACompoundWithoutChildren)
 {
     testing::internal::CaptureStderr();
