@@ -586,6 +586,17 @@ void btCcdStepper::addCandidates(int index)
     }
 }
 
+/// False if the other is not in the box that the object sweeps, which has room for slow motion.
+bool btCcdStepper::sweepsTo(const btCcdTracked& tracked, const btCcdTracked& other)
+{
+    if (other.m_fast)
+    {
+        return tracked.m_sweep.meets(other.m_sweep);
+    }
+    const btBroadphaseProxy* proxy = other.m_object->getBroadphaseHandle();
+    return proxy != nullptr && tracked.m_sweep.meets({proxy->m_aabbMin, proxy->m_aabbMax});
+}
+
 /// Of two that have changed, the pair comes once: with the one that is fast, or the older one.
 void btCcdStepper::addNear(int index)
 {
@@ -595,7 +606,8 @@ void btCcdStepper::addNear(int index)
     {
         const btCcdTracked& b = at(other);
         const bool isMine = tracked.m_fast == b.m_fast ? index < other : tracked.m_fast;
-        if (other != index && (tracked.m_fast || b.m_fast) && (!b.m_changed || isMine))
+        if (other != index && (tracked.m_fast || b.m_fast) && (!b.m_changed || isMine) &&
+            sweepsTo(tracked, b))
         {
             addPair(index, other);
         }
@@ -688,8 +700,7 @@ void btCcdStepper::addSwept(int index)
     for (const int other : m_slow)
     {
         const btCcdTracked& b = at(other);
-        const btBroadphaseProxy& proxy = *b.m_object->getBroadphaseHandle();
-        if (!b.m_fast && tracked.m_sweep.meets({proxy.m_aabbMin, proxy.m_aabbMax}))
+        if (!b.m_fast && sweepsTo(tracked, b))
         {
             addPair(index, other);
         }

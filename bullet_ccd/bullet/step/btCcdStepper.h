@@ -199,6 +199,7 @@ private:
     bool takeNewCourse(btCcdTracked& tracked);
     void note(btCcdTracked& tracked);
     void addCandidates(int index);
+    [[nodiscard]] static bool sweepsTo(const btCcdTracked& tracked, const btCcdTracked& other);
     void addNear(int index);
     void addSwept(int index);
     void listSwept(const std::vector<int>& objects);

@@ -154,8 +154,12 @@ void btCcdTriggers::addPiece(btCcdStepper& stepper, double time, const std::vect
         {
             return;
         }
+        const bool goesOn =
+            isKnown && !std::ranges::binary_search(stepper.changedObjects(),
+                                                   tracked.m_object->getWorldArrayIndex());
         if (Path path;
-            readPath(stepper, tracked, piece, path) && (!isKnown || meetsTrigger(path.m_box)))
+            ((goesOn && goOn(tracked, path)) || readPath(stepper, tracked, piece, path)) &&
+            (!isKnown || meetsTrigger(path.m_box)))
         {
             piece.m_paths.push_back(std::move(path));
         }
@@ -172,6 +176,27 @@ void btCcdTriggers::addPiece(btCcdStepper& stepper, double time, const std::vect
     {
         add(objects[std::size_t(index)], true);
     }
+}
+
+/// The rest of a path of the piece before, of a rigid body that goes on as it did. So it need not
+/// be moved to where it is now, which would round its way otherwise. False if there is none.
+bool btCcdTriggers::goOn(const btCcdTracked& tracked, Path& path) const
+{
+    const Piece& last = m_pieces[m_pieces.size() - 2];
+    const auto former = std::ranges::find(last.m_paths, tracked.m_object, &Path::m_object);
+    if (former == last.m_paths.end() || !(last.m_time < m_timeStep))
+    {
+        return false;
+    }
+    const auto* motion = std::get_if<bullet_ccd::RigidMotion>(&former->m_motion.m_motion);
+    if (motion == nullptr)
+    {
+        return false;
+    }
+    path = *former;
+    const double gone = (m_pieces.back().m_time - last.m_time) / (m_timeStep - last.m_time);
+    path.m_motion.m_motion = bullet_ccd::partOf(*motion, gone, 1.0);
+    return true;
 }
 
 /// False if it cannot be told how the object moves.

@@ -95,6 +95,7 @@ private:
 
     void readWays(const btCcdStepper& stepper);
     void addPiece(btCcdStepper& stepper, double time, const std::vector<int>* others);
+    [[nodiscard]] bool goOn(const btCcdTracked& tracked, Path& path) const;
     [[nodiscard]] bool readPath(btCcdStepper& stepper,
                                 const btCcdTracked& tracked,
                                 Piece& piece,
