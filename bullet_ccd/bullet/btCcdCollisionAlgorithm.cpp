@@ -351,7 +351,6 @@ btScalar btCcdCollisionAlgorithm::calculateTimeOfImpact(btCollisionObject* body0
         btCcdTimeOfImpact({*model0, *motion0.get()},
                           {*model1, *motion1.get()},
                           m_context.toleranceOf(*body0, *body1),
-                          m_context.m_work,
                           wayOut,
                           m_manifolds != nullptr && m_manifolds->isWhollyInside());
     if (auto* impact = dynamic_cast<btCcdImpactResult*>(result))

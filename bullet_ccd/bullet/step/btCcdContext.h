@@ -42,7 +42,6 @@ public:
     static void release(const btDispatcher* dispatcher);
 
     btCcdShapeCache m_shapes;
-    bullet_ccd::ToiWorkspace m_work;
     double m_tolerance = kDefaultTolerance;
     btCcdObjectSettingsMap m_objects;
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step

@@ -58,7 +58,6 @@ struct Parts
     Eigen::Isometry3d X_BG;
     Eigen::Isometry3d X_WA;  // and where that begins
     Eigen::Isometry3d X_WB;
-    bullet_ccd::ToiWorkspace& m_work;
     bool& m_isDeep;  // see btCcdPairToi
     const Eigen::Vector3d& m_wayOut;
     bool m_isWholly = false;  // inside: see btCcdTimeOfImpact()
@@ -125,6 +124,13 @@ struct Answer : FirstContactResult
     bool m_isSolid = false;  // what begins inside the other overlaps
 };
 
+/// Queries are asked on several threads.
+bullet_ccd::ToiWorkspace& workspace()
+{
+    thread_local bullet_ccd::ToiWorkspace mine;
+    return mine;
+}
+
 /// @param separation beyond the radii
 Answer ask(const Parts& parts, const Layer& a, const Layer& b, double separation, double tolerance)
 {
@@ -151,7 +157,7 @@ Answer ask(const Parts& parts, const Layer& a, const Layer& b, double separation
     const std::array<MovingBody, 2> bodies{parts.m_motionA.body(a.m_tree, parts.X_AG),
                                            parts.m_motionB.body(b.m_tree, parts.X_BG)};
     const std::array<BodyPair, 1> pairs{BodyPair{0, 1}};
-    return {bullet_ccd::firstContact(bodies, pairs, options, parts.m_work)};
+    return {bullet_ccd::firstContact(bodies, pairs, options, workspace())};
 }
 
 /// Two exact shapes where they begin, A's in the frame of B's.
@@ -313,7 +319,6 @@ FirstContactResult askDeeper(const Parts& parts)
                                           parts.X_BG,
                                           X_WA,
                                           X_WB,
-                                          parts.m_work,
                                           parts.m_isDeep,
                                           parts.m_wayOut});
     (movesA ? deeper.pointA : deeper.pointB) -= way;
@@ -442,7 +447,6 @@ struct Pairs
     const btCcdObjectMotion& m_motionA;
     const btCcdObjectMotion& m_motionB;
     double m_tolerance;
-    bullet_ccd::ToiWorkspace& m_work;
     Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
     bool m_isWholly = false;
     bool m_isTouch = false;  // see btCcdTimeOfTouch()
@@ -469,7 +473,6 @@ struct Pairs
                           X_BG,
                           X_WA * X_AG,
                           X_WB * X_BG,
-                          m_work,
                           m_result.m_isDeep,
                           m_wayOut,
                           m_isWholly};
@@ -626,18 +629,14 @@ btCcdPairToi askAllParts(Pairs pairs, const btCcdSide& a, const btCcdSide& b)
 btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                const btCcdSide& b,
                                double tolerance,
-                               bullet_ccd::ToiWorkspace& work,
                                const Eigen::Vector3d& wayOut,
                                bool isWholly)
 {
-    return askAllParts({a.m_motion, b.m_motion, tolerance, work, wayOut, isWholly}, a, b);
+    return askAllParts({a.m_motion, b.m_motion, tolerance, wayOut, isWholly}, a, b);
 }
 
-btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
-                              const btCcdSide& b,
-                              double tolerance,
-                              bullet_ccd::ToiWorkspace& work)
+btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a, const btCcdSide& b, double tolerance)
 {
     return askAllParts(
-        {a.m_motion, b.m_motion, tolerance, work, Eigen::Vector3d::Zero(), false, true}, a, b);
+        {a.m_motion, b.m_motion, tolerance, Eigen::Vector3d::Zero(), false, true}, a, b);
 }

@@ -38,7 +38,6 @@ struct btCcdSide
 [[nodiscard]] btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                              const btCcdSide& b,
                                              double tolerance,
-                                             bullet_ccd::ToiWorkspace& work,
                                              const Eigen::Vector3d& wayOut,
                                              bool isWholly);
 
@@ -47,7 +46,6 @@ struct btCcdSide
 /// inside the other, a convex shape.
 [[nodiscard]] btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a,
                                             const btCcdSide& b,
-                                            double tolerance,
-                                            bullet_ccd::ToiWorkspace& work);
+                                            double tolerance);
 
 #endif  // BT_CCD_PAIR_TOI_H

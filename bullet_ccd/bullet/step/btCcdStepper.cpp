@@ -1,5 +1,6 @@
 #include "bullet_ccd/bullet/step/btCcdStepper.h"
 
+#include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdConversions.h"
 #include "bullet_ccd/bullet/step/btCcdContext.h"
 #include "bullet_ccd/bullet/step/btCcdPairRules.h"
@@ -17,7 +18,10 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 #include <optional>
+#include <span>
 
 namespace
 {
@@ -27,6 +31,9 @@ constexpr double kSimultaneous = 1.0 / 8.0;
 constexpr double kUnseen = btCcdTracker::kUnseen;
 /// Up to so many objects are quicker looked through than the broadphase is asked.
 constexpr std::size_t kFew = 8;
+/// So many queries are asked on several threads, before it is seen whether one of them makes the
+/// others needless.
+constexpr std::size_t kAtOnce = 16;
 
 /// By the multibody that it belongs to now.
 bool isBarredFromParent(const btMultiBodyLinkCollider& child)
@@ -753,40 +760,100 @@ bool btCcdStepper::wanted(const btCcdTracked& a, const btCcdTracked& b) const
            (m_listener == nullptr || m_listener->isSwept(*a.m_object, *b.m_object));
 }
 
-void btCcdStepper::ask(Pair& pair)
+/// A pair that is to be asked, with all that changes nothing for another one.
+struct btCcdStepper::Question
+{
+    Pair& m_pair;
+    btCollisionObject* m_a;
+    btCollisionObject* m_b;
+    btCollisionAlgorithm* m_algorithm;
+    bool m_isMade;  // for this question
+    btCcdImpactResult m_result{};
+    double m_fraction = 1.0;
+};
+
+/// True for meshes with the library's own algorithm, whose queries take long and may be asked on
+/// several threads; but not for large ones that are converted piece by piece meanwhile.
+bool btCcdStepper::isForThreads(const Question& question) const
+{
+    const auto isOf = [this](const btCollisionObject& object)
+    {
+        const btCcdShapeModel* model = m_context.model(object.getCollisionShape());
+        return model != nullptr && std::ranges::none_of(model->m_parts,
+                                                        [](const btCcdShapePart& part)
+                                                        { return part.m_tiles != nullptr; });
+    };
+    const bool hasMesh = std::as_const(*m_tracker).find(*question.m_a)->outline().m_hasMesh ||
+                         std::as_const(*m_tracker).find(*question.m_b)->outline().m_hasMesh;
+    return hasMesh && dynamic_cast<btCcdCollisionAlgorithm*>(question.m_algorithm) != nullptr &&
+           isOf(*question.m_a) && isOf(*question.m_b);
+}
+
+btCcdStepper::Question btCcdStepper::questionOf(Pair& pair)
 {
     btCollisionObject* a = at(pair.m_a).m_object;
     btCollisionObject* b = at(pair.m_b).m_object;
-    btDispatcher& dispatcher = *m_world.getDispatcher();
-    btBroadphasePair* known =
+    const btBroadphasePair* known =
         m_world.getPairCache()->findPair(a->getBroadphaseHandle(), b->getBroadphaseHandle());
-    btCollisionAlgorithm* algorithm = known != nullptr ? known->m_algorithm : nullptr;
-    const bool made = algorithm == nullptr;
-    if (made)
+    Question question{pair, a, b, known != nullptr ? known->m_algorithm : nullptr, false};
+    if (question.m_algorithm == nullptr)
     {
         const btCollisionObjectWrapper wrapA(
             nullptr, a->getCollisionShape(), a, a->getWorldTransform(), -1, -1);
         const btCollisionObjectWrapper wrapB(
             nullptr, b->getCollisionShape(), b, b->getWorldTransform(), -1, -1);
-        algorithm = dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        question.m_algorithm = m_world.getDispatcher()->findAlgorithm(
+            &wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        question.m_isMade = true;
     }
-    btDispatcherInfo info = m_world.getDispatchInfo();
-    info.m_timeStep = btScalar(remaining());
-    btCcdImpactResult result;
+    return question;
+}
+
+/// Results do not depend on the number of threads.
+void btCcdStepper::ask(std::span<Question> questions)
+{
     m_context.m_motions = this;
-    const double fraction = double(algorithm->calculateTimeOfImpact(a, b, info, &result));
-    m_context.m_motions = nullptr;
-    if (made)
+    const auto ask = [this](Question& question)
     {
-        algorithm->~btCollisionAlgorithm();
-        dispatcher.freeCollisionAlgorithm(algorithm);
+        btDispatcherInfo info = m_world.getDispatchInfo();
+        info.m_timeStep = btScalar(remaining());
+        question.m_fraction = double(question.m_algorithm->calculateTimeOfImpact(
+            question.m_a, question.m_b, info, &question.m_result));
+    };
+    if (questions.size() > 1)
+    {
+        // Reading a motion may move its object.
+        for (const Question& question : questions)
+        {
+            (void)motionOf(*question.m_a);
+            (void)motionOf(*question.m_b);
+        }
+        // One that waits for a hierarchy to be built answers no other one meanwhile.
+        const auto askAlone = [&](std::size_t i)
+        { tbb::this_task_arena::isolate([&] { ask(questions[i]); }); };
+        tbb::parallel_for(std::size_t(0), questions.size(), askAlone);
     }
-    ++m_counts.m_queries;
-    m_counts.m_overlaps += result.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
-    m_tracker->noteDeep(pair.m_a, pair.m_b, result.m_toi.m_isDeep);
-    pair.m_toi = result.m_toi;
-    pair.m_isAsked = true;
-    pair.m_time = fraction < 1.0 ? m_time + fraction * remaining() : kNever;
+    else
+    {
+        std::ranges::for_each(questions, ask);
+    }
+    m_context.m_motions = nullptr;
+    for (const Question& question : questions)
+    {
+        if (question.m_isMade)
+        {
+            question.m_algorithm->~btCollisionAlgorithm();
+            m_world.getDispatcher()->freeCollisionAlgorithm(question.m_algorithm);
+        }
+        Pair& pair = question.m_pair;
+        pair.m_toi = question.m_result.m_toi;
+        ++m_counts.m_queries;
+        m_counts.m_overlaps += pair.m_toi.m_status == bullet_ccd::ToiStatus::Overlapping ? 1 : 0;
+        m_tracker->noteDeep(pair.m_a, pair.m_b, pair.m_toi.m_isDeep);
+        pair.m_isAsked = true;
+        pair.m_time =
+            question.m_fraction < 1.0 ? m_time + question.m_fraction * remaining() : kNever;
+    }
 }
 
 /// The earliest time of impact; asks for all pairs that may come before, or with it.
@@ -810,8 +877,28 @@ double btCcdStepper::askEarliest()
         }
     }
     std::make_heap(waiting.begin(), waiting.end(), std::greater<>());
-    while (!waiting.empty() && waiting.front().first <= earliest)
+    std::vector<Question> several;
+    const auto take = [&](std::span<Question> questions)
     {
+        ask(questions);
+        for (const Question& question : questions)
+        {
+            earliest = std::min(earliest, question.m_pair.m_time);
+        }
+    };
+    for (;;)
+    {
+        const bool isDone = waiting.empty() || waiting.front().first > earliest;
+        if (isDone && several.empty())
+        {
+            return earliest;
+        }
+        if (isDone || several.size() == kAtOnce)
+        {
+            take(several);
+            several.clear();
+            continue;
+        }
         Pair& pair = m_pairs[std::size_t(waiting.front().second)];
         std::pop_heap(waiting.begin(), waiting.end(), std::greater<>());
         if (!pair.m_isLooked)
@@ -822,13 +909,20 @@ double btCcdStepper::askEarliest()
             continue;
         }
         waiting.pop_back();
-        if (!pair.m_isAsked)
+        if (pair.m_isAsked)
         {
-            ask(pair);
+            continue;  // the look has told
         }
-        earliest = std::min(earliest, pair.m_time);
+        Question question = questionOf(pair);
+        if (isForThreads(question))
+        {
+            several.push_back(question);
+        }
+        else
+        {
+            take({&question, 1});
+        }
     }
-    return earliest;
 }
 
 btCcdStepper::Event btCcdStepper::next()

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -154,6 +155,7 @@ private:
         bool m_met = false;      // the impact has happened
     };
     class Candidates;
+    struct Question;
 
     btCollisionWorld& m_world;
     btCcdContext& m_context;
@@ -213,7 +215,9 @@ private:
     [[nodiscard]] static bool isSqueezed(const btCcdTracked& a, const btCcdTracked& b);
     [[nodiscard]] bool wanted(const btCcdTracked& a, const btCcdTracked& b) const;
     [[nodiscard]] bool canCross(const btCcdTracked& a, const btCcdTracked& b, double mayLose);
-    void ask(Pair& pair);
+    [[nodiscard]] Question questionOf(Pair& pair);
+    [[nodiscard]] bool isForThreads(const Question& question) const;
+    void ask(std::span<Question> questions);
     [[nodiscard]] double askEarliest();
     [[nodiscard]] btCcdImpact impactOf(const Pair& pair, btScalar time) const;
 };

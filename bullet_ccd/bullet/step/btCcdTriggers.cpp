@@ -463,8 +463,7 @@ btCcdPairToi btCcdTriggers::touch(const Path& a, const Path& b)
     const btCcdShapeModel* modelB = m_context.model(b.m_object->getCollisionShape());
     return btCcdTimeOfTouch({*modelA, a.m_motion},
                             {*modelB, b.m_motion},
-                            m_context.toleranceOf(*a.m_object, *b.m_object),
-                            m_context.m_work);
+                            m_context.toleranceOf(*a.m_object, *b.m_object));
 }
 
 /// The last time at which the two touch, or one is in the other, of the part of their motions up to

@@ -1,3 +1,5 @@
+#include "benchmarks/reference/bullet/scene.h"
+#include "benchmarks/reference/scenes/random.h"
 #include "bullet_ccd/bullet/btCcdAction.h"
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/btCcdDiscreteDynamicsWorld.h"
@@ -14,12 +16,16 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <oneapi/tbb/global_control.h>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace bullet_ccd::tests
 {
+using namespace reference;
+
 namespace
 {
 /// Bullet asks every algorithm on several threads, if it has been built thread-safe; else on one.
@@ -167,6 +173,49 @@ public:
     void freeCollisionAlgorithm(void*) override {}
 };
 }  // namespace
+
+/// Queries of meshes are asked on as many threads as there are.
+TEST(WorldsOfSeveralThreads, GoTheSameWayWithAnyNumberOfThem)
+{
+    const auto run = [](Kind kind, std::size_t threads)
+    {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        Random random(7);
+        Scene scene(kind, WorldClass::Rigid);
+        scene.world().setGravity(vec(0, 0, -10));
+        scene.body(scene.boxMesh(vec(3, 3, 0.1)), 0.0, poseAt(vec(0, 0, -0.1)));
+        btCcdMeshShape* ring = scene.mesh(makeTorus(0.2, 0.06, 16, 8));
+        btCcdMeshShape* ball = scene.mesh(makeSphere(0.15, 1));
+        std::vector<btRigidBody*> bodies;
+        for (int i = 0; i < 18; ++i)
+        {
+            const btVector3 place =
+                vec(0.35 * (i % 3) - 0.35, 0.35 * (i / 3 % 3) - 0.35, 0.3 + 0.4 * (i / 9));
+            bodies.push_back(scene.body(i % 2 == 0 ? ring : ball, 1.0, poseAt(place)));
+            bodies.back()->setLinearVelocity(
+                vec(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-20, 0)));
+            bodies.back()->setAngularVelocity(vec(random.uniform(-9, 9), 0, 3));
+        }
+        for (int i = 0; i < 40; ++i)
+        {
+            scene.step(1.0 / 60.0);
+        }
+        std::vector<btTransform> poses;
+        for (const btRigidBody* body : bodies)
+        {
+            poses.push_back(body->getWorldTransform());
+        }
+        const btCcdCounters counters = scene.counters();
+        EXPECT_GT(counters.m_impacts, 100);
+        return std::tuple(poses, counters.m_queries, counters.m_impacts, counters.m_overlaps);
+    };
+    for (const Kind kind : kOurKinds)
+    {
+        const auto alone = run(kind, 1);
+        EXPECT_TRUE(alone == run(kind, 2)) << codeOf(kind);
+        EXPECT_TRUE(alone == run(kind, 8)) << codeOf(kind);
+    }
+}
 
 TEST(WorldsOfSeveralThreads, RefuseADispatcherThatIsNotOneOfBullets)
 {
