@@ -2,6 +2,7 @@
 
 #include "bullet_ccd/distance/tree_distance.h"
 #include "bullet_ccd/math/check.h"
+#include "bullet_ccd/reduce/collapse_edges.h"
 #include "bullet_ccd/reduce/convex_hull.h"
 #include "bullet_ccd/reduce/simple_shapes.h"
 
@@ -342,38 +343,31 @@ private:
         return std::nullopt;
     }
 
-    [[nodiscard]] std::optional<ReducedModel> meshOfError(double error) const
-    {
-        std::optional<TriangleMesh> simple = simplified(error);
-        if (!simple)
-        {
-            return std::nullopt;
-        }
-        return m_options.contains ? outside(*simple) : compared({.mesh = std::move(*simple)});
-    }
-
-    /// The error that the simplifier is told is not the deviation, so it is searched for: by
-    /// halves and doubles until one keeps the accuracy and the next does not, then between them.
+    /// What the simplifier leaves of the full mesh far within the accuracy, with edges collapsed up
+    /// to it.
     [[nodiscard]] std::optional<ReducedModel> smallestMesh() const
     {
-        constexpr int kTries = 12;
-        double error = m_options.contains ? 0.5 * m_options.accuracy : m_options.accuracy;
-        double kept = 0.0;
-        double lost = 0.0;
-        std::optional<ReducedModel> best;
-        for (int i = 0; i < kTries && !(kept > 0.0 && lost > 0.0 && lost < 1.1 * kept); ++i)
+        constexpr double kStart = 0.1;
+        const std::optional<TriangleMesh> start = simplified(kStart * m_options.accuracy);
+        for (const double share : {0.98, 0.9, 0.8, 0.6, 0.4, 0.2})
         {
-            std::optional<ReducedModel> next = meshOfError(error);
-            const bool isBetter =
-                next && (!best || next->mesh.triangles.size() < best->mesh.triangles.size());
-            (isBetter ? kept : lost) = error;
-            if (isBetter)
+            TriangleMesh simple =
+                collapseEdges(start ? *start : m_mesh,
+                              m_full,
+                              (m_options.contains ? 0.5 : 1.0) * share * m_options.accuracy,
+                              m_options.stop);
+            if (simple.triangles.empty() || simple.triangles.size() >= m_mesh.triangles.size())
             {
-                best = std::move(next);
+                continue;
             }
-            error = lost == 0.0 ? 2.0 * kept : kept == 0.0 ? 0.5 * lost : std::sqrt(kept * lost);
+            std::optional<ReducedModel> model =
+                m_options.contains ? outside(simple) : compared({.mesh = std::move(simple)});
+            if (model)
+            {
+                return model;
+            }
         }
-        return best;
+        return std::nullopt;
     }
 
     const TriangleMesh& m_mesh;

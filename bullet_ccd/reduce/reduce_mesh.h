@@ -101,14 +101,15 @@ struct ReduceOptions
 [[nodiscard]] BULLET_CCD_API double smallestAccuracy(const TriangleMesh& mesh);
 
 /// The cheapest model that keeps the accuracy: sphere, capsule, box, convex hull, else a mesh of
-/// fewer triangles whose vertices are vertices of the full mesh (moved outwards where the model
-/// must contain it). The full mesh itself, with deviation 0, if nothing smaller keeps the accuracy.
+/// fewer triangles (moved outwards where the model must contain the body). The full mesh itself,
+/// with deviation 0, if nothing smaller keeps the accuracy.
 ///
 /// Guarantee: deviation() <= accuracy, by surfaceDeviation(). Two bodies whose models have a gap of
 /// g have a gap in [g - s, g + s], where s is the sum of their deviations. The result is
 /// deterministic.
 /// With `kind` set, the result is nothing if a model of this kind does not keep the accuracy.
-/// How: the simplifier is that of meshoptimizer, the hull is Qhull's.
+/// How: the simplifier is that of meshoptimizer, which begins, and collapses of edges that are
+/// compared with the full mesh one by one; the hull is Qhull's.
 /// Throws std::invalid_argument for a mesh that checkMesh() refuses, an accuracy below
 /// smallestAccuracy(), and `contains` for a mesh that is not closed; QueryStopped.
 [[nodiscard]] BULLET_CCD_API std::optional<ReducedModel> reduceMesh(const TriangleMesh& mesh,

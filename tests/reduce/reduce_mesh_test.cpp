@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <gmock/gmock.h>
+#include <numbers>
 #include <random>
 
 namespace bullet_ccd
@@ -98,6 +99,22 @@ TEST(ReduceMesh, KeepsTheInsideOfACup)
     const auto solid = reduceMesh(full, {.accuracy = 0.2});
     ASSERT_TRUE(solid);
     EXPECT_EQ(solid->kind, ModelKind::Sphere);
+}
+
+TEST(ReduceMesh, APlaceThatAllowsNoMoreDoesNotKeepOthers)
+{
+    // A ball with a thorn: one triangle of it is all that the thorn has.
+    TriangleMesh full = makeSphere(0.05, 4);
+    full.vertices.front() *= 1.1;
+    const double accuracy = 5e-4;
+    const auto model = reduceMesh(full, {.accuracy = accuracy, .kind = ModelKind::Mesh});
+    ASSERT_TRUE(model);
+    expectKept(full, *model, accuracy);
+    EXPECT_TRUE(isWatertight(model->mesh));
+    // Facets of a sphere that are off by e on one side have an area of 3 sqrt(3) R e / 2 at most:
+    // the smallest mesh has about 4 pi R / (2.6 e) triangles.
+    const double smallest = 4.0 * std::numbers::pi * 0.05 / (2.6 * accuracy);
+    EXPECT_LT(static_cast<double>(model->mesh.triangles.size()), 1.6 * smallest);
 }
 
 TEST(ReduceMesh, DistancesAreRightUpToTheDeviations)
