@@ -319,7 +319,13 @@ void btCcdCollisionAlgorithm::processOwn(const btCollisionObjectWrapper* body0,
     }
     const btCcdShapeModel* model0 = m_context.model(body0->getCollisionShape());
     const btCcdShapeModel* model1 = m_context.model(body1->getCollisionShape());
-    if (model0 != nullptr && model1 != nullptr)
+    if (model0 == nullptr || model1 == nullptr)
+    {
+        return;
+    }
+    const bool mayFollow = m_context.m_anyWithin && m_info.m_manifold == nullptr &&
+                           result->m_closestPointDistanceThreshold == btScalar(0);
+    if (!(mayFollow && m_manifolds->follow(*body0, *model0, *body1, *model1)))
     {
         m_manifolds->update(*body0, *model0, *body1, *model1, m_info.m_manifold, *result);
     }
@@ -342,17 +348,15 @@ btScalar btCcdCollisionAlgorithm::calculateTimeOfImpact(btCollisionObject* body0
     {
         return btScalar(1);
     }
-    const Eigen::Vector3d wayOut = m_manifolds != nullptr
-                                       ? m_manifolds->wayOut(*body0,
-                                                             btCcdShapePoseAt(*motion0.get(), 0.0),
-                                                             btCcdShapePoseAt(*motion1.get(), 0.0))
-                                       : Eigen::Vector3d::Zero();
-    const btCcdPairToi toi =
-        btCcdTimeOfImpact({*model0, *motion0.get()},
-                          {*model1, *motion1.get()},
-                          m_context.toleranceOf(*body0, *body1),
-                          wayOut,
-                          m_manifolds != nullptr && m_manifolds->isWhollyInside());
+    const btCcdPairToi toi = btCcdTimeOfImpact(
+        {*model0, *motion0.get()},
+        {*model1, *motion1.get()},
+        m_context.toleranceOf(*body0, *body1),
+        m_context.m_anyWithin,
+        m_manifolds != nullptr ? m_manifolds->known(*body0,
+                                                    btCcdShapePoseAt(*motion0.get(), 0.0),
+                                                    btCcdShapePoseAt(*motion1.get(), 0.0))
+                               : btCcdKnownOfPair());
     if (auto* impact = dynamic_cast<btCcdImpactResult*>(result))
     {
         impact->m_toi = toi;

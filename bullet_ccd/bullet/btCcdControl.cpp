@@ -144,6 +144,7 @@ void btCcdControl::setCcdSettings(const btCcdSettings& settings)
     check(settings);
     m_settings = settings;
     m_context.m_tolerance = settings.m_tolerance;
+    m_context.m_anyWithin = settings.m_anyWithin;
     m_context.m_objects.m_default = settings.m_objects;
     m_context.m_shapes.keepIn(settings.m_hierarchyFolder);
     m_step->setBudget(settings.m_budget);
@@ -186,7 +187,10 @@ void btCcdControl::setCcdAccuracy(double accuracy)
              << ": less is lost in the margins of its meshes or the rounding of its coordinates";
         throw std::invalid_argument(text.str());
     }
-    setCcdTolerance(accuracy);
+    btCcdSettings settings = m_settings;
+    settings.m_tolerance = accuracy;
+    settings.m_anyWithin = true;
+    setCcdSettings(settings);
 }
 
 double btCcdControl::smallestCcdAccuracy() const

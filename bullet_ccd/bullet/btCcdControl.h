@@ -161,7 +161,8 @@ public:
     void setCcdTolerance(double tolerance);
     double getCcdTolerance() const;
     /// The tolerance, as the accuracy that a simulation needs: objects that meet do so at a gap
-    /// within it.
+    /// within it, any gap (btCcdSettings::m_anyWithin). btCcdReducedMesh makes shapes of no more
+    /// triangles than that needs.
     /// Throws std::invalid_argument that names smallestCcdAccuracy(), and changes nothing, for less
     /// than that, which the objects that are in the world now could not keep.
     void setCcdAccuracy(double accuracy);

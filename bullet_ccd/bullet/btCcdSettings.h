@@ -51,6 +51,11 @@ struct btCcdSettings
     /// smallest thing in the world; in single precision at least 1000 times the rounding of the
     /// largest coordinate. Meshes are stopped at their margins instead.
     double m_tolerance = 2e-4;
+    /// Meshes may be stopped at any gap from three eighths of their margins up, in place of just
+    /// above these, so that few are met twice; and their contacts, which follow what moves, may be
+    /// older than a step: they are looked for anew when the two have moved relative to each other
+    /// by a thirty-second of their margins.
+    bool m_anyWithin = false;
     btCcdBudget m_budget;
     /// Of all objects without settings of their own. With m_mode = Off only those objects are swept
     /// that are switched on one by one.

@@ -43,6 +43,7 @@ public:
 
     btCcdShapeCache m_shapes;
     double m_tolerance = kDefaultTolerance;
+    bool m_anyWithin = false;  ///< see btCcdSettings
     btCcdObjectSettingsMap m_objects;
     btCcdMotionSource* m_motions = nullptr;  ///< while a world is in the middle of its step
 

@@ -23,6 +23,7 @@ namespace
 using bullet_ccd::Contact;
 using bullet_ccd::ContactPatch;
 using bullet_ccd::ContactSurface;
+using bullet_ccd::SsvTree;
 using bullet_ccd::WayOut;
 
 /// Cosine of the angle by which the normal of a patch may turn from one update to the next.
@@ -31,6 +32,10 @@ constexpr double kSamePatch = 0.8;
 constexpr double kCameSo = 1.5;
 /// Points farther from each other than that many reaches are never the same.
 constexpr double kSamePoint = 10.0;
+/// Parts of the shell, where any gap will do: contacts may be so old, and of two that are farther
+/// apart there need be none.
+constexpr double kOld = 1.0 / 32.0;
+constexpr double kMatters = 1.5;
 
 /// What all pairs of a thread share, so that nothing is allocated once it is warm.
 struct Scratch
@@ -522,6 +527,14 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     m_way = collector.way();
     m_inside = {collector.wayOut()};
     m_inside.m_isWholly = collector.isWholly();
+    m_nearest = {};
+    const bool isWhole =
+        modelA.m_parts.front().m_tiles == nullptr && modelB.m_parts.front().m_tiles == nullptr;
+    if (isWhole && m_inside.m_way.isZero() && !m_inside.m_isWholly && !nearA.part().m_isPlane &&
+        !nearB.part().m_isPlane)
+    {
+        noteNearest(sides, collector.reach(), mine.m_work.raw);
+    }
     if (!m_inside.m_way.isZero() && !mine.m_work.raw.empty())
     {
         const Contact& deepest = collector.deepestOf(0);
@@ -543,23 +556,126 @@ void btCcdManifolds::update(const btCollisionObjectWrapper& a,
     }
 }
 
-Eigen::Vector3d btCcdManifolds::wayOut(const btCollisionObject& a,
+void btCcdManifolds::noteNearest(const Sides& sides,
+                                 double reach,
+                                 const std::vector<Contact>& found)
+{
+    const Eigen::Isometry3d X_WA = btCcdToEigen(sides.m_a.getWorldTransform());
+    const Eigen::Isometry3d X_WB = btCcdToEigen(sides.m_b.getWorldTransform());
+    const double shell = shellOf(sides.m_partA, sides.m_partB);
+    const SsvTree& treeA = *sides.m_partA.m_tree;
+    m_nearest.m_X_BA = X_WB.inverse() * X_WA;
+    m_nearest.m_R_WB = X_WB.linear();
+    m_nearest.m_shell = shell;
+    m_nearest.m_centerA = sides.m_partA.X_SG * treeA.origin();
+    m_nearest.m_radiusA = treeA.radius();
+    m_nearest.m_distance = reach + shell;
+    const auto deepest = std::ranges::min_element(found, {}, &Contact::gap);
+    if (deepest != found.end())
+    {
+        // From the shells back to the surfaces.
+        const double shift = 0.5 * (sides.m_partA.m_margin - sides.m_partB.m_margin);
+        m_nearest.m_hasPoints = true;
+        m_nearest.m_distance = deepest->gap + shell;
+        m_nearest.m_onA =
+            X_WA.inverse() * (deepest->pointA - (0.5 * shell + shift) * deepest->normal);
+        m_nearest.m_onB =
+            X_WB.inverse() * (deepest->pointB + (0.5 * shell - shift) * deepest->normal);
+    }
+}
+
+double btCcdManifolds::Nearest::wayOf(const Eigen::Isometry3d& X_BA) const
+{
+    const double turn = (X_BA.linear() - m_X_BA.linear()).norm();
+    return (X_BA * m_centerA - m_X_BA * m_centerA).norm() + turn * m_radiusA;
+}
+
+bool btCcdManifolds::haveMaterialsChanged() const
+{
+    for (int i = 0; i < m_manifolds.size(); ++i)
+    {
+        const btCollisionObject* a = m_manifolds[i]->getBody0();
+        const btCollisionObject* b = m_manifolds[i]->getBody1();
+        if (m_manifolds[i]->getNumContacts() == 0)
+        {
+            continue;
+        }
+        const btManifoldPoint& point = m_manifolds[i]->getContactPoint(0);
+        if (point.m_combinedFriction != gCalculateCombinedFrictionCallback(a, b) ||
+            point.m_combinedRestitution != gCalculateCombinedRestitutionCallback(a, b))
+        {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool btCcdManifolds::follow(const btCollisionObjectWrapper& a,
+                            const btCcdShapeModel& modelA,
+                            const btCollisionObjectWrapper& b,
+                            const btCcdShapeModel& modelB)
+{
+    const bool isFirst = m_first == a.getCollisionObject();
+    const auto& treeA = modelA.m_parts.front().m_tree;
+    const auto& treeB = modelB.m_parts.front().m_tree;
+    if (!(m_nearest.m_distance > 0.0) || m_kept.m_treeA != (isFirst ? treeA : treeB) ||
+        m_kept.m_treeB != (isFirst ? treeB : treeA))
+    {
+        return false;
+    }
+    const Eigen::Isometry3d X_WFirst = btCcdToEigen((isFirst ? a : b).getWorldTransform());
+    const Eigen::Isometry3d X_WSecond = btCcdToEigen((isFirst ? b : a).getWorldTransform());
+    const double way = m_nearest.wayOf(X_WSecond.inverse() * X_WFirst);
+    const bool isOld = m_nearest.m_hasPoints
+                           ? way > kOld * m_nearest.m_shell
+                           : m_nearest.m_distance - way < kMatters * m_nearest.m_shell;
+    if (isOld || haveMaterialsChanged())
+    {
+        return false;
+    }
+    const Eigen::Matrix3d turn = X_WSecond.linear() * m_nearest.m_R_WB.transpose();
+    m_nearest.m_R_WB = X_WSecond.linear();
+    for (int i = 0; i < m_manifolds.size(); ++i)
+    {
+        btPersistentManifold& manifold = *m_manifolds[i];
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            btVector3& normal = manifold.getContactPoint(k).m_normalWorldOnB;
+            normal = btCcdToBullet(Eigen::Vector3d(turn * btCcdToEigen(normal)));
+        }
+        manifold.refreshContactPoints(manifold.getBody0()->getWorldTransform(),
+                                      manifold.getBody1()->getWorldTransform());
+    }
+    return true;
+}
+
+btCcdKnownOfPair btCcdManifolds::known(const btCollisionObject& a,
                                        const Eigen::Isometry3d& X_WA,
                                        const Eigen::Isometry3d& X_WB) const
 {
-    if (m_inside.m_way.isZero())
-    {
-        return m_inside.m_way;
-    }
+    btCcdKnownOfPair known{.m_isWholly = m_inside.m_isWholly};
     const bool isFirst = m_first == &a;
-    const Eigen::Vector3d apart =
-        (isFirst ? X_WA : X_WB) * m_inside.m_onA - (isFirst ? X_WB : X_WA) * m_inside.m_onB;
-    const double way = m_inside.m_way.norm();
-    const Eigen::Vector3d normal = m_inside.m_way / way;
-    const double left = way + (apart - m_inside.m_apart).dot(normal);
-    // What is much deeper now came another way, as a kinematic object that Bullet sees ahead.
-    return (isFirst ? 1.0 : -1.0) * (left > kCameSo * way ? 0.0 : std::clamp(left, 0.0, way)) *
-           normal;
+    const Eigen::Isometry3d& X_WFirst = isFirst ? X_WA : X_WB;
+    const Eigen::Isometry3d& X_WSecond = isFirst ? X_WB : X_WA;
+    if (m_nearest.m_hasPoints)
+    {
+        known.m_most = (X_WFirst * m_nearest.m_onA - X_WSecond * m_nearest.m_onB).norm();
+    }
+    if (m_nearest.m_distance > 0.0)
+    {
+        known.m_least = m_nearest.m_distance - m_nearest.wayOf(X_WSecond.inverse() * X_WFirst);
+    }
+    if (!m_inside.m_way.isZero())
+    {
+        const Eigen::Vector3d apart = X_WFirst * m_inside.m_onA - X_WSecond * m_inside.m_onB;
+        const double way = m_inside.m_way.norm();
+        const Eigen::Vector3d normal = m_inside.m_way / way;
+        const double left = way + (apart - m_inside.m_apart).dot(normal);
+        // What is much deeper now came another way, as a kinematic object that Bullet sees ahead.
+        known.m_wayOut = (isFirst ? 1.0 : -1.0) *
+                         (left > kCameSo * way ? 0.0 : std::clamp(left, 0.0, way)) * normal;
+    }
+    return known;
 }
 
 /// Where the points would be now, if they went along with one body or the other.

@@ -8,6 +8,7 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -17,6 +18,20 @@ struct Contact;
 struct PatchWorkspace;
 }  // namespace bullet_ccd
 struct btCollisionObjectWrapper;
+
+/// What the contacts of two shapes tell of them at some poses.
+struct btCcdKnownOfPair
+{
+    /// From A to B: moved as far against it, A is outside. As far as the last update tells, and at
+    /// most as deep as then. Zero if they do not intersect, or no way out was found.
+    Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
+    /// One was wholly inside the other in the last update: their surfaces, which are apart, do not
+    /// count.
+    bool m_isWholly = false;
+    /// Bounds of the distance of their surfaces [m].
+    double m_least = 0.0;
+    double m_most = std::numeric_limits<double>::infinity();
+};
 
 /// Owns manifolds for every patch of contact (points of like normals): one where the patch is flat,
 /// up to three where a body stands on bumps; at most kMaxManifolds in all.
@@ -71,14 +86,17 @@ public:
                 const btCcdShapeModel& modelB,
                 btPersistentManifold* shared,
                 btManifoldResult& result);
-    /// How A is inside B at these poses, as far as the last update tells, and at most as deep as
-    /// then. From A to B: moved as far against it, A is outside. Zero if they do not intersect, or
-    /// no way out was found.
-    [[nodiscard]] Eigen::Vector3d wayOut(const btCollisionObject& a,
+    /// Where any gap will do (btCcdSettings::m_anyWithin): lets the contacts follow the two if they
+    /// have moved relative to each other by no more than a part of the shell since the last
+    /// update, or are still farther apart than contacts matter. False if they need an update.
+    [[nodiscard]] bool follow(const btCollisionObjectWrapper& a,
+                              const btCcdShapeModel& modelA,
+                              const btCollisionObjectWrapper& b,
+                              const btCcdShapeModel& modelB);
+    /// What the last update tells of the two at these poses.
+    [[nodiscard]] btCcdKnownOfPair known(const btCollisionObject& a,
                                          const Eigen::Isometry3d& X_WA,
                                          const Eigen::Isometry3d& X_WB) const;
-    /// True if one was wholly inside the other in the last update: their surfaces are apart.
-    [[nodiscard]] bool isWhollyInside() const { return m_inside.m_isWholly; }
     /// Appends the manifolds that this owns.
     void appendTo(btManifoldArray& manifolds) const;
 
@@ -97,6 +115,24 @@ private:
         std::shared_ptr<const bullet_ccd::SsvTree> m_treeA;
         std::shared_ptr<const bullet_ccd::SsvTree> m_treeB;
         bullet_ccd::KeptSlots m_slots;
+    };
+
+    /// Of the surfaces in the last update: their distance, or one that they are beyond; the poses;
+    /// and closest points, in the frames of both objects.
+    struct Nearest
+    {
+        double m_distance = 0.0;  // 0: they may intersect
+        bool m_hasPoints = false;
+        Eigen::Vector3d m_onA = Eigen::Vector3d::Zero();
+        Eigen::Vector3d m_onB = Eigen::Vector3d::Zero();
+        Eigen::Isometry3d m_X_BA = Eigen::Isometry3d::Identity();
+        Eigen::Matrix3d m_R_WB = Eigen::Matrix3d::Identity();  // when contacts followed last
+        Eigen::Vector3d m_centerA = Eigen::Vector3d::Zero();   // of a ball around A
+        double m_radiusA = 0.0;
+        double m_shell = 0.0;
+
+        /// No point of A has gone farther since then, in the frame of B.
+        [[nodiscard]] double wayOf(const Eigen::Isometry3d& X_BA) const;
     };
 
     /// Of the last update, and where the deepest contact was then, in the frames of both objects.
@@ -120,6 +156,11 @@ private:
                          const btCollisionObjectWrapper& b,
                          std::span<Share> shares);
     void dropEmpty();
+    /// Friction or restitution of the objects are no longer those of the points.
+    [[nodiscard]] bool haveMaterialsChanged() const;
+    void noteNearest(const Sides& sides,
+                     double reach,
+                     const std::vector<bullet_ccd::Contact>& found);
 
     btDispatcher* m_dispatcher;
     btManifoldArray m_manifolds;
@@ -127,7 +168,8 @@ private:
     const btCollisionObject* m_first = nullptr;          // A of the last update,
     Eigen::Vector3d m_normal = Eigen::Vector3d::Zero();  // the normal of its deepest contact,
     double m_way = 0.0;  // how far its mesh was moved out of that of B,
-    Inside m_inside;     // and see wayOut()
+    Inside m_inside;     // and see btCcdKnownOfPair
+    Nearest m_nearest;
 };
 
 #endif  // BT_CCD_MANIFOLDS_H

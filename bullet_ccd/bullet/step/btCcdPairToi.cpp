@@ -28,6 +28,9 @@ namespace
 /// Parts of the shell m: where the solver's zone ends, and the width of the target above each end.
 constexpr double kSolverZone = 1.0 / 4.0;
 constexpr double kTarget = 1.0 / 16.0;
+/// Where any gap will do, a pair is stopped between this and the top of the shell's target.
+constexpr double kAnyWithin = 3.0 / 8.0;
+static_assert(kAnyWithin > kSolverZone + kTarget);
 static_assert(btCcdReserveOfMargin == 1.0 - kSolverZone - kTarget);
 /// What a pair that is near already keeps of its distance.
 constexpr double kCloser = 3.0 / 4.0 - kTarget;
@@ -60,7 +63,10 @@ struct Parts
     Eigen::Isometry3d X_WB;
     bool& m_isDeep;  // see btCcdPairToi
     const Eigen::Vector3d& m_wayOut;
-    bool m_isWholly = false;  // inside: see btCcdTimeOfImpact()
+    bool m_isWholly = false;                                  // inside: see btCcdTimeOfImpact()
+    bool m_anyWithin = false;                                 // same
+    double m_least = 0.0;                                     // same
+    double m_most = std::numeric_limits<double>::infinity();  // same
 };
 
 /// The surface of a part, or its core.
@@ -132,9 +138,17 @@ bullet_ccd::ToiWorkspace& workspace()
 }
 
 /// @param separation beyond the radii
-Answer ask(const Parts& parts, const Layer& a, const Layer& b, double separation, double tolerance)
+Answer ask(const Parts& parts,
+           const Layer& a,
+           const Layer& b,
+           double separation,
+           double tolerance,
+           bool anyWithin = false)
 {
-    ToiOptions options{.tolerance = tolerance, .minimumSeparation = separation, .aim = 0.5};
+    ToiOptions options{.tolerance = tolerance,
+                       .minimumSeparation = separation,
+                       .aim = 0.5,
+                       .anyWithin = anyWithin};
     const bullet_ccd::RigidMotion* motionA = exactMotionOf(parts.m_motionA, a);
     const bullet_ccd::RigidMotion* motionB = exactMotionOf(parts.m_motionB, b);
     if (motionA != nullptr && motionB != nullptr)
@@ -238,6 +252,10 @@ bool startsWithin(const Parts& parts, const FirstContactResult& first, double re
         return first.status == ToiStatus::Overlapping || first.startsTouching;
     }
     // The query did not find out.
+    if (parts.m_least > reach || parts.m_most < reach)
+    {
+        return parts.m_most < reach;
+    }
     const Layer a = surfaceOf(parts.m_a);
     const Layer b = surfaceOf(parts.m_b);
     return !beginsBeyond(parts, a, b, first.normal, reach) &&
@@ -279,13 +297,16 @@ FirstContactResult askShell(const Parts& parts)
     const Layer a = surfaceOf(parts.m_a);
     const Layer b = surfaceOf(parts.m_b);
     const double shell = shellOf(parts);
-    const auto zone = [&](double floor, double width)
-    { return ask(parts, a, b, floor * shell, width * shell); };
+    const auto zone = [&](double floor, double width, bool anyWithin)
+    { return ask(parts, a, b, floor * shell, width * shell, anyWithin); };
 
-    FirstContactResult first = zone(1.0, kTarget);
-    if (startsWithin(parts, first, (1.0 + kTarget) * shell))
+    const double floor = parts.m_anyWithin ? kAnyWithin : 1.0;
+    const double top = 1.0 + kTarget;
+    FirstContactResult first;
+    if (parts.m_most < top * shell ||
+        startsWithin(parts, first = zone(floor, top - floor, parts.m_anyWithin), top * shell))
     {
-        first = zone(kSolverZone, kTarget);
+        first = zone(kSolverZone, kTarget, false);
     }
     if (startsWithin(parts, first, (kSolverZone + kTarget) * shell))
     {
@@ -449,6 +470,9 @@ struct Pairs
     double m_tolerance;
     Eigen::Vector3d m_wayOut = Eigen::Vector3d::Zero();
     bool m_isWholly = false;
+    bool m_anyWithin = false;
+    double m_least = 0.0;
+    double m_most = std::numeric_limits<double>::infinity();
     bool m_isTouch = false;  // see btCcdTimeOfTouch()
     btCcdPairToi m_result{};
 
@@ -475,7 +499,10 @@ struct Pairs
                           X_WB * X_BG,
                           m_result.m_isDeep,
                           m_wayOut,
-                          m_isWholly};
+                          m_isWholly,
+                          m_anyWithin,
+                          m_least,
+                          m_most};
         const FirstContactResult first = m_isTouch                   ? askTouch(parts, m_tolerance)
                                          : btCcdHasOwnContacts(a, b) ? askDeeper(parts)
                                                                      : askStock(parts, m_tolerance);
@@ -629,14 +656,27 @@ btCcdPairToi askAllParts(Pairs pairs, const btCcdSide& a, const btCcdSide& b)
 btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                const btCcdSide& b,
                                double tolerance,
-                               const Eigen::Vector3d& wayOut,
-                               bool isWholly)
+                               bool anyWithin,
+                               const btCcdKnownOfPair& known)
 {
-    return askAllParts({a.m_motion, b.m_motion, tolerance, wayOut, isWholly}, a, b);
+    return askAllParts({a.m_motion,
+                        b.m_motion,
+                        tolerance,
+                        known.m_wayOut,
+                        known.m_isWholly,
+                        anyWithin,
+                        known.m_least,
+                        known.m_most},
+                       a,
+                       b);
 }
 
 btCcdPairToi btCcdTimeOfTouch(const btCcdSide& a, const btCcdSide& b, double tolerance)
 {
-    return askAllParts(
-        {a.m_motion, b.m_motion, tolerance, Eigen::Vector3d::Zero(), false, true}, a, b);
+    return askAllParts({.m_motionA = a.m_motion,
+                        .m_motionB = b.m_motion,
+                        .m_tolerance = tolerance,
+                        .m_isTouch = true},
+                       a,
+                       b);
 }

@@ -4,6 +4,7 @@
 
 #include "bullet_ccd/bullet/btCcdCollisionAlgorithm.h"
 #include "bullet_ccd/bullet/motion/btCcdObjectMotion.h"
+#include "bullet_ccd/bullet/step/btCcdManifolds.h"
 
 struct btCcdSide
 {
@@ -25,21 +26,20 @@ struct btCcdSide
 /// margins. A pair farther apart is stopped just above m; one within the shell belongs to the
 /// solver and is stopped at m / 4; one nearer still may lose a quarter of its distance. What
 /// intersects, or is wholly inside, is stopped where it would be if A were moved out of B
-/// (`wayOut`), so it comes at most 3 m / 4 deeper; where no way out is known it goes on.
+/// (`known.m_wayOut`), so it comes at most 3 m / 4 deeper; where no way out is known it goes on.
 ///
 /// Where contacts are Bullet's, shapes come to rest at distance 0, or a little below. A pair apart
 /// is stopped within `tolerance` of touching; one that touches belongs to the solver, and is
 /// stopped when the cores of the shapes (btCcdShapePart::m_core) meet: so it can rest, slide and
 /// roll, but not pass.
 /// @param tolerance [m], for pairs with Bullet's contacts
-/// @param wayOut    A, moved as far against it, is outside of B; zero if it is not inside, or
-///                  nobody knows how
-/// @param isWholly  one is wholly inside the other: their surfaces, which are apart, do not count
+/// @param anyWithin  a pair farther apart than m may be stopped anywhere down to 3 m / 8
+/// @param known      what the contacts of the two tell: nothing of shapes of several parts
 [[nodiscard]] btCcdPairToi btCcdTimeOfImpact(const btCcdSide& a,
                                              const btCcdSide& b,
                                              double tolerance,
-                                             const Eigen::Vector3d& wayOut,
-                                             bool isWholly);
+                                             bool anyWithin,
+                                             const btCcdKnownOfPair& known);
 
 /// For triggers: first time at which the surfaces, without any margins of meshes, come within
 /// `tolerance` [m] of each other. Overlapping if they are so near at the start, or if one begins

@@ -326,6 +326,66 @@ TEST_P(Settings, AnAccuracyHoldsAtImpactsAndIsNeverBelowMarginsAndRounding)
                 1e-3);
 }
 
+TEST_P(Settings, AnAccuracyStopsMeshesAtAnyGapOfTheirMargins)
+{
+    int within = 0;
+    for (const bool isAccuracy : {false, true})
+    {
+        for (int k = 0; k < 20; ++k)
+        {
+            Scene scene(GetParam());
+            btRigidBody* plate =
+                scene.body(scene.boxMesh(vec(1, 1, 0.01)), 0.0, poseAt(vec(0, 0, 0)));
+            btRigidBody* cube =
+                scene.body(scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.4)));
+            const double margins = double(plate->getCollisionShape()->getMargin() +
+                                          cube->getCollisionShape()->getMargin());
+            if (isAccuracy)
+            {
+                scene.ccd().setCcdAccuracy(1.001 * scene.ccd().smallestCcdAccuracy());
+            }
+            cube->setLinearVelocity(vec(0.3 * k, 0, -40 - k));
+            cube->setAngularVelocity(vec(k, 0.5 * k, 0));
+            scene.step(0.01);
+            const btCcdImpact* impact = scene.ccd().findCcdImpact(cube, plate);
+            ASSERT_NE(impact, nullptr);
+            const double gap = double(impact->m_pointA.distance(impact->m_pointB)) / margins;
+            EXPECT_GT(gap, isAccuracy ? 0.375 : 0.999);
+            EXPECT_LT(gap, 1.063);
+            within += isAccuracy && gap < 0.95 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(within, 5);
+}
+
+TEST_P(Settings, AnAccuracyLetsContactsFollowWhatRestsAndSlides)
+{
+    Scene scene(GetParam());
+    scene.body(scene.boxMesh(vec(0.5, 0.5, 0.01)), 0.0, poseAt(vec(0, 0, -0.01)));
+    btRigidBody* cube =
+        scene.body(scene.boxMesh(vec(0.1, 0.1, 0.1)), 1.0, poseAt(vec(0, 0, 0.102)));
+    cube->setActivationState(DISABLE_DEACTIVATION);
+    scene.world().setGravity(vec(0, 0, -10));
+    scene.ccd().setCcdAccuracy(2.0 * scene.ccd().smallestCcdAccuracy());
+    const auto after = [&](double seconds)
+    {
+        for (int i = 0; i < int(240.0 * seconds); ++i)
+        {
+            scene.step(1.0 / 240.0);
+        }
+        return cube->getWorldTransform().getOrigin();
+    };
+    const btVector3 rests = after(1.0);
+    EXPECT_NEAR(double(rests.z()), 0.101, 1e-4);
+    EXPECT_LT(double(after(1.0).distance(rests)), 1e-5);
+    cube->setFriction(0);
+    cube->setLinearVelocity(vec(0.4, 0, 0));
+    const btVector3 slid = after(1.0);
+    EXPECT_NEAR(double(slid.x()), 0.4, 0.01);
+    EXPECT_NEAR(double(slid.z()), double(rests.z()), 1e-4);
+    EXPECT_LT(double(after(1.0).z()), -1.0) << "over the edge";
+}
+
 INSTANTIATE_TEST_SUITE_P(Ours,
                          Settings,
                          testing::ValuesIn(kOurKinds),
