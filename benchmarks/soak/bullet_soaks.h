@@ -19,10 +19,12 @@ struct BinSoak
     double longestMove = 5e-3;      ///< between two poses that are looked at [m]
     int mostSamples = 8;            ///< in a step
     double restSpeed = 0.05;        ///< largest mean speed at the end [m/s]
+    double accuracy = 0.0;          ///< of models in place of the meshes [m]; 0: full meshes
 };
 
 /// Household objects in a bin for a long time, a world for each seed, which chooses places and
-/// sizes. Wrong if anything intersects, has left the bin, or is not at rest.
+/// sizes. Wrong if anything intersects (of models: full meshes by the accuracy), has left the bin,
+/// or is not at rest.
 [[nodiscard]] SoakSubject binSoak(const BinSoak& soak);
 
 struct RandomSoak

@@ -40,6 +40,7 @@ int main(int argc, char** argv)
                   {"--seconds", &bin.seconds, "simulated time [s]"},
                   {"--rest-speed", &bin.restSpeed, "largest mean speed at the end [m/s]"},
                   {"--dt", &bin.timeStep, "time step [s]"},
+                  {"--accuracy", &bin.accuracy, "models in place of full meshes [m]"},
                   {"--samples", &bin.mostSamples, "poses to look at in a step, at most"}}),
              soakProgram(
                  "random",

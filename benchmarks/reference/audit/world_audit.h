@@ -50,6 +50,8 @@ public:
     AuditResult start();
     /// One step of the world, without sub-division, and what is found in it.
     AuditResult step(double timeStep);
+    /// Of the processor, that the steps of the world have taken so far.
+    [[nodiscard]] double seconds() const { return m_seconds; }
 
     btCcdAfterImpact onImpact(const btCcdImpact& impact) override;
 
@@ -80,6 +82,7 @@ private:
     std::vector<btMultiBody*> m_multiBodies;
     std::vector<Knot> m_knots;
     double m_time = 0.0;
+    double m_seconds = 0.0;
     std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, std::int64_t> m_impacts;
 
     [[nodiscard]] Knot now(double time) const;
