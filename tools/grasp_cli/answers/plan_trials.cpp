@@ -129,6 +129,7 @@ TriedCount tryGrasps(const PlanTrials& trials,
             {.squeeze = *description.squeeze, .up = options.approach.up, .brief = trials.brief},
             options.jobs,
             stop,
+            {run.hand.hand, run.object.object},
             [&](const std::vector<TrialRow>&)
             {
                 if (progress)

@@ -37,7 +37,7 @@ void reduceTree(SsvTree& tree, double accuracy, TrialModels& models)
 TrialModels reduceForTrial(grasp::HandModel& hand, grasp::GraspObject& object, double accuracy)
 {
     TrialModels models;
-    const double share = 0.25 * accuracy;
+    const double share = kModelShare * accuracy;
     reduceTree(object.tree, share, models);
     for (SsvTree& tree : hand.trees)
     {

@@ -18,12 +18,12 @@ struct TrialModels
     std::size_t ofTriangles = 0;
 };
 
-/// The gap at which models rest on each other, as a share of the accuracy: each surface is off by a
-/// quarter of it at most, so the full meshes are then between 0 and the accuracy apart.
-inline constexpr double kSkinShare = 0.5;
+/// By how much a surface may be off, as a share of the accuracy: of two that keep apart, the full
+/// meshes are inside each other by less than the accuracy.
+inline constexpr double kModelShare = 0.4;
 
 /// Replaces the object and every link by the cheapest model no point of which is farther from the
-/// full surface, nor that from it, than a quarter of the accuracy [m]. The centre of mass of the
+/// full surface, nor that from it, than this share of the accuracy [m]. The centre of mass of the
 /// object stays.
 TrialModels reduceForTrial(grasp::HandModel& hand, grasp::GraspObject& object, double accuracy);
 

@@ -52,6 +52,7 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
                                 grasp::TrialOptions options,
                                 int jobs,
                                 const StopRequest& stop,
+                                const JudgedModels& judged,
                                 const std::function<void(const std::vector<TrialRow>&)>& ended,
                                 const TrialWatch& watch)
 {
@@ -66,7 +67,7 @@ std::vector<TrialRow> runTrials(const grasp::HandModel& hand,
     std::mutex mutex;
     const auto work = [&]
     {
-        grasp::PenetrationCheck check(hand, object);
+        grasp::PenetrationCheck check(judged.hand, judged.object);
         while (!stop.isDue())
         {
             const std::size_t turn = next++;

@@ -34,6 +34,13 @@ struct TrialRow
 using TrialWatch =
     std::function<std::function<void(const grasp::TrialFrame&)>(std::size_t k, std::size_t p)>;
 
+/// Whose penetration is looked at: what is simulated, or what that is a smaller model of.
+struct JudgedModels
+{
+    const grasp::HandModel& hand;
+    const grasp::GraspObject& object;
+};
+
 /// Tries the grasps in their order. A stop ends the trials that run; those that ended before are
 /// kept, and grasps that were not begun have no row. Results do not depend on the number of
 /// threads. A grasp that cannot be tried has an error and does not end the others.
@@ -47,6 +54,7 @@ using TrialWatch =
     grasp::TrialOptions options,
     int jobs,
     const StopRequest& stop,
+    const JudgedModels& judged,
     const std::function<void(const std::vector<TrialRow>&)>& ended = {},
     const TrialWatch& watch = {});
 }  // namespace bullet_ccd::tools

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 #include <fmt/format.h>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,9 @@ using grasp::TrialResult;
 /// Of --skin [m].
 constexpr double kSmallestSkin = 1e-4;
 constexpr double kLargestSkin = 1e-2;
+/// Of --accuracy [m].
+constexpr double kSmallestAccuracy = 1e-5;
+constexpr double kLargestAccuracy = 2e-2;
 
 struct TrialArguments
 {
@@ -260,10 +264,11 @@ struct TriedRows
     bool hasFilms = true;  ///< all that were asked for
 };
 
-/// Runs the trials with progress on stderr. JSON records are printed as soon as those before them
-/// are.
+/// Runs the trials with progress on stderr, and looks at the penetration of the full meshes. JSON
+/// records are printed as soon as those before them are.
 TriedRows tryAll(const TrialArguments& arguments,
                  const GraspRecords& records,
+                 const GraspRecords& full,
                  const std::vector<std::size_t>& chosen,
                  const std::vector<TrialProtocol>& protocols,
                  const StopRequest& stop)
@@ -320,6 +325,7 @@ TriedRows tryAll(const TrialArguments& arguments,
         options,
         arguments.jobs,
         stop,
+        {full.hand.hand, full.object.object},
         [&](const std::vector<TrialRow>& soFar)
         {
             print(soFar, false);
@@ -341,15 +347,20 @@ int trial(const TrialArguments& arguments)
     {
         prepareFilms(arguments.films);
     }
+    std::optional<GraspRecords> full;
     if (arguments.accuracy > 0.0)
     {
+        full = loadGraspRecords(arguments.records);
         const TrialModels models =
             reduceForTrial(records.hand.hand, records.object.object, arguments.accuracy);
         fmt::print(arguments.json ? stderr : stdout, "{}\n", plainText(models));
     }
     const StopRequest stop(arguments.timeLimit);
     const Stopwatch watch;
-    const auto [rows, hasFilms] = tryAll(arguments, records, chosen, protocols, stop);
+    const std::clock_t began = std::clock();
+    const auto [rows, hasFilms] =
+        tryAll(arguments, records, full ? *full : records, chosen, protocols, stop);
+    const double ofProcessor = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
     TextTable table{.header = {"rank",
                                "epsilon",
                                "protocol",
@@ -365,6 +376,7 @@ int trial(const TrialArguments& arguments)
     std::map<std::string, int> tried;
     const double seconds = watch.seconds();
     double simulated = 0.0;
+    double deepest = 0.0;
     bool isHeld = false;
     bool hasFailed = !hasFilms;
     for (std::size_t k = 0; k < rows.size(); ++k)
@@ -380,6 +392,7 @@ int trial(const TrialArguments& arguments)
             if (const std::optional<TrialResult>& result = rows[k].results[p])
             {
                 simulated += result->seconds;
+                deepest = std::max(deepest, result->penetration.deepest);
                 isHeld = isHeld || result->outcome == TrialOutcome::Held;
                 ++tried[protocols[p].name];
                 ++counts[protocols[p].name + ": " + toString(result->outcome)];
@@ -396,8 +409,18 @@ int trial(const TrialArguments& arguments)
             fmt::print(
                 "{}: {} of {}\n", outcome, count, tried[outcome.substr(0, outcome.rfind(": "))]);
         }
-        fmt::print("simulated {:.1f} s in {:.1f} s\n", simulated, seconds);
     }
+    std::FILE* const out = arguments.json ? stderr : stdout;
+    if (full)
+    {
+        fmt::print(out, "full meshes were inside each other by {:.3f} mm at most\n", 1e3 * deepest);
+    }
+    fmt::print(out,
+               "simulated {:.1f} s in {:.1f} s, {:.2f} s of the processor, {:.3f} ms a step\n",
+               simulated,
+               seconds,
+               ofProcessor,
+               1e3 * ofProcessor / std::max(1.0, simulated * arguments.rate));
     const int exitCode =
         hasFailed ? static_cast<int>(kBadInput) : records.exitCode(isHeld ? kDone : kNothingFound);
     return stop.finish("grasp trial",
@@ -483,28 +506,19 @@ void addTrialCommand(CLI::App& app, int& exitCode)
         ->check(within(60.0, 1e4))
         ->capture_default_str()
         ->group("Method");
-    CLI::Option* skin =
-        command
-            ->add_option(
-                "--skin", arguments->skin, "The gap at which surfaces rest on each other [m].")
-            ->type_name("M")
-            ->check(within(kSmallestSkin, kLargestSkin))
-            ->capture_default_str()
-            ->group("Method");
     command
-        ->add_option_function<double>(
-            "--accuracy",
-            [arguments](double accuracy)
-            {
-                arguments->accuracy = accuracy;
-                arguments->skin = kSkinShare * accuracy;
-            },
-            "Simulate smaller models: gaps of the full meshes may be off by this much [m]. "
-            "Surfaces "
-            "rest on each other at half of it. Default: full models.")
+        ->add_option("--skin", arguments->skin, "The gap at which surfaces rest on each other [m].")
         ->type_name("M")
-        ->check(within(kSmallestSkin / kSkinShare, kLargestSkin / kSkinShare))
-        ->excludes(skin)
+        ->check(within(kSmallestSkin, kLargestSkin))
+        ->capture_default_str()
+        ->group("Method");
+    command
+        ->add_option("--accuracy",
+                     arguments->accuracy,
+                     "Simulate smaller models, of which the full meshes come into each other by "
+                     "less than this [m]. Default: full models.")
+        ->type_name("M")
+        ->check(within(kSmallestAccuracy, kLargestAccuracy))
         ->group("Method");
     command
         ->add_option("--skin-stiffness",
