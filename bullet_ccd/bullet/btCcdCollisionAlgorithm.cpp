@@ -317,6 +317,12 @@ void btCcdCollisionAlgorithm::processOwn(const btCollisionObjectWrapper* body0,
         m_stock->processCollision(body0, body1, dispatchInfo, result);
         return;
     }
+    // What is nowhere touches nothing.
+    if (!btCcdToEigen(body0->getWorldTransform()).matrix().allFinite() ||
+        !btCcdToEigen(body1->getWorldTransform()).matrix().allFinite())
+    {
+        return;
+    }
     const btCcdShapeModel* model0 = m_context.model(body0->getCollisionShape());
     const btCcdShapeModel* model1 = m_context.model(body1->getCollisionShape());
     if (model0 == nullptr || model1 == nullptr)

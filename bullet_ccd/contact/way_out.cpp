@@ -7,6 +7,9 @@ namespace bullet_ccd
 namespace
 {
 constexpr int kRefinements = 12;
+/// Short ways that are tried in turn: the first one, of the shell, and how each follows another.
+constexpr double kShortest = 1.0 / 64.0;
+constexpr double kFineStep = 1.1;
 /// Cosine of the angle between directions that are worth trying both.
 constexpr double kOtherDirection = 0.9;
 constexpr std::size_t kMostDirections = 12;
@@ -128,6 +131,65 @@ void WayOut::look(const Eigen::Vector3d& normal)
     m_normal = normal;
 }
 
+void WayOut::lookNear(std::span<const Contact> contacts)
+{
+    std::vector<Eigen::Vector3d> normals;
+    std::vector<Eigen::Vector3d> ofA;
+    std::vector<Eigen::Vector3d> ofB;
+    const auto add = [](std::vector<Eigen::Vector3d>& several, const Eigen::Vector3d& normal)
+    {
+        const auto isLike = [&](const Eigen::Vector3d& other)
+        { return normal.dot(other) > kOtherDirection; };
+        if (!normal.isZero() && std::ranges::none_of(several, isLike))
+        {
+            several.push_back(normal);
+        }
+    };
+    for (const Contact& contact : contacts)
+    {
+        add(normals, contact.normal);
+        add(ofA, m_a.X_W.linear() * normalOf(m_a.tree->mesh(), contact.triangleA));
+        add(ofB, -(m_b.X_W.linear() * normalOf(m_b.tree->mesh(), contact.triangleB)));
+    }
+    for (const std::vector<Eigen::Vector3d>* several : {&normals, &ofA, &ofB})
+    {
+        Eigen::Vector3d between = Eigen::Vector3d::Zero();
+        for (const Eigen::Vector3d& normal : *several)
+        {
+            lookNear(normal);
+            between += normal;
+        }
+        if (several->size() > 1 && between.norm() > kOnEdge)
+        {
+            lookNear(between.normalized());
+        }
+    }
+}
+
+/// The first gap on the way: as soon as it is wide enough, or where it is widest.
+void WayOut::lookNear(const Eigen::Vector3d& normal)
+{
+    double widest = 0.0;
+    double wayOfWidest = 0.0;
+    const double limit = std::min(kShort * m_shell, m_limit);
+    for (double way = kShortest * m_shell; way < limit && widest < kApart * m_shell;
+         way *= kFineStep)
+    {
+        const double distance = distanceAt(normal, way);
+        if (distance < widest)
+        {
+            break;
+        }
+        widest = distance;
+        wayOfWidest = way;
+    }
+    if (widest > 0.0)
+    {
+        m_way = m_limit = wayOfWidest;
+        m_normal = normal;
+    }
+}
+
 void WayOut::lookAlong(std::span<const Contact> contacts,
                        const Eigen::Vector3d& former,
                        double formerWay)
@@ -214,9 +276,8 @@ void WayOut::takeBack(std::vector<Contact>& contacts, std::size_t first, double 
         contact->pointA += m_way * m_normal;
         contact->gap -= m_way * contact->normal.dot(m_normal);
     }
-    const auto isOther = [&](const Contact& contact)
-    { return contact.normal.dot(m_normal) < 0.0 || contact.gap > around; };
-    contacts.erase(std::remove_if(begin, contacts.end(), isOther), contacts.end());
+    const auto isFar = [&](const Contact& contact) { return contact.gap > around; };
+    contacts.erase(std::remove_if(begin, contacts.end(), isFar), contacts.end());
 }
 
 Eigen::Vector3d WayOut::nearestOut() const

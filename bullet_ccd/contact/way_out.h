@@ -40,6 +40,8 @@ public:
     static constexpr double kNear = 1.0 / 16.0;
     /// to this part of it at least.
     static constexpr double kApart = 1.0 / 4.0;
+    /// Ways of more shells than this may lead past other walls.
+    static constexpr double kShort = 8.0;
 
     /// @param shell how far from each other contacts are to keep them [m], > 0
     WayOut(const PosedSolid& a, const PosedSolid& b, double shell);
@@ -53,6 +55,10 @@ public:
     void lookAlong(std::span<const Contact> contacts,
                    const Eigen::Vector3d& former,
                    double formerWay);
+    /// Between walls that leave little room, such as those of a slot: tries short ways one after
+    /// the other, along the normals of the contacts and of the faces that meet, and between them.
+    /// Out is where the meshes are farthest apart, if that is nowhere a quarter of the shell.
+    void lookNear(std::span<const Contact> contacts);
     /// Where A is wholly inside, its surface is far from that of B. From a few shells more than so
     /// far out, against the normal, it is moved back in until it meets B; not found if it comes to
     /// where it is.
@@ -66,8 +72,8 @@ public:
     [[nodiscard]] const Eigen::Vector3d& normal() const { return m_normal; }
     /// Of A, moved out.
     [[nodiscard]] Eigen::Isometry3d poseOfA() const { return moved(m_normal, m_way); }
-    /// Takes contacts found with A at poseOfA() back to where it is. Drops those that point
-    /// otherwise, or have a gap beyond `around` then.
+    /// Takes contacts found with A at poseOfA() back to where it is. Drops those that have a gap
+    /// beyond `around` then.
     void takeBack(std::vector<Contact>& contacts, std::size_t first, double around) const;
 
     /// Something is solid.
@@ -77,6 +83,7 @@ public:
     [[nodiscard]] Eigen::Vector3d nearestOut() const;
 
 private:
+    void lookNear(const Eigen::Vector3d& normal);
     [[nodiscard]] Eigen::Isometry3d moved(const Eigen::Vector3d& normal, double way) const;
     [[nodiscard]] TrianglePair nearestOf(const Eigen::Isometry3d& X_WA, double bound) const;
     [[nodiscard]] bool isInside(const TrianglePair& nearest, const Eigen::Isometry3d& X_WA) const;

@@ -173,9 +173,17 @@ public:
                         out = outOfMesh;
                     }
                 }
+                if (!(out.isFound() && out.way() <= WayOut::kShort * shell) &&
+                    m_formerWay <= WayOut::kShort * shell)
+                {
+                    WayOut past =
+                        way(a.m_isPlane || entryA.m_hasInside, b.m_isPlane || entryB.m_hasInside);
+                    past.lookNear(std::span(raw).subspan(first));
+                    out = past.isFound() ? past : out;
+                }
                 m_isWholly = out.isFound() && out.way() > shell && isInside();
                 // Of two that do not intersect yet, the contacts tell how they part.
-                if (!m_isWholly && out.way() > kLongWay * shell && deepestOf(first).gap > 0.0)
+                if (!m_isWholly && out.way() > WayOut::kShort * shell && deepestOf(first).gap > 0.0)
                 {
                     out = way(isSolidA, isSolidB);
                 }
@@ -254,9 +262,6 @@ private:
     /// A closed mesh may be solid or a room: what begins in it goes out of the solid, unless the
     /// way into the room is shorter by this factor.
     static constexpr double kPreferredForRooms = 2.0;
-    /// Links of a chain meet on two sides: what comes out of one leads into the other, so the way
-    /// out of both is out of the chain.
-    static constexpr double kLongWay = 8.0;
 
     Eigen::Isometry3d m_a;
     Eigen::Isometry3d m_b;

@@ -786,6 +786,88 @@ TEST_P(Recovery, LinkedRingsAreNotInsideEachOther)
     }
 }
 
+/// A way that is tried in long steps leads past the gap between two walls, and through one of them.
+TEST_P(Recovery, OfABarThatBeginsInOneWallOfASlot)
+{
+    struct Case
+    {
+        double clearance;
+        double depth;
+    };
+    for (const auto& [clearance, depth] :
+         {Case{1e-4, 1e-5}, Case{1e-3, 4e-4}, Case{1e-3, 3e-3}, Case{1e-2, 3e-3}})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        TriangleMesh slot;
+        for (const double side : {-1.0, 1.0})
+        {
+            TriangleMesh wall = makeBox({0.2, 0.05, 0.1});
+            const Eigen::Translation3d place(0.0, side * (0.075 + clearance), 0.0);
+            transformMesh(wall, Eigen::Affine3d(place));
+            appendMesh(slot, wall);
+        }
+        scene.body(scene.mesh(slot), 0.0, poseAt(vec(0, 0, 0)));
+        btRigidBody* bar = scene.body(
+            scene.boxMesh(vec(0.05, 0.025, 0.015)), 1.0, poseAt(vec(0, clearance + depth, 0)));
+        double deepest = depth;
+        for (int step = 0; step < 90; ++step)
+        {
+            scene.step(kStepOfRecovery);
+            const double y = std::abs(double(bar->getWorldTransform().getOrigin().y()));
+            deepest = std::max(deepest, y - clearance);
+        }
+        const std::string which =
+            std::to_string(clearance) + " m of room, " + std::to_string(depth) + " m deep";
+        EXPECT_LT(deepest, depth + 1e-4) << which;
+        EXPECT_LT(std::abs(double(bar->getWorldTransform().getOrigin().y())), clearance + 1e-4)
+            << which;
+    }
+}
+
+TEST_P(Recovery, OfACubeInThreeWallsOfARoom)
+{
+    for (const double depth : {1e-4, 1.5e-3})
+    {
+        Scene scene(GetParam(), WorldClass::Rigid);
+        TriangleMesh room;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            TriangleMesh wall = makeBox({0.3, 0.3, 0.3});
+            const Eigen::Vector3d place =
+                Eigen::Vector3d::Constant(0.3) - 0.6 * Eigen::Vector3d::Unit(axis);
+            transformMesh(wall, Eigen::Affine3d(Eigen::Translation3d(place)));
+            appendMesh(room, wall);
+        }
+        scene.body(scene.mesh(room), 0.0, poseAt(vec(0, 0, 0)));
+        const double place = 0.05 - depth;
+        btRigidBody* cube =
+            scene.body(scene.boxMesh(vec(0.05, 0.05, 0.05)), 1.0, poseAt(vec(place, place, place)));
+        for (int step = 0; step < 60; ++step)
+        {
+            scene.step(kStepOfRecovery);
+        }
+        const btVector3 end = cube->getWorldTransform().getOrigin();
+        EXPECT_GT(double(end[end.minAxis()]), 0.05 - 1e-5) << depth;
+    }
+}
+
+TEST_P(Recovery, OfTheOthersFromAPoseThatIsNone)
+{
+    Scene scene(GetParam(), WorldClass::Rigid);
+    scene.world().setGravity(vec(0, 0, -10));
+    scene.body(scene.boxMesh(vec(1, 1, 0.1)), 0.0, poseAt(vec(0, 0, -0.1)));
+    btCcdMeshShape* cube = scene.boxMesh(vec(0.1, 0.1, 0.1));
+    btRigidBody* lost = scene.body(cube, 1.0, poseAt(vec(0.5, 0, 0.101)));
+    btRigidBody* other = scene.body(cube, 1.0, poseAt(vec(-0.5, 0, 0.101)));
+    scene.step(kStepOfRecovery);
+    lost->getWorldTransform().getBasis()[1][1] = btScalar(std::nan(""));
+    for (int step = 0; step < 30; ++step)
+    {
+        EXPECT_NO_THROW(scene.step(kStepOfRecovery));
+    }
+    EXPECT_NEAR(double(other->getWorldTransform().getOrigin().z()), 0.101, 1e-3);
+}
+
 /// Rings that meet on both sides come apart where they meet, and do not freeze.
 TEST_P(Recovery, AChainOfRingsHangsFreely)
 {
